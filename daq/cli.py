@@ -1,0 +1,18 @@
+"""`daq`: stream a motion to the amplifiers and record what happened."""
+
+
+from daq import commands
+from recordings.command_line import CommandFolder, run
+
+program = CommandFolder(
+    commands,
+    name="daq",
+    help="Stream a motion to the amplifiers of a delta robot and record what happened.",
+    epilog="Example: daq record --traj fig5a --out run.mcap",
+    no_args_is_help=True,
+)
+
+
+def main() -> None:
+    """Entry point of the program `daq`."""
+    run(program)

@@ -1,0 +1,69 @@
+"""The frame shared by the programs `daq` and `ident`: commands found by file name, errors turned into exit codes.
+
+One command is one file in the program's `commands` package, named as the command is typed (`-` as `_`), and
+holds a `click.Command` called `command`. A command's file is imported only when it is needed.
+"""
+
+import importlib
+import os
+import pkgutil
+import sys
+from collections.abc import Callable
+from types import ModuleType
+from typing import Any, NoReturn
+
+import click
+
+from recordings.errors import BadInput, RunFailed
+
+
+class CommandFolder(click.Group):
+    """A click group whose commands are the modules of one package."""
+
+    def __init__(self, package: ModuleType, **attrs: Any) -> None:
+        super().__init__(**attrs)
+        self._package = package
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(self._package.__path__))
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in self.list_commands(ctx):
+            return None
+        module = importlib.import_module(f"{self._package.__name__}.{cmd_name.replace('-', '_')}")
+        command = module.command
+        if not isinstance(command, click.Command):
+            raise TypeError(f"{module.__name__}.command must be a click.Command, not {type(command).__name__}")
+        return command
+
+
+def run(program: Callable[..., Any]) -> NoReturn:
+    """Run a click program; exit 0 done, 1 the run failed, 2 bad usage or bad input, 130 interrupted."""
+    try:
+        program(standalone_mode=False)
+        code = 0
+    except click.exceptions.Exit as leaving:
+        code = leaving.exit_code
+    except click.ClickException as error:
+        error.show()
+        code = 2
+    except BadInput as error:
+        code = _say(error, 2)
+    except RunFailed as error:
+        code = _say(error, 1)
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("interrupted", err=True)
+        code = 130
+    except BrokenPipeError:
+        # The reader of our output (`| head`) has gone; point stdout elsewhere so that Python's own flush is quiet.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        code = 0
+    except OSError as error:
+        named = f"{error.filename}: " if error.filename else ""
+        code = _say(f"{named}{error.strerror or error}", 2)
+    sys.exit(code)
+
+
+def _say(error: object, code: int) -> int:
+    click.echo(f"error: {error}", err=True)
+    return code

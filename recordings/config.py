@@ -1,0 +1,62 @@
+"""Reading TOML files into validated, immutable descriptions, with errors a person can act on."""
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from recordings.errors import BadInput
+
+
+class Section(BaseModel):
+    """Base of all descriptions: immutable, and a misspelt key is an error."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
+
+
+Model = TypeVar("Model", bound=Section)
+
+
+def read_toml(path: Path, model: type[Model], what: str) -> Model:
+    """Read `path` as a `model`; `what` names the kind of file in errors.
+
+    Raises:
+        BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
+    """
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInput(f"{what} {path} does not exist; check the path") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise BadInput(f"{what} {path} cannot be read: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise BadInput(f"{what} {path} is not valid TOML: {error}") from None
+    return validated(content, model, f"{what} {path}")
+
+
+def validated(content: Any, model: type[Model], where: str) -> Model:
+    """Check `content` against `model`; `where` names its origin in errors.
+
+    Raises:
+        BadInput: naming the first offending key, what was expected and what was found.
+    """
+    try:
+        # By way of JSON: strict types there still let an array be a tuple and 1 a float, as TOML means them.
+        return model.model_validate_json(json.dumps(content, default=str))
+    except ValidationError as error:
+        first = error.errors()[0]
+        key = ".".join(str(part) for part in first["loc"])
+        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        raise BadInput(f"{where}: {_explain(key, first)}{more}") from None
+
+
+def _explain(key: str, error: Any) -> str:
+    if error["type"] == "extra_forbidden":
+        return f"unknown key '{key}'; check the spelling or remove it"
+    if error["type"] == "missing":
+        return f"key '{key}' is missing"
+    if error["type"] == "value_error":
+        return f"{key + ': ' if key else ''}{error['ctx']['error']}"
+    return f"'{key}': {error['msg'][0].lower()}{error['msg'][1:]}, found {error['input']!r}"

@@ -1,0 +1,188 @@
+"""The rig description: what the machine is, how its drives are wired and what it may do.
+
+It is read from a TOML file, travels whole inside every recording, and is the one thing that all rooms share.
+SI units and radians throughout; counts appear only as the drives' own scale factors.
+"""
+
+import math
+from pathlib import Path
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from recordings.config import Section, read_toml
+
+Positive = Annotated[float, Field(gt=0)]
+NodeId = Annotated[int, Field(ge=1, le=127)]
+
+
+class Geometry(Section):
+    """Lengths of the delta robot [m] and directions of its limbs [rad]: Table 1, Fig. 2.
+
+    L2 is not printed in the paper; 0.8 m is assumed unless the file says otherwise.
+    """
+
+    L1: Positive = 0.3423
+    L2: Positive = 0.8
+    R: Positive = 0.2
+    r: Positive = 0.045
+    phi: tuple[float, float, float] = (math.pi / 3, math.pi, 5 * math.pi / 3)
+    L2_source: Literal["assumed", "measured"] = "assumed"
+
+    @model_validator(mode="after")
+    def _closes(self) -> Self:
+        if self.L2 <= self.L1 + abs(self.R - self.r):
+            raise ValueError(
+                f"the forearms are too short to close the mechanism: L2 > L1 + |R - r| = "
+                f"{self.L1 + abs(self.R - self.r):g} m expected, L2 = {self.L2:g} m found"
+            )
+        return self
+
+
+class Nominal(Section):
+    """The manufacturer's masses and inertias, Table 1: the model to beat, and the torque estimate before a run."""
+
+    m_a: Positive = 3.977
+    m_d: Positive = 0.402
+    m_p: Positive = 2.033
+    L1c: Positive = 0.1563
+    I_L1: Positive = 191.9e-4
+    motor_inertia: Positive = 21**2 * 2.25e-4
+    """Motor inertia seen at the joint, gear ratio squared included [kg m^2]."""
+
+
+class Torque(Section):
+    """How torque follows from voltage: gain * v * |v| ("square") or gain * v ("linear")."""
+
+    map: Literal["square", "linear"] = "square"
+    gain: tuple[Positive, ...] = (1.0, 1.0, 1.0)
+    """N m / V^2 or N m / V, one per joint."""
+    gain_source: Literal["calibrated", "assumed"] = "assumed"
+    gain_uncertainty: Annotated[float, Field(ge=0, lt=1)] = 0.1
+    """Relative standard uncertainty of the gain."""
+
+
+class Bus(Section):
+    """Where the drives are. `interface` and `channel` as in python-can."""
+
+    transport: Literal["canopen"] = "canopen"
+    interface: Literal["virtual", "udp_multicast", "socketcan"] = "virtual"
+    channel: str = "delta"
+    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
+    """UDP port, for udp_multicast only."""
+    bitrate: Annotated[int, Field(gt=0)] = 1_000_000
+    max_load: Annotated[float, Field(gt=0, le=1)] = 0.8
+    """The share of the bus that the cycle may take at worst."""
+
+
+class Voltage(Section):
+    """The object that holds the motor's operating voltage."""
+
+    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)] = 0x2200
+    sub: Annotated[int, Field(ge=0, le=254)] = 1
+    scale: Positive = 0.0005
+    """V per count."""
+    kind: Literal["motor", "dc_link"] = "motor"
+
+
+class Drive(Section):
+    """One amplifier and the joint it turns; joints are numbered in the order of the file."""
+
+    node_id: NodeId
+    counts_per_turn: Annotated[int, Field(gt=0)] = 8192
+    """Encoder counts per turn of the motor."""
+    gear: Positive = 21.0
+    """Motor turns per turn of the joint."""
+    sign: Literal[1, -1] = 1
+    """-1 where the drive counts against the joint's positive direction (which lifts the elbow)."""
+    zero_offset: float = 0.0
+    """Joint angle at encoder position zero [rad]."""
+    voltage: Voltage = Voltage()
+    rated_torque: Positive = 20.0
+    """Joint torque at rated current [N m]; the unit of object 6077 is a thousandth of it."""
+
+    @property
+    def counts_per_radian(self) -> float:
+        """Signed encoder counts per radian of the joint."""
+        return self.sign * self.counts_per_turn * self.gear / (2 * math.pi)
+
+
+class Limits(Section):
+    """What the machine may do; checked before a motion starts and watched while it runs."""
+
+    joint_min: float = -1.2
+    joint_max: float = 1.4
+    """Joint angle [rad]."""
+    speed: Positive = 12.0
+    """Joint speed [rad/s]."""
+    acceleration: Positive = 150.0
+    """Joint acceleration [rad/s^2]."""
+    torque: Positive = 60.0
+    """Joint torque [N m]."""
+    workspace_radius: Positive = 0.45
+    """Platform distance from the z axis [m]."""
+    workspace_z: tuple[float, float] = (-1.05, -0.45)
+    """Platform height [m]."""
+    following_error: Positive = 0.05
+    """Commanded minus measured joint angle [rad]."""
+    singularity_margin: Positive = 0.05
+    """Least allowed singularity margin (see trajectories.kinematics), dimensionless."""
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if self.joint_min >= self.joint_max:
+            raise ValueError(f"joint_min < joint_max expected, {self.joint_min:g} and {self.joint_max:g} found")
+        if self.workspace_z[0] >= self.workspace_z[1]:
+            raise ValueError(f"workspace_z = [lowest, highest] expected, {list(self.workspace_z)} found")
+        return self
+
+
+class Rig(Section):
+    """The whole rig."""
+
+    name: str
+    mechanism: Literal["delta"] = "delta"
+    rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
+    """Cycles (SYNC) per second [Hz]."""
+    geometry: Geometry = Geometry()
+    nominal: Nominal = Nominal()
+    torque: Torque = Torque()
+    bus: Bus = Bus()
+    limits: Limits = Limits()
+    drives: tuple[Drive, ...]
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if len(self.drives) != 3:
+            raise ValueError(f"a delta robot has three [[drives]], {len(self.drives)} found")
+        ids = [drive.node_id for drive in self.drives]
+        for node_id in ids:
+            if ids.count(node_id) > 1:
+                raise ValueError(f"every drive needs its own node_id, {node_id} stands in two [[drives]]")
+        if len(self.torque.gain) != len(self.drives):
+            raise ValueError(f"torque.gain needs {len(self.drives)} numbers, {len(self.torque.gain)} found")
+        return self
+
+    @property
+    def dof(self) -> int:
+        """Number of joints."""
+        return len(self.drives)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Joint names as they stand in recordings: joint_1 ... joint_n."""
+        return tuple(f"joint_{i + 1}" for i in range(self.dof))
+
+
+def simulated_rig() -> Rig:
+    """The rig used where no rig file is given: three simulated drives around the robot of Table 1."""
+    return Rig(name="simulated delta robot", drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+
+
+def load_rig(path: Path) -> Rig:
+    """Read a rig file.
+
+    Raises:
+        BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
+    """
+    return read_toml(path, Rig, "rig file")
