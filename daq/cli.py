@@ -1,6 +1,5 @@
 """`daq`: stream a motion to the amplifiers and record what happened."""
 
-
 from daq import commands
 from recordings.command_line import CommandFolder, run
 

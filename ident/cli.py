@@ -1,6 +1,5 @@
 """`ident`: identify the dynamic model of a recorded mechanism."""
 
-
 from ident import commands
 from recordings.command_line import CommandFolder, run
 
