@@ -1,0 +1,248 @@
+"""Kinematics of the delta robot: Appendices A and B, the Jacobian (16) and its derivative (24).
+
+Everything takes and returns n instants at once, time first: joint angles theta (n, 3) [rad], platform positions
+P (n, 3) [m]. A row that holds NaN gives NaN; only `inverse`, which serves commanded paths, refuses it.
+
+Notation of the paper: u_i is the direction of limb i in the base plane, s_i (11) the forearm from elbow to
+platform, Pi_i (14) the elbow's velocity per unit of joint speed.
+"""
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import Geometry
+
+
+class Unreachable(BadInput):
+    """The mechanism does not close at one instant.
+
+    `row` is the index of that instant; `limb` is 1, 2 or 3, or None where no single limb is to blame; `excess` [m]
+    is by how much a length misses.
+    """
+
+    def __init__(self, what: str, *, row: int, limb: int | None, excess: float, remedy: str) -> None:
+        super().__init__(f"row {row}: {what}; {remedy}")
+        self.what, self.row, self.limb, self.excess, self.remedy = what, row, limb, excess, remedy
+
+    def at(self, instant: str) -> "Unreachable":
+        """The same error with `instant` (say "t = 1.250 s") in place of the row number."""
+        error = Unreachable(self.what, row=self.row, limb=self.limb, excess=self.excess, remedy=self.remedy)
+        error.args = (f"{instant}: {self.what}; {self.remedy}",)
+        return error
+
+
+def forward(geometry: Geometry, theta: Floats) -> Floats:
+    """Platform position (n, 3) [m] at the joint angles theta (n, 3) [rad]: Appendix A in closed form.
+
+    The platform stands where three spheres of radius L2 meet, whose centres are the elbows moved inwards by r. Of
+    the two points, on either side of the plane of the centres, it is the lower one. (A7)-(A8) divide by the z
+    component of that plane's normal; the centre of the circle through the three points says the same symmetrically.
+
+    Raises:
+        Unreachable: the spheres do not meet.
+    """
+    with np.errstate(invalid="ignore", divide="ignore"):
+        first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
+        a, b = second - first, third - first
+        normal = np.cross(a, b)
+        aa, bb, nn = _dot(a, a), _dot(b, b), _dot(normal, normal)
+        radius_squared = aa * bb * _dot(a - b, a - b) / (4 * nn)
+        _refuse_open(geometry, radius_squared)
+        to_centre = np.cross(aa[:, None] * b - bb[:, None] * a, normal) / (2 * nn)[:, None]
+        below = np.copysign(np.sqrt((geometry.L2**2 - radius_squared) / nn), normal[:, 2])
+        platform: Floats = first + to_centre - below[:, None] * normal
+    return platform
+
+
+def inverse(geometry: Geometry, P: Floats) -> Floats:
+    """Joint angles (n, 3) [rad], elbows out, at the platform positions P (n, 3) [m]: Appendix B in closed form.
+
+    Eliminating theta_i2 and theta_i3 from (A10) leaves x cos(theta) + z sin(theta) = k in the plane of the arm,
+    whose two solutions lie on either side of the direction (x, z); elbows out is the upper one.
+
+    Raises:
+        BadInput: P holds NaN or infinity.
+        Unreachable: naming the first row and limb that cannot get there, and by how much; or the platform would
+            stand above the plane of its elbows, where `forward` would not find it again.
+    """
+    P = np.asarray(P, dtype=np.float64)
+    unknown = ~np.isfinite(P).all(axis=1)
+    if unknown.any():
+        row = int(np.argmax(unknown))
+        raise BadInput(f"row {row}: a finite platform position expected, {P[row].tolist()} found; fill the gap first")
+    x, y, z = _in_limb_frames(geometry, P)
+    reach = np.hypot(x, z)
+    _refuse_unreachable(geometry, P, reach, y)
+    k = (x**2 + y**2 + z**2 + geometry.L1**2 - geometry.L2**2) / (2 * geometry.L1)
+    theta: Floats = np.arctan2(z, x) + np.arctan2(np.sqrt(np.maximum(reach**2 - k**2, 0)), k)
+    _refuse_flipped(geometry, theta, P)
+    return theta
+
+
+def jacobian(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
+    """J (n, 3, 3) [m/rad] with P_dot = J theta_dot, Eq. (16). Infinite or NaN where the rods are coplanar."""
+    inverse_rods = _inverse(_rods(geometry, theta, P))
+    return inverse_rods * _arm_leverage(geometry, theta, P)[:, None, :]
+
+
+def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, J: Floats) -> Floats:
+    """Time derivative (n, 3, 3) [m/(rad s)] of J = `jacobian(geometry, theta, P)` at theta_dot (n, 3) [rad/s].
+
+    Eq. (24); the sum on its diagonal is the time derivative of s_i . Pi_i.
+    """
+    P_dot = np.einsum("nij,nj->ni", J, theta_dot)
+    bracket = -np.matmul(_rod_rates(geometry, theta, theta_dot, P_dot), J)
+    limb = np.arange(3)
+    bracket[:, limb, limb] += _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot)
+    derivative: Floats = np.matmul(_inverse(_rods(geometry, theta, P)), bracket)
+    return derivative
+
+
+def joint_motion(
+    geometry: Geometry, theta: Floats, P: Floats, P_dot: Floats, P_ddot: Floats
+) -> tuple[Floats, Floats]:
+    """Joint speed [rad/s] and acceleration [rad/s^2], both (n, 3), that go with the platform's: Eqs. (15), (23).
+
+    Not finite where an arm and its rod are aligned.
+    """
+    rods, leverage = _rods(geometry, theta, P), _arm_leverage(geometry, theta, P)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        theta_dot: Floats = np.einsum("nij,nj->ni", rods, P_dot) / leverage
+        curvature = np.einsum("nij,nj->ni", _rod_rates(geometry, theta, theta_dot, P_dot), P_dot)
+        curvature -= _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot) * theta_dot
+        theta_ddot: Floats = (np.einsum("nij,nj->ni", rods, P_ddot) + curvature) / leverage
+    return theta_dot, theta_ddot
+
+
+def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
+    """Distance from the nearest singularity (n,), dimensionless: 0 on one, 1 as far as can be.
+
+    The smallest of four numbers: |s_i . Pi_i| / (L1 L2), the sine between arm and rod i as seen by the joint (0:
+    aligned, a joint can no longer move the platform), and |det [s_1 s_2 s_3]| / L2^3, the volume spanned by the
+    rods' directions (0: coplanar, the joints can no longer hold it).
+    """
+    s1, s2, s3 = np.moveaxis(_rods(geometry, theta, P), 1, 0)
+    volume = np.abs(_dot(s1, np.cross(s2, s3))) / geometry.L2**3
+    sine = np.abs(_arm_leverage(geometry, theta, P)).min(axis=1) / (geometry.L1 * geometry.L2)
+    margin: Floats = np.minimum(volume, sine)
+    return margin
+
+
+def _directions(geometry: Geometry) -> Floats:
+    """u_i as rows (3, 3)."""
+    phi = np.array(geometry.phi)
+    return np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
+
+
+def _sphere_centres(geometry: Geometry, theta: Floats) -> Floats:
+    """(n, 3 limbs, 3): the elbows, moved inwards by r so that the spheres around them meet in P itself."""
+    centres: Floats = (geometry.R - geometry.r + geometry.L1 * np.cos(theta))[:, :, None] * _directions(geometry)
+    centres[:, :, 2] = geometry.L1 * np.sin(theta)
+    return centres
+
+
+def _rods(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
+    """s_i as rows (n, 3 limbs, 3), Eq. (11)."""
+    rods: Floats = P[:, None, :] - _sphere_centres(geometry, theta)
+    return rods
+
+
+def _rod_rates(geometry: Geometry, theta: Floats, theta_dot: Floats, P_dot: Floats) -> Floats:
+    """Time derivative of s_i as rows (n, 3 limbs, 3), Eq. (14)."""
+    rates: Floats = P_dot[:, None, :] + (geometry.L1 * np.sin(theta) * theta_dot)[:, :, None] * _directions(geometry)
+    rates[:, :, 2] -= geometry.L1 * np.cos(theta) * theta_dot
+    return rates
+
+
+def _in_limb_frames(geometry: Geometry, P: Floats) -> tuple[Floats, Floats, Floats]:
+    """(A10): the platform's joint C_i in the frame of each limb, x, y, z each (n, 3 limbs)."""
+    along = _directions(geometry)
+    across = np.stack([-along[:, 1], along[:, 0], along[:, 2]], axis=1)
+    return P @ along.T + (geometry.r - geometry.R), P @ across.T, P[:, 2:]
+
+
+def _arm_leverage(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
+    """s_i . Pi_i (n, 3) [m^2]; what s_i and Pi_i have in common cancels, leaving the platform's x and z."""
+    x, _, z = _in_limb_frames(geometry, P)
+    leverage: Floats = geometry.L1 * (np.cos(theta) * z - np.sin(theta) * x)
+    return leverage
+
+
+def _arm_leverage_rate(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, P_dot: Floats) -> Floats:
+    """Time derivative of s_i . Pi_i (n, 3)."""
+    x, _, z = _in_limb_frames(geometry, P)
+    x_dot, z_dot = P_dot @ _directions(geometry).T, P_dot[:, 2:]
+    sin, cos = np.sin(theta), np.cos(theta)
+    rate: Floats = geometry.L1 * (cos * z_dot - sin * x_dot - theta_dot * (sin * z + cos * x))
+    return rate
+
+
+def _inverse(rows: Floats) -> Floats:
+    """Inverse (n, 3, 3) of matrices given by their rows: its columns are cross products of the rows."""
+    a, b, c = np.moveaxis(rows, 1, 0)
+    columns = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        columns /= _dot(a, columns[:, :, 0])[:, None, None]
+    return columns
+
+
+def _dot(a: Floats, b: Floats) -> Floats:
+    products: Floats = np.einsum("ni,ni->n", a, b)
+    return products
+
+
+def _refuse_open(geometry: Geometry, radius_squared: Floats) -> None:
+    outside = radius_squared > geometry.L2**2
+    if outside.any():
+        row = int(np.argmax(outside))
+        excess = float(np.sqrt(radius_squared[row])) - geometry.L2
+        raise Unreachable(
+            f"the joint angles tear the mechanism apart: its forearms are {1e3 * excess:.3f} mm shorter than the "
+            "radius of the circle through the elbows",
+            row=row,
+            limb=None,
+            excess=excess,
+            remedy="check the angles, their zero offsets and the geometry",
+        )
+
+
+def _refuse_unreachable(geometry: Geometry, P: Floats, reach: Floats, y: Floats) -> None:
+    """The elbow runs on a circle; the rod must be no shorter than the way to its nearest point, nor longer."""
+    too_short = np.hypot(reach - geometry.L1, y) - geometry.L2
+    too_long = geometry.L2 - np.hypot(reach + geometry.L1, y)
+    excess = np.maximum(too_short, too_long)
+    outside = excess > 0
+    if outside.any():
+        row = int(np.argmax(outside.any(axis=1)))
+        limb = int(np.argmax(excess[row]))
+        miss = float(excess[row, limb])
+        error = "short" if too_short[row, limb] > 0 else "long"
+        raise Unreachable(
+            f"limb {limb + 1} cannot reach {_point(P[row])}, its forearm is {1e3 * miss:.3f} mm too {error}",
+            row=row,
+            limb=limb + 1,
+            excess=miss,
+            remedy="move the path towards the middle of the workspace",
+        )
+
+
+def _refuse_flipped(geometry: Geometry, theta: Floats, P: Floats) -> None:
+    first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
+    normal = np.cross(second - first, third - first)
+    height = _dot(P - first, normal) * np.sign(normal[:, 2])
+    flipped = height > 0
+    if flipped.any():
+        row = int(np.argmax(flipped))
+        excess = float(height[row] / np.linalg.norm(normal[row]))
+        raise Unreachable(
+            f"at {_point(P[row])} the platform stands {1e3 * excess:.3f} mm above the plane of its elbows",
+            row=row,
+            limb=None,
+            excess=excess,
+            remedy="lower the path (z points up, the platform hangs below the base)",
+        )
+
+
+def _point(P: Floats) -> str:
+    return "(" + ", ".join(f"{value:.4f}" for value in P) + ") m"
