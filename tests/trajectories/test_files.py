@@ -1,0 +1,177 @@
+"""Trajectory files: CSV points and TOML Fourier series."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import simulated_rig
+from trajectories import load
+from trajectories.files import read_motion
+from trajectories.trajectory import assemble
+
+RIG = simulated_rig()
+
+
+def helix(time: Floats) -> Floats:
+    phase = 2 * np.pi * time / 3
+    return np.column_stack([0.1 * np.cos(phase), 0.1 * np.sin(phase), -0.7 + 0.05 * np.sin(2 * phase)])
+
+
+def write_csv(path: Path, time: Floats, points: Floats, header: str = "time,x,y,z") -> Path:
+    np.savetxt(path, np.column_stack([time, points]), delimiter=",", header=header, comments="")
+    return path
+
+
+def test_closed_csv_repeats_and_follows_the_curve(tmp_path: Path) -> None:
+    time = np.linspace(5, 8, 61)
+    trajectory = load(write_csv(tmp_path / "helix.csv", time, helix(time - 5)), RIG)
+    assert trajectory.name == "helix.csv"
+    assert trajectory.period == 3.0
+    assert trajectory.cycles == 7
+    first = trajectory.repeat == 0
+    assert trajectory.platform[first] == pytest.approx(helix(np.arange(1500) / 500), abs=1e-6)
+
+
+def test_uneven_sampling_is_followed_too(tmp_path: Path) -> None:
+    gaps = np.random.default_rng(1).uniform(0.5, 1.5, 80)
+    time = np.concatenate([[0], np.cumsum(gaps)]) * 3 / gaps.sum()
+    trajectory = load(write_csv(tmp_path / "helix.csv", time, helix(time)), RIG)
+    first = trajectory.repeat == 0
+    assert trajectory.platform[first] == pytest.approx(helix(np.arange(1500) / 500), abs=1e-5)
+
+
+def test_repetitions_join_smoothly(tmp_path: Path) -> None:
+    time = np.linspace(0, 3, 61)
+    trajectory = load(write_csv(tmp_path / "helix.csv", time, helix(time)), RIG)
+    jumps = np.abs(np.diff(trajectory.joint_acceleration, axis=0)).max(axis=1)
+    inside = jumps[(trajectory.repeat[1:] == 0) & (trajectory.repeat[:-1] == 0)].max()
+    assert jumps.max() <= 1.5 * inside
+
+
+def test_open_csv_runs_once(tmp_path: Path) -> None:
+    time = np.linspace(0, 2.5, 51)
+    path = write_csv(tmp_path / "open.csv", time, helix(time))
+    trajectory = load(path, RIG)
+    assert (trajectory.cycles, trajectory.period) == (1, 0.0)
+    assert trajectory.platform[[0, -1]] == pytest.approx(helix(np.array([0, 2.5])), abs=1e-9)
+    with pytest.raises(BadInput, match="close the path"):
+        load(path, RIG, cycles=3)
+
+
+def test_joint_space_csv(tmp_path: Path) -> None:
+    time = np.linspace(0, 2, 41)
+    angles = 0.3 * np.sin(np.pi * time[:, None] + np.arange(3))
+    trajectory = load(write_csv(tmp_path / "joints.csv", time, angles, "time,joint_1,joint_2,joint_3"), RIG)
+    expected = 0.3 * np.sin(np.pi * np.arange(1000)[:, None] / 500 + np.arange(3))
+    assert trajectory.joint_position[trajectory.repeat == 0] == pytest.approx(expected, abs=1e-6)
+
+
+def test_spreadsheet_marks_and_blank_lines_are_tolerated(tmp_path: Path) -> None:
+    time = np.linspace(0, 3, 61)
+    plain = write_csv(tmp_path / "plain.csv", time, helix(time))
+    marked = tmp_path / "marked.csv"
+    marked.write_bytes(b"\xef\xbb\xbf" + plain.read_bytes().replace(b"\n", b"\r\n") + b"\r\n\r\n")
+    assert read_motion(marked).definition == read_motion(plain).definition
+
+
+ROWS = "".join(f"{0.5 * i},{0.01 * i},0,-0.7\n" for i in range(8))
+BAD_CSV = {
+    "empty": ("", "line 1: the header 'time,x,y,z' or 'time,joint_1,joint_2,joint_3' expected"),
+    "other header": ("t,x,y,z\n" + ROWS, "'t,x,y,z' found"),
+    "no header": (ROWS, "the header"),
+    "short": ("time,x,y,z\n0,0,0,-0.7\n1,0,0,-0.7\n", "at least 7 points expected, 2 found"),
+    "only header": ("time,x,y,z\n", "at least 7 points expected, 0 found"),
+    "text": (
+        "time,x,y,z\n" + ROWS + "4,left,0,-0.7\n",
+        "line 10: four finite numbers expected, '4,left,0,-0.7' found",
+    ),
+    "nan": ("time,x,y,z\n" + ROWS + "4,nan,0,-0.7\n", "line 10: four finite numbers"),
+    "missing field": ("time,x,y,z\n0,0,0\n" + ROWS, "line 2: four finite numbers"),
+    "extra field": ("time,x,y,z\n0,0,0,0,0\n" + ROWS, "line 2: four finite numbers"),
+    "backwards": ("time,x,y,z\n" + ROWS + "3.5,0,0,-0.7\n", "line 10: time must increase from row to row, 3.5 s"),
+}
+
+
+@pytest.mark.parametrize(("content", "message"), BAD_CSV.values(), ids=BAD_CSV)
+def test_bad_csv_is_refused(tmp_path: Path, content: str, message: str) -> None:
+    path = tmp_path / "bad.csv"
+    path.write_text(content)
+    with pytest.raises(BadInput) as caught:
+        load(path, RIG)
+    assert message in str(caught.value)
+
+
+def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="does not exist; check the path"):
+        load(tmp_path / "none.csv", RIG)
+    binary = tmp_path / "binary.csv"
+    binary.write_bytes(b"\x89MCAP0\r\n\xff\xfe")
+    with pytest.raises(BadInput, match="cannot be read as CSV"):
+        load(binary, RIG)
+    folder = tmp_path / "folder.csv"
+    folder.mkdir()
+    with pytest.raises(BadInput, match="cannot be read as CSV"):
+        load(folder, RIG)
+    with pytest.raises(BadInput, match="does not exist"):
+        load(tmp_path / "none.toml", RIG)
+
+
+FOURIER = """
+kind = "fourier"
+space = "platform"
+period = 4
+centre = [0.0, 0.0, -0.7]
+cosine = [[0.1, 0.02], [0.0, 0.0], [0.0, 0.03]]
+sine = [[0.0, 0.0], [0.1, 0.0], [0.02, 0.0]]
+"""
+
+
+def test_fourier_toml(tmp_path: Path) -> None:
+    path = tmp_path / "series.toml"
+    path.write_text(FOURIER)
+    trajectory = load(path, RIG, cycles=2)
+    phase = np.arange(2000) / 500 * np.pi / 2
+    expected = 0.1 * np.cos(phase) + 0.02 * np.cos(2 * phase)
+    assert trajectory.name == "series.toml"
+    assert trajectory.platform[trajectory.repeat == 1, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_fourier_derivatives(tmp_path: Path) -> None:
+    path = tmp_path / "series.toml"
+    path.write_text(FOURIER)
+    sample = read_motion(path).sample
+    time, step = np.linspace(0, 4, 100), 1e-5
+    before, now, after = (sample(time + shift) for shift in (-step, 0.0, step))
+    assert (after[0] - before[0]) / (2 * step) == pytest.approx(now[1], abs=1e-8)
+    assert (after[1] - before[1]) / (2 * step) == pytest.approx(now[2], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("period = 4", "period = -4", "'period'"),
+        ("period = 4", "", "key 'period' is missing"),
+        ("period = 4", "period = 4\nphase = 1", "unknown key 'phase'"),
+        ('"platform"', '"tool"', "'space'"),
+        ("[0.1, 0.0], [0.02, 0.0]]", "[0.1], [0.02, 0.0]]", "all of one length"),
+        ("[0.0, 0.0, -0.7]", "[0.0, nan, -0.7]", "'centre.1'"),
+    ],
+)
+def test_bad_toml_is_refused(tmp_path: Path, old: str, new: str, message: str) -> None:
+    path = tmp_path / "series.toml"
+    path.write_text(FOURIER.replace(old, new))
+    with pytest.raises(BadInput) as caught:
+        load(path, RIG)
+    assert message in str(caught.value)
+
+
+def test_definition_of_a_file_ignores_its_name(tmp_path: Path) -> None:
+    time = np.linspace(0, 3, 61)
+    digests = {
+        assemble(read_motion(write_csv(tmp_path / name, time, helix(time))), RIG).digest
+        for name in ("a.csv", "b.csv")
+    }
+    assert len(digests) == 1

@@ -1,0 +1,204 @@
+"""Sampling, soft start and end, identical cycles."""
+
+import numpy as np
+import pytest
+
+from recordings.errors import BadInput
+from recordings.rig import Geometry, Rig, simulated_rig
+from trajectories import Trajectory, load, names
+from trajectories.checks import check
+from trajectories.fourier import FourierSeries
+from trajectories.kinematics import Unreachable, forward
+from trajectories.motion import Motion
+from trajectories.spline import through
+from trajectories.trajectory import assemble
+
+RATES = (200.0, 250.0, 400.0, 500.0, 1000.0)
+
+
+@pytest.fixture(scope="module")
+def rig() -> Rig:
+    return simulated_rig()
+
+
+@pytest.fixture(scope="module", params=names())
+def built_in(request: pytest.FixtureRequest, rig: Rig) -> Trajectory:
+    return load(request.param, rig)
+
+
+def circle(period: float = 4.0, height: float = -0.7) -> Motion:
+    return FourierSeries(
+        kind="fourier",
+        space="platform",
+        period=period,
+        centre=(0.0, 0.0, height),
+        cosine=((0.1,), (0.0,), (0.0,)),
+        sine=((0.0,), (0.1,), (0.0,)),
+    ).motion("circle")
+
+
+def line(duration: float) -> Motion:
+    time = np.linspace(0, duration, 9)
+    points = np.column_stack([np.linspace(-0.1, 0.1, 9), np.zeros(9), np.full(9, -0.7)])
+    return through("line", "a line", "platform", time, points)
+
+
+def test_built_in_paths_keep_the_default_limits_with_margin(built_in: Trajectory, rig: Rig) -> None:
+    limits = rig.limits
+    tight = limits.model_copy(
+        update={
+            "joint_min": limits.joint_min + 0.1,
+            "joint_max": limits.joint_max - 0.1,
+            "speed": limits.speed / 2,
+            "acceleration": limits.acceleration / 2,
+            "torque": limits.torque / 2,
+            "workspace_radius": limits.workspace_radius - 0.05,
+            "workspace_z": (limits.workspace_z[0] + 0.05, limits.workspace_z[1] - 0.05),
+            "singularity_margin": 4 * limits.singularity_margin,
+        }
+    )
+    check(built_in, rig.model_copy(update={"limits": tight}))
+
+
+def test_built_in_paths_excite(built_in: Trajectory) -> None:
+    cycle = built_in.repeat == 0
+    speed = built_in.joint_velocity[cycle]
+    assert (np.abs(speed).max(axis=0) > 2.0).all()
+    reversals = np.diff(np.sign(speed), axis=0) != 0
+    assert (reversals.sum(axis=0) >= 6).all()
+    assert built_in.cycles >= 4
+    assert len(built_in.time) / built_in.rate == pytest.approx(22, abs=0.5)
+
+
+@pytest.mark.parametrize("name", names())
+@pytest.mark.parametrize("rate", RATES)
+def test_one_period_is_a_whole_number_of_samples(name: str, rate: float, rig: Rig) -> None:
+    trajectory = load(name, rig, cycles=2, rate=rate)
+    assert (trajectory.repeat == 0).sum() == trajectory.period * rate
+    assert trajectory.period in (4.0, 5.0)
+
+
+def test_paths_differ(rig: Rig) -> None:
+    loaded = [load(name, rig) for name in names()]
+    assert len({trajectory.digest for trajectory in loaded}) == len(loaded)
+
+
+def test_starts_and_ends_at_rest(built_in: Trajectory) -> None:
+    for row in (0, -1):
+        assert built_in.joint_velocity[row] == pytest.approx(0, abs=1e-12)
+        assert built_in.joint_acceleration[row] == pytest.approx(0, abs=1e-12)
+
+
+def test_cycles_are_identical_to_the_last_bit(built_in: Trajectory) -> None:
+    first = built_in.repeat == 0
+    for cycle in range(1, built_in.cycles):
+        same = built_in.repeat == cycle
+        for array in (
+            built_in.platform,
+            built_in.joint_position,
+            built_in.joint_velocity,
+            built_in.joint_acceleration,
+        ):
+            assert (array[same] == array[first]).all()
+
+
+def test_repeat_counts_from_lead_in_to_lead_out(built_in: Trajectory) -> None:
+    changes = built_in.repeat[np.flatnonzero(np.diff(built_in.repeat, prepend=-2))]
+    assert changes.tolist() == [-1, *range(built_in.cycles), -1]
+
+
+def test_velocity_and_acceleration_are_the_derivatives_of_position(built_in: Trajectory) -> None:
+    step = 1 / built_in.rate
+    central = (built_in.joint_position[2:] - built_in.joint_position[:-2]) / (2 * step)
+    assert central == pytest.approx(built_in.joint_velocity[1:-1], abs=2e-3)
+    central = (built_in.joint_velocity[2:] - built_in.joint_velocity[:-2]) / (2 * step)
+    assert central == pytest.approx(built_in.joint_acceleration[1:-1], abs=0.1)
+
+
+def test_platform_and_joints_agree(built_in: Trajectory, rig: Rig) -> None:
+    assert forward(rig.geometry, built_in.joint_position) == pytest.approx(built_in.platform, abs=1e-12)
+
+
+def test_joint_space_motion_gives_the_same_as_its_platform_path(rig: Rig) -> None:
+    series = FourierSeries(
+        kind="fourier",
+        space="joint",
+        period=4.0,
+        centre=(0.0, -0.1, 0.1),
+        cosine=((0.3, 0.0), (0.0, 0.2), (0.1, 0.1)),
+        sine=((0.0, 0.1), (0.3, 0.0), (0.1, 0.2)),
+    )
+    trajectory = assemble(series.motion("joints"), rig)
+    assert forward(rig.geometry, trajectory.joint_position) == pytest.approx(trajectory.platform, abs=1e-12)
+    expected, _, _ = series.sample(trajectory.time[:2000])
+    cycle = trajectory.repeat == 0
+    assert trajectory.joint_position[cycle] == pytest.approx(expected, abs=1e-12)
+
+
+def test_open_path_is_ramped_within_itself(rig: Rig) -> None:
+    trajectory = assemble(line(3.0), rig)
+    assert trajectory.cycles == 1
+    assert trajectory.period == 0
+    assert trajectory.platform[[0, -1], 0] == pytest.approx([-0.1, 0.1], abs=1e-12)
+    assert trajectory.joint_velocity[[0, -1]] == pytest.approx(0, abs=1e-12)
+    assert (trajectory.repeat == 0).sum() == pytest.approx(2.0 * rig.rate)
+    assert np.abs(np.diff(trajectory.joint_velocity, axis=0)).max() < 0.01
+
+
+def test_open_path_refuses_more_than_one_cycle(rig: Rig) -> None:
+    with pytest.raises(BadInput, match="does not end where it begins"):
+        assemble(line(3.0), rig, cycles=2)
+
+
+def test_open_path_shorter_than_its_ramps_is_refused(rig: Rig) -> None:
+    with pytest.raises(BadInput, match=r"a path of 2 s or more expected, 1\.5 s found"):
+        assemble(line(1.5), rig)
+
+
+def test_period_is_fitted_to_whole_samples(rig: Rig) -> None:
+    trajectory = assemble(circle(period=3.3333), rig, cycles=2, rate=200)
+    assert (trajectory.repeat == 0).sum() == 667
+    assert trajectory.period == 667 / 200
+    speed = np.linalg.norm(np.diff(trajectory.platform[trajectory.repeat == 0], axis=0), axis=1) * 200
+    assert speed == pytest.approx(0.2 * np.pi / trajectory.period, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("rate", "cycles", "message"), [(5.0, 1, "10 Hz expected"), (500.0, 0, "at least one cycle")]
+)
+def test_nonsense_is_refused(rate: float, cycles: int, message: str, rig: Rig) -> None:
+    with pytest.raises(BadInput, match=message):
+        assemble(circle(), rig, cycles=cycles, rate=rate)
+
+
+def test_unreachable_path_names_the_instant(rig: Rig) -> None:
+    with pytest.raises(Unreachable, match=r"circle, t = 0\.000 s: limb \d cannot reach"):
+        assemble(circle(height=-1.2), rig)
+    plunge = FourierSeries(
+        kind="fourier",
+        space="platform",
+        period=4.0,
+        centre=(0.0, 0.0, -0.9),
+        cosine=((0.0,), (0.0,), (0.0,)),
+        sine=((0.0,), (0.0,), (-0.3,)),
+    ).motion("plunge")
+    with pytest.raises(Unreachable) as caught:
+        assemble(plunge, rig, cycles=3, rate=500)
+    # The deepest that limb can reach, on the way down in the first repetition, which begins after one second.
+    deepest = np.sqrt((rig.geometry.L1 + rig.geometry.L2) ** 2 - (rig.geometry.R - rig.geometry.r) ** 2)
+    expected = 1.0 + 4.0 / (2 * np.pi) * np.arcsin((deepest - 0.9) / 0.3)
+    found = float(str(caught.value).split("t = ")[1].split(" s")[0])
+    assert expected <= found <= expected + 1 / 500 + 5e-4
+
+
+def test_digest_is_that_of_the_samples(rig: Rig) -> None:
+    same, again = load("fig5a", rig), load("fig5a", rig)
+    assert same.digest == again.digest
+    other_geometry = rig.model_copy(update={"geometry": Geometry(L2=0.81)})
+    others = (load("fig5a", rig, cycles=2), load("fig5a", rig, rate=250), load("fig5a", other_geometry))
+    assert len({same.digest, *(other.digest for other in others)}) == 4
+
+
+def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
+    with pytest.raises(BadInput, match=r"unknown trajectory 'fig6'; expected excitation, fig5a, fig5b, or the path"):
+        load("fig6", rig)

@@ -1,0 +1,118 @@
+"""Whether a rig may run a trajectory: every limit of the rig file, before anything moves."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import Rig
+from trajectories import kinematics
+from trajectories.trajectory import Trajectory
+
+GRAVITY = 9.81
+SLOW, MOVE = "slow the motion down", "move the path"
+
+
+class LimitExceeded(BadInput):
+    """A trajectory breaks a limit of the rig, `time` [s] after its start."""
+
+    def __init__(self, message: str, time: float) -> None:
+        super().__init__(message)
+        self.time = time
+
+
+@dataclass(frozen=True)
+class _Bound:
+    """One quantity and the range it must keep to."""
+
+    quantity: str
+    """With {joint} where the columns are joints."""
+    values: Floats
+    """(n, k)."""
+    low: float
+    high: float
+    unit: str
+    limit: str
+    """Its name in the rig file."""
+    remedy: str
+
+    @property
+    def broken(self) -> NDArray[np.bool_]:
+        """(n, k); NaN is outside of every range."""
+        return ~((self.values >= self.low) & (self.values <= self.high))
+
+    @property
+    def first(self) -> int:
+        """The first row that is broken; meaningless where none is."""
+        return int(np.argmax(self.broken.any(axis=1)))
+
+    @property
+    def expected(self) -> str:
+        """The range in words."""
+        if self.low == -self.high:
+            return f"within ±{self.high:g} {self.unit}"
+        if np.isinf(self.high):
+            return f"at least {self.low:g} {self.unit}".rstrip()
+        return f"between {self.low:g} and {self.high:g} {self.unit}"
+
+
+def check(trajectory: Trajectory, rig: Rig) -> None:
+    """Hold a trajectory against `rig.limits`: workspace, singularity, joint angle, speed, acceleration, torque.
+
+    Raises:
+        LimitExceeded: naming the first instant at which any of them is broken, what was found and what to do.
+    """
+    broken = [bound for bound in _bounds(trajectory, rig) if bound.broken.any()]
+    if not broken:
+        return
+    bound = min(broken, key=lambda bound: bound.first)
+    row, column = bound.first, int(np.argmax(bound.broken[bound.first]))
+    time, found = row / trajectory.rate, bound.values[row, column]
+    raise LimitExceeded(
+        f"{trajectory.name}, t = {time:.3f} s: {bound.quantity.format(joint=column + 1)} {bound.expected} expected, "
+        f"{found:.4g} found; {bound.remedy} or change limits.{bound.limit} in the rig file",
+        time,
+    )
+
+
+def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
+    """Joint torque (n, 3) [N m] of a frictionless rigid robot with the masses of `rig.nominal`.
+
+    The form of (25), with half of each forearm's mass at its elbow and half on the platform, and the arm's inertia
+    about its joint: Eqs. (1)-(2) count the forearms twice and leave the parallel-axis term out.
+    """
+    geometry, nominal = rig.geometry, rig.nominal
+    theta, speed, P = trajectory.joint_position, trajectory.joint_velocity, trajectory.platform
+    J = kinematics.jacobian(geometry, theta, P)
+    J_dot = kinematics.jacobian_derivative(geometry, theta, P, speed, J)
+    P_ddot = np.einsum("nij,nj->ni", J, trajectory.joint_acceleration) + np.einsum("nij,nj->ni", J_dot, speed)
+    elbow_mass, platform_mass = nominal.m_d / 2, nominal.m_p + 3 * nominal.m_d / 2
+    inertia = nominal.motor_inertia + nominal.I_L1 + nominal.m_a * nominal.L1c**2 + elbow_mass * geometry.L1**2
+    weight = GRAVITY * (nominal.m_a * nominal.L1c + elbow_mass * geometry.L1)
+    force = platform_mass * (P_ddot + np.array([0.0, 0.0, GRAVITY]))
+    torque: Floats = (
+        inertia * trajectory.joint_acceleration + weight * np.cos(theta) + np.einsum("nji,nj->ni", J, force)
+    )
+    return torque
+
+
+def _bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:
+    limits = rig.limits
+    P, theta = trajectory.platform, trajectory.joint_position
+    radius = np.hypot(P[:, :1], P[:, 1:2])
+    margin = kinematics.singularity_margin(rig.geometry, theta, P)[:, None]
+    speed, acceleration = trajectory.joint_velocity, trajectory.joint_acceleration
+    torque = torque_estimate(trajectory, rig)
+    yield _Bound("distance from the z axis", radius, 0, limits.workspace_radius, "m", "workspace_radius", MOVE)
+    yield _Bound("platform height", P[:, 2:], *limits.workspace_z, "m", "workspace_z", MOVE)
+    yield _Bound("singularity margin", margin, limits.singularity_margin, np.inf, "", "singularity_margin", MOVE)
+    yield _Bound(
+        "joint {joint} angle", theta, limits.joint_min, limits.joint_max, "rad", "joint_min or joint_max", MOVE
+    )
+    yield _Bound("joint {joint} speed", speed, -limits.speed, limits.speed, "rad/s", "speed", SLOW)
+    most = limits.acceleration
+    yield _Bound("joint {joint} acceleration", acceleration, -most, most, "rad/s^2", "acceleration", SLOW)
+    yield _Bound("estimated torque of joint {joint}", torque, -limits.torque, limits.torque, "N m", "torque", SLOW)

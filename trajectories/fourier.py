@@ -1,0 +1,63 @@
+"""Motions as Fourier series, and the TOML file that holds one."""
+
+from typing import Literal, Self
+
+import numpy as np
+from pydantic import model_validator
+
+from recordings.config import Section
+from recordings.recording import Floats
+from recordings.rig import Positive
+from trajectories.motion import Motion, Space
+
+Axis = tuple[float, ...]
+
+
+class FourierSeries(Section):
+    """centre + sum over h = 1 ... m of cosine_h cos(2 pi h t / period) + sine_h sin(2 pi h t / period), per axis.
+
+    The axes are x, y, z [m] or the three joints [rad]. A trajectory file holds these keys.
+    """
+
+    kind: Literal["fourier"]
+    space: Space
+    period: Positive
+    """[s]"""
+    centre: tuple[float, float, float]
+    cosine: tuple[Axis, Axis, Axis]
+    """One list per axis: the coefficients of harmonics 1 ... m."""
+    sine: tuple[Axis, Axis, Axis]
+    """One list per axis, as long as `cosine`'s."""
+    description: str = "Fourier series"
+
+    @model_validator(mode="after")
+    def _same_harmonics(self) -> Self:
+        counts = [len(axis) for axis in (*self.cosine, *self.sine)]
+        if min(counts) == 0 or len(set(counts)) > 1:
+            raise ValueError(
+                f"cosine and sine: three lists each, all of one length (the number of harmonics) expected, "
+                f"lengths {counts} found"
+            )
+        return self
+
+    def sample(self, phase: Floats) -> tuple[Floats, Floats, Floats]:
+        """Position, first and second derivative, each (m, 3), at phase time (m,) [s]."""
+        cosine, sine = np.array(self.cosine).T, np.array(self.sine).T
+        omega = 2 * np.pi / self.period * np.arange(1, len(cosine) + 1)
+        cos, sin = np.cos(np.outer(phase, omega)), np.sin(np.outer(phase, omega))
+        position: Floats = np.array(self.centre) + cos @ cosine + sin @ sine
+        velocity: Floats = (cos * omega) @ sine - (sin * omega) @ cosine
+        acceleration: Floats = -(cos * omega**2) @ cosine - (sin * omega**2) @ sine
+        return position, velocity, acceleration
+
+    def motion(self, name: str) -> Motion:
+        """The series as a motion."""
+        return Motion(
+            name=name,
+            description=self.description,
+            space=self.space,
+            duration=self.period,
+            periodic=True,
+            definition=self.model_dump_json(exclude={"description"}),
+            sample=self.sample,
+        )

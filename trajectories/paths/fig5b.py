@@ -1,0 +1,20 @@
+"""Validation path, in the role of Fig. 5b: a five-pointed rosette, drawn while rising and falling."""
+
+from trajectories.fourier import FourierSeries
+from trajectories.motion import Motion
+
+
+def motion() -> Motion:
+    """Two circles in opposite directions make the rosette; continuous contouring, unlike fig5a's picking and placing.
+
+    The figure shows no coordinates: these have its role, not its numbers.
+    """
+    return FourierSeries(
+        kind="fourier",
+        description="five-pointed rosette, rising and falling (validation)",
+        space="platform",
+        period=4.0,
+        centre=(0.02, -0.01, -0.68),
+        cosine=((0.0, 0.15, 0.13, 0.0), (0.0, 0.0, 0.0, 0.0), (0.03, 0.0, 0.0, 0.035)),
+        sine=((0.0, 0.0, 0.0, 0.0), (0.0, 0.15, -0.13, 0.0), (0.06, 0.0, 0.0, 0.0)),
+    ).motion("fig5b")
