@@ -1,0 +1,1 @@
+"""The simulated rig: amplifiers on a bus around a plant of the whole robot."""

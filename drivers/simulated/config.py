@@ -1,0 +1,95 @@
+"""The sim file: what the simulated machine really is, which the rig file does not know."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
+
+from recordings.config import Section, read_toml
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Joint = Annotated[int, Field(ge=1, le=3)]
+PerJoint = tuple[NotNegative, NotNegative, NotNegative]
+
+
+class Links(Section):
+    """Masses [kg] and inertias [kg m^2] of the robot: Table 1, read so that it is physically consistent.
+
+    Table 1's I_L1 is smaller than m_a L1c^2, so it can only be about the arm's centre of mass. The shoulder then
+    carries I_L1 + m_a L1c^2 + the motor's inertia = 0.2156 kg m^2.
+    """
+
+    arm_mass: Positive = 3.977
+    arm_com: Positive = 0.1563
+    """Distance of the arm's centre of mass from the shoulder [m]."""
+    arm_inertia: Positive = 191.9e-4
+    """About the arm's centre of mass."""
+    motor_inertia: Annotated[float, Field(ge=0.02)] = 21**2 * 2.25e-4
+    """Rotor and gear seen at the joint."""
+    rod_mass: Positive = 0.402
+    """Of the two rods of one forearm together, spread evenly over the length."""
+    platform_mass: Positive = 2.033
+    payload: NotNegative = 0.0
+
+
+class Friction(Section):
+    """Friction of each joint, on the motor's side."""
+
+    viscous: PerJoint = (0.35, 0.32, 0.38)
+    """[N m s/rad]."""
+    coulomb: PerJoint = (0.9, 1.0, 0.85)
+    """Sliding and holding alike [N m]."""
+
+
+class Servo(Section):
+    """Position loop of the drives, cascaded: position P, velocity PI with feed-forward, current loop."""
+
+    position_gain: Positive = 40.0
+    """[1/s]."""
+    velocity_gain: Positive = 50.0
+    """[N m s/rad]."""
+    integral_time: Positive = 0.03
+    """Of the velocity controller [s]."""
+    torque_limit: Positive = 60.0
+    """The current limit as torque at the joint [N m]."""
+    current_lag: Positive = 4e-4
+    """Time constant of the current loop [s]."""
+    brake_torque: Positive = 45.0
+    """What the holding brake withstands [N m]."""
+
+
+class EffectSpec(Section):
+    """One hidden effect: its name, joints, and either its size or its parameters."""
+
+    name: str
+    joints: tuple[Joint, ...] = (1, 2, 3)
+    size: Annotated[float, Field(gt=0, lt=1)] | None = None
+    """Share of the torque that the base model cannot absorb (see sizing); fixes the effect's first parameter."""
+    parameters: Mapping[str, float] = Field(default_factory=dict)
+    """By the names of the effect's file; those left out have their defaults."""
+
+
+class SimConfig(Section):
+    """The simulated machine."""
+
+    links: Links = Links()
+    friction: Friction = Friction()
+    servo: Servo = Servo()
+    torque_gain: tuple[Positive, Positive, Positive] | None = None
+    """True torque gains of the motors, in the rig's torque map; None: as the rig file says."""
+    voltage_noise: NotNegative = 0.01
+    """Standard deviation of the measured voltage [V]."""
+    park: tuple[float, float, float] = (0.0, 0.0, -0.75)
+    """Platform position at power-on [m]."""
+    effects: tuple[EffectSpec, ...] = ()
+
+
+def load_sim(path: Path) -> SimConfig:
+    """Read a sim file.
+
+    Raises:
+        BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
+    """
+    return read_toml(path, SimConfig, "sim file")

@@ -1,0 +1,1 @@
+"""The hidden effects, one file each."""

@@ -1,0 +1,17 @@
+"""Play in the gear."""
+
+from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.model_xml import Coupling
+
+
+class Backlash(Effect):
+    """A gap of width 2 b between motor, where the encoder sits, and arm; the teeth hit without bounce."""
+
+    b: float = parameter(0.001, "rad", "half of the gap, as an angle of the joint", ge=0, le=0.03)
+
+    def couplings(self) -> tuple[Coupling, ...]:
+        return (Coupling(gap=self.b, damping=_OIL),) if self.b else ()
+
+
+_OIL = 0.02
+"""Drag between motor and arm inside the gap [N m s/rad]."""

@@ -1,0 +1,26 @@
+"""A base that does not stand level."""
+
+import math
+from typing import ClassVar
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.model_xml import GRAVITY
+
+
+class BaseTilt(Effect):
+    """The base leans: seen from the robot, gravity has horizontal components g_x and g_y."""
+
+    whole_robot: ClassVar[bool] = True
+
+    angle: float = parameter(0.03, "rad", "between the base's normal and the vertical", ge=0, le=0.5)
+    direction: float = parameter(0.6, "rad", "to which gravity leans, from x towards y", ge=-math.pi, le=math.pi)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"direction": rng.uniform(-math.pi, math.pi)}
+
+    def tilt(self) -> tuple[float, float]:
+        horizontal = GRAVITY * math.sin(self.angle)
+        return horizontal * math.cos(self.direction), horizontal * math.sin(self.direction)

@@ -1,0 +1,22 @@
+"""Torque ripple over the angle of the motor."""
+
+import math
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, parameter
+
+
+class Cogging(Effect):
+    """Magnets and teeth: the motor must overcome a sin(N q + phase), N periods per turn of the joint."""
+
+    a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
+    N: float = parameter(42.0, "1/turn", "periods per turn of the joint", ge=1, le=1000)
+    phase: float = parameter(0.0, "rad", "phase at joint angle zero", ge=-math.pi, le=math.pi)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"N": float(rng.integers(10, 50)), "phase": rng.uniform(-math.pi, math.pi)}
+
+    def torque(self, q: float, v: float) -> float:
+        return self.a * math.sin(self.N * q + self.phase)

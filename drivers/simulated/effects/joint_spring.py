@@ -1,0 +1,19 @@
+"""A spring between base and arm."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, parameter
+
+
+class JointSpring(Effect):
+    """Something elastic pulls the joint to a rest angle, a stiff cable loop say: k (q - q_0)."""
+
+    k: float = parameter(1.0, "N m/rad", "stiffness", ge=0, le=20)
+    q_0: float = parameter(0.2, "rad", "rest angle", ge=-1.5, le=1.5)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"q_0": rng.uniform(-0.5, 0.5)}
+
+    def torque(self, q: float, v: float) -> float:
+        return self.k * (q - self.q_0)

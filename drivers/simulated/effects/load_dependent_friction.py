@@ -1,0 +1,12 @@
+"""Friction that grows with the load on the gear."""
+
+from drivers.simulated.effect import Effect, parameter
+
+
+class LoadDependentFriction(Effect):
+    """The gear loses a share a of the torque that it passes on: dry friction grows by a |rigid|."""
+
+    a: float = parameter(0.05, "1", "share lost", ge=0, le=0.5)
+
+    def friction(self, v: float, rigid: float) -> float:
+        return self.a * abs(rigid)

@@ -1,0 +1,129 @@
+"""The robot as a MuJoCo model: a closed chain of three arms, three rods and a platform that only translates.
+
+Each limb stands in its own frame, turned by phi about z: x points outwards, the arm's hinge lies along -y so that a
+positive angle lifts the elbow. A rod hangs on the elbow by a universal joint, and its tip is held to the platform
+by a `connect` constraint between two sites.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from drivers.simulated.config import Links
+from recordings.rig import Geometry
+
+GRAVITY = 9.81
+"""[m/s^2]"""
+
+# A body must have some inertia of its own; these are far below what the torque could show.
+_SPIN_INERTIA = 1e-6
+_SHAFT = '<inertial pos="0 0 0" mass="1e-3" diaginertia="1e-6 1e-6 1e-6"/>'
+_FLANGE_INERTIA = 0.004
+"""Taken from the motor's inertia for every shaft piece between two couplings [kg m^2]."""
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """A torsional joint between the motor's shaft and the arm: play of +-`gap`, or a spring."""
+
+    stiffness: float = 0.0
+    """[N m/rad]; 0: no spring."""
+    damping: float = 0.0
+    """[N m s/rad]."""
+    gap: float | None = None
+    """Half of the play [rad]; None: not limited."""
+
+
+Couplings = tuple[Sequence[Coupling], Sequence[Coupling], Sequence[Coupling]]
+RIGID: Couplings = ((), (), ())
+
+
+def model_xml(
+    geometry: Geometry,
+    links: Links,
+    couplings: Couplings = RIGID,
+    *,
+    dt: float = 2e-4,
+    integrator: Literal["implicitfast", "RK4"] = "implicitfast",
+) -> str:
+    """The MJCF text. Joints are named motor_i, twist_i_k, swing_i, sway_i (i from 0), x, y, z.
+
+    Joint friction is left out: the plant sets and changes it.
+    """
+    limbs = "".join(_limb(i, geometry, links, couplings[i], dt) for i in range(3))
+    sites = "".join(f'<site name="platform_{i}" pos="{_xyz(geometry.r, geometry.phi[i])}"/>' for i in range(3))
+    slides = "".join(
+        f'<joint name="{name}" type="slide" axis="{axis}"/>'
+        for name, axis in (("x", "1 0 0"), ("y", "0 1 0"), ("z", "0 0 1"))
+    )
+    connects = "".join(
+        f'<connect site1="rod_{i}" site2="platform_{i}" solref="{2 * dt} 1" solimp="0.9999 0.9999 1"/>'
+        for i in range(3)
+    )
+    mass = links.platform_mass + links.payload
+    return f"""
+<mujoco model="delta">
+  <compiler angle="radian" autolimits="true"/>
+  <option timestep="{dt}" integrator="{integrator}" gravity="0 0 {-GRAVITY}" jacobian="dense" tolerance="1e-12">
+    <flag contact="disable"/>
+  </option>
+  <worldbody>
+    {limbs}
+    <body name="platform">
+      <inertial pos="0 0 0" mass="{mass}" diaginertia="0.01 0.01 0.01"/>
+      {slides}
+      {sites}
+    </body>
+  </worldbody>
+  <equality>{connects}</equality>
+</mujoco>"""
+
+
+def _limb(i: int, geometry: Geometry, links: Links, couplings: Sequence[Coupling], dt: float) -> str:
+    """One limb: motor shaft, couplings in series, arm, rod."""
+    arm = _arm(i, geometry, links)
+    frame = f'pos="{_xyz(geometry.R, geometry.phi[i])}" euler="0 0 {geometry.phi[i]}"'
+    armature = links.motor_inertia - _FLANGE_INERTIA * max(len(couplings) - 1, 0)
+    motor = f'<joint name="motor_{i}" axis="0 -1 0" armature="{armature}" {_friction(dt)}/>'
+    joints = [motor] + [_twist(i, k, coupling, dt) for k, coupling in enumerate(couplings)]
+    # The last joint turns the arm itself, those before it a piece of shaft each.
+    opening, closing = "", ""
+    for number, joint in enumerate(joints):
+        flange = joint.replace("/>", f' armature="{_FLANGE_INERTIA}"/>') if 0 < number < len(couplings) else joint
+        content = arm if number == len(couplings) else _SHAFT
+        opening += f"<body {frame if number == 0 else ''}>{flange}{content}"
+        closing += "</body>"
+    return opening + closing
+
+
+def _arm(i: int, geometry: Geometry, links: Links) -> str:
+    """Inertia of the arm about its centre of mass, and the rod on the elbow."""
+    across = links.rod_mass * geometry.L2**2 / 12
+    return f"""
+<inertial pos="{links.arm_com} 0 0" mass="{links.arm_mass}"
+          diaginertia="{links.arm_inertia} {links.arm_inertia} {links.arm_inertia}"/>
+<body pos="{geometry.L1} 0 0">
+  <inertial pos="{geometry.L2 / 2} 0 0" mass="{links.rod_mass}" diaginertia="{_SPIN_INERTIA} {across} {across}"/>
+  <joint name="swing_{i}" axis="0 -1 0"/>
+  <joint name="sway_{i}" axis="0 0 1"/>
+  <site name="rod_{i}" pos="{geometry.L2} 0 0"/>
+</body>"""
+
+
+def _twist(i: int, k: int, coupling: Coupling, dt: float) -> str:
+    limit = ""
+    if coupling.gap is not None:
+        stiff = f'solreflimit="{2 * dt} 1" solimplimit="0.9999 0.9999 1"'
+        limit = f'range="{-coupling.gap} {coupling.gap}" {stiff}'
+    spring = f'stiffness="{coupling.stiffness}" damping="{coupling.damping}"'
+    return f'<joint name="twist_{i}_{k}" axis="0 -1 0" {spring} {limit}/>'
+
+
+def _friction(dt: float) -> str:
+    """A friction constraint as stiff as the time step allows: a softer one creeps while the joint should stick."""
+    return f'solreffriction="{2 * dt} 1" solimpfriction="0.9999 0.9999 1"'
+
+
+def _xyz(radius: float, angle: float) -> str:
+    return f"{radius * math.cos(angle)} {radius * math.sin(angle)} 0"

@@ -1,0 +1,130 @@
+"""The plant: MuJoCo steps of the robot, with joint friction that really sticks."""
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+import mujoco
+import numpy as np
+
+from drivers.simulated.config import Links
+from drivers.simulated.model_xml import GRAVITY, RIGID, Couplings, model_xml
+from recordings.recording import Floats
+from recordings.rig import Geometry
+from trajectories.kinematics import inverse
+
+_CLOSURE_ROWS = 9
+"""Rows of the three `connect` constraints; MuJoCo lists the friction of the joints right after them."""
+_LEAST_FRICTION = 1e-9
+"""Keeps the friction row of every joint in that list, whatever its level [N m]."""
+_SOFTNESS = 0.01
+"""Of the friction constraint, as a share of the least that MuJoCo offers."""
+
+
+class Plant:
+    """Three motors and the robot that hangs on them. Friction acts on the motors' side of the couplings."""
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        links: Links,
+        couplings: Couplings = RIGID,
+        *,
+        viscous: Sequence[float] = (0.0, 0.0, 0.0),
+        dt: float = 2e-4,
+        integrator: Literal["implicitfast", "RK4"] = "implicitfast",
+    ) -> None:
+        self.geometry = geometry
+        xml = model_xml(geometry, links, couplings, dt=dt, integrator=integrator)
+        self.model = mujoco.MjModel.from_xml_string(xml)
+        self.data = mujoco.MjData(self.model)
+        self._platform_mass = links.platform_mass + links.payload
+        self._motor = np.array([self.model.joint(f"motor_{i}").dofadr[0] for i in range(3)])
+        self._slides = slice(self.model.nv - 3, self.model.nv)
+        self.model.dof_damping[self._motor] = viscous
+        # MuJoCo softens a friction constraint in proportion to this number, and a soft one creeps under load.
+        self.model.dof_invweight0[self._motor] *= _SOFTNESS
+        # MuJoCo's arrays stay where they are; fetching them anew in every step would cost more than using them.
+        self._qpos, self._qvel = self.data.qpos, self.data.qvel
+        self._applied, self._frictionloss = self.data.qfrc_applied, self.model.dof_frictionloss
+        self.set_friction((0.0, 0.0, 0.0))
+
+    def place(self, platform: Sequence[float]) -> None:
+        """Put the platform [m] somewhere, at rest, couplings relaxed, time zero.
+
+        Raises:
+            trajectories.kinematics.Unreachable: the platform cannot be there.
+        """
+        P = np.array(platform, dtype=np.float64)
+        theta = inverse(self.geometry, P[None])[0]
+        mujoco.mj_resetData(self.model, self.data)
+        self._qpos[self._motor] = theta
+        self._qpos[self._slides] = P
+        for i in range(3):
+            swing, sway = self._rod_angles(i, float(theta[i]), P)
+            self.data.joint(f"swing_{i}").qpos = swing
+            self.data.joint(f"sway_{i}").qpos = sway
+        mujoco.mj_forward(self.model, self.data)
+
+    def step(self, torque: Sequence[float]) -> None:
+        """One time step with these torques of the motors [N m]."""
+        self._applied[self._motor] = torque
+        mujoco.mj_step(self.model, self.data)
+
+    def motor_angles(self) -> list[float]:
+        """[rad]."""
+        angles: list[float] = self._qpos[self._motor].tolist()
+        return angles
+
+    def motor_speeds(self) -> list[float]:
+        """[rad/s]."""
+        speeds: list[float] = self._qvel[self._motor].tolist()
+        return speeds
+
+    def motor_accelerations(self) -> list[float]:
+        """In the step just made [rad/s^2]."""
+        accelerations: list[float] = self.data.qacc[self._motor].tolist()
+        return accelerations
+
+    def arm_angles(self) -> Floats:
+        """(3,) angles of the arms, which couplings let differ from the motors' [rad]."""
+        angles: Floats = self._qpos[self._motor]
+        for joint in range(self.model.njnt):
+            name = self.model.joint(joint).name
+            if name.startswith("twist_"):
+                angles[int(name.split("_")[1])] += self._qpos[joint]
+        return angles
+
+    def platform(self) -> Floats:
+        """(3,) position [m]."""
+        position: Floats = self._qpos[self._slides].copy()
+        return position
+
+    def set_friction(self, level: Sequence[float]) -> None:
+        """Torque up to which each joint sticks, and against which it slides [N m]."""
+        self._frictionloss[self._motor] = [max(torque, _LEAST_FRICTION) for torque in level]
+
+    def rigid_torque(self) -> Floats:
+        """(3,) torque that went through friction to the rigid robot in the step just made [N m]."""
+        dry = self.data.efc_force[_CLOSURE_ROWS : _CLOSURE_ROWS + 3]
+        torque: Floats = (self._applied + self.data.qfrc_passive)[self._motor] + dry
+        return torque
+
+    def set_added_mass(self, mass: float) -> None:
+        """Load on the platform beyond its own mass and the payload of the sim file [kg]."""
+        total = self._platform_mass + mass
+        self.model.body_mass[-1] = total
+        # MuJoCo takes the inertia of three slides from here, where the compiler left it.
+        self.model.dof_M0[self._slides] = total
+
+    def set_tilt(self, g_x: float, g_y: float) -> None:
+        """Horizontal components of gravity [m/s^2]; its magnitude stays."""
+        self.model.opt.gravity = (g_x, g_y, -math.sqrt(GRAVITY**2 - g_x**2 - g_y**2))
+
+    def _rod_angles(self, i: int, theta: float, P: Floats) -> tuple[float, float]:
+        """Angles of the universal joint that bring rod i from the elbow to the platform [rad]."""
+        geometry, phi = self.geometry, self.geometry.phi[i]
+        x = P[0] * math.cos(phi) + P[1] * math.sin(phi) + geometry.r - geometry.R - geometry.L1 * math.cos(theta)
+        y = P[1] * math.cos(phi) - P[0] * math.sin(phi)
+        z = P[2] - geometry.L1 * math.sin(theta)
+        return math.atan2(z, x) - theta, math.asin(y / geometry.L2)

@@ -1,0 +1,110 @@
+"""What a fit of the base model with `rod_inertia` leaves of a torque.
+
+This regressor is a second one, written independently of `ident`: the two share nothing but the kinematics.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import butter, sosfiltfilt
+
+from drivers.simulated.model_xml import GRAVITY
+from recordings.recording import Floats
+from recordings.rig import Geometry
+from trajectories import kinematics
+
+BANDWIDTH = 30.0
+"""Of the analysis: -3 dB, zero-phase [Hz]."""
+_ORDER = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """What was measured at the motors, evenly sampled, n times; exact, so nothing is differentiated."""
+
+    position: Floats
+    """(n, 3) [rad]."""
+    velocity: Floats
+    """(n, 3) [rad/s]."""
+    acceleration: Floats
+    """(n, 3) [rad/s^2]."""
+    torque: Floats
+    """(n, 3) as the voltages report it [N m]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Remainder:
+    """Mean squares per joint (3,) [N^2 m^2], below the bandwidth."""
+
+    residual: Floats
+    torque: Floats
+
+
+def remainder(geometry: Geometry, motion: Motion, dt: float, window: slice, every: int) -> Remainder:
+    """Fit the base model to `motion`, sampled with `dt` [s]; torque and columns go through the same low-pass.
+
+    `window` says which samples count, of which only one in `every` is fitted.
+    """
+    low_pass = _low_pass(1 / dt)
+    y: Floats = sosfiltfilt(low_pass, motion.torque, axis=0)[window][::every]
+    X: Floats = sosfiltfilt(low_pass, base_columns(geometry, motion), axis=0)[window][::every]
+    matrix = X.reshape(-1, X.shape[2])
+    scale = np.linalg.norm(matrix, axis=0)
+    scale[scale == 0] = 1.0
+    solution = np.linalg.lstsq(matrix / scale, y.ravel(), rcond=None)[0]
+    residual = y - (matrix / scale @ solution).reshape(y.shape)
+    return Remainder(residual=np.mean(residual**2, axis=0), torque=np.mean(y**2, axis=0))
+
+
+def base_columns(geometry: Geometry, motion: Motion) -> Floats:
+    """(n, 3, 12) torque per unit of I_1..3, T_g, m_p, c_v1..3, c_c1..3 and m_d (`rod_inertia`); positive opposes."""
+    theta, rate, acceleration = motion.position, motion.velocity, motion.acceleration
+    P = kinematics.forward(geometry, theta)
+    J = kinematics.jacobian(geometry, theta, P)
+    J_dot = kinematics.jacobian_derivative(geometry, theta, P, rate, J)
+    P_ddot = _times(J, acceleration) + _times(J_dot, rate)
+    lifted = P_ddot + np.array([0.0, 0.0, GRAVITY])
+    columns = np.zeros((len(theta), 3, 12))
+    joint = np.arange(3)
+    columns[:, joint, joint] = acceleration
+    columns[:, :, 3] = np.cos(theta)
+    columns[:, :, 4] = _times_transposed(J, lifted)
+    columns[:, joint, 5 + joint] = rate
+    columns[:, joint, 8 + joint] = np.sign(rate)
+    columns[:, :, 11] = _rod_inertia(geometry, motion, J, P_ddot)
+    return columns
+
+
+def _rod_inertia(geometry: Geometry, motion: Motion, J: Floats, P_ddot: Floats) -> Floats:
+    """(n, 3) torque per unit mass of a uniform rod, beyond that of the same mass in two halves at its ends.
+
+    The kinetic energy of a uniform rod is m (b.b + b.c + c.c) / 6 in the velocities b and c of its ends, that of the
+    halves m (b.b + c.c) / 4.
+    """
+    theta, rate = motion.position, motion.velocity
+    sin, cos = np.sin(theta)[:, :, None], np.cos(theta)[:, :, None]
+    outwards = np.stack([np.cos(geometry.phi), np.sin(geometry.phi), np.zeros(3)], axis=1)
+    up = np.array([0.0, 0.0, 1.0])
+    tangent = geometry.L1 * (cos * up - sin * outwards)
+    inwards = -geometry.L1 * (cos * outwards + sin * up)
+    elbow = tangent * motion.acceleration[:, :, None] + inwards * rate[:, :, None] ** 2
+    relative = P_ddot[:, None, :] - elbow
+    torque: Floats = np.einsum("nij,nij->ni", tangent, relative) / 6
+    return torque - _times_transposed(J, relative.sum(axis=1)) / 6
+
+
+def _low_pass(rate: float) -> Floats:
+    # Filtered forwards and backwards: the corner lies where one pass is down by 1.5 dB.
+    corner = BANDWIDTH / (np.sqrt(2) - 1) ** (1 / (2 * _ORDER))
+    sections: Floats = butter(_ORDER, corner, fs=rate, output="sos")
+    return sections
+
+
+def _times(J: Floats, v: Floats) -> Floats:
+    product: Floats = np.einsum("nij,nj->ni", J, v)
+    return product
+
+
+def _times_transposed(J: Floats, v: Floats) -> Floats:
+    product: Floats = np.einsum("nji,nj->ni", J, v)
+    return product

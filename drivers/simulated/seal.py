@@ -1,0 +1,77 @@
+"""The truth about a simulated recording, in a file of its own that nobody reads by accident."""
+
+import base64
+import hashlib
+import json
+import zlib
+from pathlib import Path
+from typing import Any
+
+from drivers.simulated.config import SimConfig
+from drivers.simulated.effect import build
+from drivers.simulated.sizing import Ruler
+from recordings.errors import BadInput
+from recordings.rig import Rig
+
+_NOTE = "sealed: what was hidden in the simulated robot of the recording beside this file; open it last"
+
+
+def sealed_path(recording: Path) -> Path:
+    """Where the truth about a recording lies."""
+    return recording.with_suffix(".sealed.json")
+
+
+def truth(rig: Rig, config: SimConfig, seed: int | None) -> dict[str, Any]:
+    """What the machine really is: effects (SI) with their sizes along fig5a, seed of --hidden, plant."""
+    effects = [build(spec) for spec in config.effects]
+    ruler = Ruler(rig, config) if effects else None
+    return {
+        "schema": 1,
+        "seed": seed,
+        "effects": [
+            {**effect.spec().model_dump(mode="json", exclude={"size"}), "size": ruler.size(effect)}
+            for effect in effects
+            if ruler is not None
+        ],
+        "plant": config.model_dump(mode="json", exclude={"effects"}),
+    }
+
+
+def seal(path: Path, content: dict[str, Any]) -> None:
+    """Write `content`, legible only through `unseal`.
+
+    Raises:
+        BadInput: the file exists.
+    """
+    packed = zlib.compress(json.dumps(content, sort_keys=True, allow_nan=False).encode())
+    wrapper = {
+        "schema": 1,
+        "note": _NOTE,
+        "sha256": hashlib.sha256(packed).hexdigest(),
+        "sealed": base64.b64encode(packed).decode(),
+    }
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(json.dumps(wrapper, indent=1) + "\n")
+    except FileExistsError:
+        raise BadInput(f"{path} exists already; choose another name or remove it") from None
+
+
+def unseal(path: Path) -> dict[str, Any]:
+    """Read what `seal` wrote.
+
+    Raises:
+        BadInput: the file is missing, is not a sealed one, or was changed.
+    """
+    try:
+        wrapper = json.loads(path.read_text(encoding="utf-8"))
+        packed = base64.b64decode(wrapper["sealed"], validate=True)
+        digest = wrapper["sha256"]
+    except FileNotFoundError:
+        raise BadInput(f"sealed file {path} does not exist; check the path") from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise BadInput(f"{path} is not a sealed file; expected what `daq record` put beside a recording") from None
+    if hashlib.sha256(packed).hexdigest() != digest:
+        raise BadInput(f"{path} was changed after it was sealed; its checksum does not fit")
+    content: dict[str, Any] = json.loads(zlib.decompress(packed))
+    return content
