@@ -1,8 +1,44 @@
 """What every amplifier driver offers; `daq` knows drives only through this."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from enum import Enum
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.schemas import Level
+
+Setpoint = Any
+"""One cycle's targets in the driver's own wire format, made by `Amplifiers.encode` before the cycle starts."""
+
+Report = Callable[[Level, str, str], None]
+"""Called with what a person should know: level ("info", "warning", "error"), source, message."""
+
+
+class Goal(Enum):
+    """What is wanted of all drives."""
+
+    ENABLED = "enabled"
+    STOPPED = "stopped"
+    """Quick stop: every drive brings itself to rest on its own ramp, whatever is commanded, then takes power off."""
+    DISABLED = "disabled"
+
+
+class Power(Enum):
+    """What a drive does with its motor."""
+
+    OFF = "off"
+    """No torque, brake on."""
+    ON = "on"
+    """Follows the target."""
+    STOPPING = "stopping"
+    """Brings itself to rest."""
+    FAULT = "fault"
+    """Switched itself off because of a fault."""
+    UNKNOWN = "unknown"
+    """Nothing heard yet, or an answer that fits no state."""
 
 
 @dataclass(frozen=True)
@@ -11,14 +47,17 @@ class Identity:
 
     joint: int
     """1 ... n, the order of the rig file."""
-    node_id: int
+    address: str
     device: str
     vendor_id: int
     product_code: int
     revision: int
+    simulated: bool
+    lockstep: bool
+    """Simulated, and its time advances only with SYNC."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Sample:
     """The drives' answers to one SYNC, one entry per joint; NaN (and statusword 0) where an answer was lost."""
 
@@ -26,49 +65,52 @@ class Sample:
     """Joint position at the SYNC [rad]."""
     voltage: tuple[float, ...]
     """Signed operating voltage at the SYNC [V]."""
-    effort: tuple[float, ...] | None
-    """Torque actual [N m]; None where the drives do not report it in the cycle."""
     statusword: tuple[int, ...]
     error_code: tuple[int, ...]
     """Last EMCY error code; 0: none."""
-
-    @property
-    def missing(self) -> int:
-        """Number of drives whose answer was lost."""
-        return sum(position != position for position in self.position)
+    power: tuple[Power, ...]
+    """Latest known state, also where this cycle's answer was lost."""
+    missing: int
+    """Number of drives whose answer was lost."""
+    trouble: str | None
+    """Why the run cannot go on, naming the joint; None: all is well."""
 
 
 class Amplifiers(Protocol):
-    """All drives of one rig, on one bus. The order of calls is the order of the methods."""
+    """All drives of one rig, on one bus. `goal` may be set at any time and takes effect with the next exchange."""
+
+    goal: Goal
 
     def discover(self) -> tuple[Identity, ...]:
-        """Find the drives of the rig. Raises RunFailed naming the drives that do not answer."""
+        """Find the drives of the rig, in the order of its joints.
+
+        Raises:
+            RunFailed: naming the drives that do not answer.
+        """
         ...
 
     def configure(self) -> None:
-        """Write the set-up (mode, PDO maps, limits, watchdogs) and read it back. Raises RunFailed on a difference."""
+        """Write the set-up (mode, PDO maps, limits, watchdogs) and read it back; ready for `exchange`.
+
+        Raises:
+            RunFailed: a drive refuses, or reads back something else.
+        """
         ...
 
-    def measure(self) -> tuple[float, ...]:
-        """Joint positions [rad] while the drives are not enabled."""
+    def encode(self, targets: NDArray[np.float64]) -> Sequence[Setpoint]:
+        """Joint targets (n, dof) [rad] as n setpoints."""
         ...
 
-    def enable(self) -> None:
-        """Bring all drives to Operation enabled, their targets at the measured position. Raises RunFailed."""
-        ...
+    def exchange(self, setpoint: Setpoint | None, timeout: float) -> Sample:
+        """Send the targets and a SYNC; collect the answers for at most `timeout` seconds.
 
-    def exchange(self, target: Sequence[float], timeout: float) -> Sample:
-        """Send the joint targets [rad] and a SYNC; collect the answers for at most `timeout` seconds."""
-        ...
+        With None, the targets of the last answer are sent back: the drive is told to stay where it is.
 
-    def quick_stop(self) -> None:
-        """Every drive stops on its own ramp at once, whatever was commanded. Never raises."""
-        ...
-
-    def disable(self) -> bool:
-        """Take the power from all drives, brakes on; True when every drive has confirmed it. Never raises."""
+        Raises:
+            RunFailed: the bus is lost.
+        """
         ...
 
     def close(self) -> None:
-        """Leave the bus. Never raises."""
+        """Release the drives and leave the bus. Never raises."""
         ...

@@ -38,7 +38,7 @@ class CommandFolder(click.Group):
 
 
 def run(program: Callable[..., Any]) -> NoReturn:
-    """Run a click program; exit 0 done, 1 the run failed, 2 bad usage or bad input, 130 interrupted."""
+    """Run a click program; exit 0 done, 1 the run failed, 2 bad usage or bad input."""
     try:
         program(standalone_mode=False)
         code = 0
@@ -53,7 +53,7 @@ def run(program: Callable[..., Any]) -> NoReturn:
         code = _say(error, 1)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
-        code = 130
+        code = 1
     except BrokenPipeError:
         # The reader of our output (`| head`) has gone; point stdout elsewhere so that Python's own flush is quiet.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

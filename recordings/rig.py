@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from recordings.config import Section, read_toml
+from recordings.config import Section, read_toml, validated
 
 Positive = Annotated[float, Field(gt=0)]
 NodeId = Annotated[int, Field(ge=1, le=127)]
@@ -172,6 +172,14 @@ class Rig(Section):
     def joint_names(self) -> tuple[str, ...]:
         """Joint names as they stand in recordings: joint_1 ... joint_n."""
         return tuple(f"joint_{i + 1}" for i in range(self.dof))
+
+    def at_rate(self, rate: float) -> "Rig":
+        """The same rig with another cycle rate [Hz].
+
+        Raises:
+            BadInput: the rate is not one.
+        """
+        return validated(self.model_dump(mode="json") | {"rate": rate}, Rig, "--rate")
 
 
 def simulated_rig() -> Rig:

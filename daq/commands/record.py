@@ -1,0 +1,132 @@
+"""`daq record`: stream a motion and record what happened."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from daq.session import Order, Result
+    from recordings.rig import Rig
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    name="record",
+    short_help="Stream a motion to the drives and record it.",
+    epilog="Example: daq record --traj fig5a --out run.mcap",
+)
+@click.option("--traj", "trajectory", required=True, help="Name (see `daq trajectories`) or file of the motion.")
+@click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML). Without it: the simulated rig.")
+@click.option("--cycles", type=click.IntRange(1), help="Repetitions of the motion.  [default: about 20 s]")
+@click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@click.option("--out", type=_FILE, help="Recording to write.  [default: TRAJ.mcap]")
+@click.option("--pace", type=click.Choice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]")
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
+@click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed in the simulated machine.")
+@click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
+def command(
+    trajectory: str,
+    rig_file: Path | None,
+    cycles: int | None,
+    rate: float | None,
+    out: Path | None,
+    pace: str | None,
+    seed: int,
+    sim_file: Path | None,
+    hidden: int | None,
+    as_json: bool,
+) -> None:
+    """Stream a motion to the three drives over CANopen and record every SYNC, answer and frame to an MCAP file.
+
+    Without --rig, or with a rig on the `virtual` interface, three simulated drives around a simulated robot answer.
+    Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.
+    """
+    from daq.session import check_beforehand
+    from recordings.errors import BadInput
+
+    rig = _rig(rig_file, rate)
+    simulated = rig.bus.interface == "virtual"
+    if not simulated and (sim_file or hidden is not None):
+        raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
+    order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
+    check_beforehand(order)
+    result = _simulate(order, sim_file, hidden) if simulated else _run(order)
+    _show(order, result, as_json)
+
+
+def _rig(rig_file: Path | None, rate: float | None) -> "Rig":
+    from recordings.rig import load_rig, simulated_rig
+
+    rig = simulated_rig() if rig_file is None else load_rig(rig_file)
+    return rig if rate is None else rig.at_rate(rate)
+
+
+def _order(
+    rig: "Rig", name: str, cycles: int | None, out: Path | None, pace: str | None, seed: int, simulated: bool
+) -> "Order":
+    from daq.session import Order
+    from trajectories import load
+    from trajectories.checks import check
+
+    trajectory = load(name, rig, cycles)
+    check(trajectory, rig)
+    return Order(
+        rig=rig,
+        trajectory=trajectory,
+        out=out or Path(f"{trajectory.name}.mcap"),
+        pace="lockstep" if pace == "lockstep" or (pace is None and simulated) else "realtime",
+        seed=seed if simulated else None,
+    )
+
+
+def _simulate(order: "Order", sim_file: Path | None, hidden: int | None) -> "Result":
+    from daq.simulation import configured, simulated
+    from drivers.simulated.seal import sealed_path
+    from recordings.errors import RunFailed
+
+    _say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
+    config = configured(order.rig, sim_file, hidden, sealed_path(order.out))
+    with simulated(order.rig, config, order.pace, order.seed or 0) as machine:
+        try:
+            return _run(order)
+        except RunFailed as error:
+            if machine.error is None:
+                raise
+            raise RunFailed(f"{error}; the simulated rig itself stopped: {machine.error!r}") from machine.error
+
+
+def _run(order: "Order") -> "Result":
+    from daq.display import ProgressBar
+    from daq.session import Session
+
+    run = f"{order.trajectory.name}, {len(order.trajectory.repeat) / order.rig.rate:.1f} s at {order.rig.rate:g} Hz"
+    _say(f"{order.rig.name} on {order.rig.bus.interface} '{order.rig.bus.channel}': {run}, {order.pace}")
+    return Session(order, _log).run(ProgressBar)
+
+
+def _show(order: "Order", result: "Result", as_json: bool) -> None:
+    from rich.console import Console
+
+    from daq.display import figures, summary
+
+    simulated = any(identity.simulated for identity in result.identities)
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "recording": str(order.out), "simulated": simulated, **figures(result)}))
+        return
+    console = Console()
+    console.print(summary(result))
+    console.print(
+        f"recorded {order.out}{' (simulated)' if simulated else ''}; next: ident fit {order.out}", style="bold"
+    )
+
+
+def _log(level: str, source: str, message: str) -> None:
+    _say(f"{level}: {source}: {message}", {"warning": "yellow", "error": "red"}.get(level))
+
+
+def _say(text: str, colour: str | None = None) -> None:
+    click.secho(text, err=True, fg=colour)

@@ -1,0 +1,44 @@
+"""`daq sim`: the simulated rig on its own."""
+
+import signal
+from pathlib import Path
+
+import click
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    name="sim",
+    short_help="Run the simulated rig on its own.",
+    epilog="Example: daq sim --rig bench.toml --seed 1",
+)
+@click.option("--rig", "rig_file", type=_FILE, required=True, help="Rig file with the bus to serve.")
+@click.option("--pace", type=click.Choice(["lockstep", "realtime"]), default="realtime", show_default=True)
+@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
+@click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed.")
+@click.option("--truth", type=_FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
+def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden: int | None, truth: Path) -> None:
+    """Serve three simulated CANopen drives around a simulated robot, until SIGINT or SIGTERM.
+
+    The rig file names the bus: `udp_multicast` reaches other programs on this machine, `socketcan` a real or virtual
+    CAN interface. Record from another terminal with `daq record --rig` and the same file.
+    """
+    from daq.simulation import configured, simulated
+    from recordings.errors import BadInput
+    from recordings.rig import load_rig
+
+    rig = load_rig(rig_file)
+    if rig.bus.interface == "virtual":
+        raise BadInput("the virtual bus ends at this program; set bus.interface to udp_multicast or socketcan")
+    config = configured(rig, sim_file, hidden, truth)
+    machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: machine.stop())
+    nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
+    click.echo(f"simulated drives (nodes {nodes}) on {rig.bus.interface} '{rig.bus.channel}', {pace}; Ctrl-C ends")
+    try:
+        machine.run()
+    finally:
+        machine.close()

@@ -1,0 +1,97 @@
+"""The run on the screen: a progress bar with the figures that matter, and a summary at the end."""
+
+import sys
+import threading
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
+from rich.table import Table
+
+from daq.session import Result
+from daq.stream import Progress
+
+_INTERVAL = 0.25
+"""Between two looks at the run [s]."""
+
+
+class ProgressBar:
+    """Shows a run that is going on, on stderr and only on a terminal. It looks at the run from its own thread, so
+    the cycle never waits for a screen."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress = progress
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="display", daemon=True)
+
+    def __enter__(self) -> Self:
+        if sys.stderr.isatty():
+            self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._over.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def _work(self) -> None:
+        columns = (TextColumn("{task.description:>8}"), BarColumn(), TextColumn("{task.fields[figures]}"))
+        with Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), auto_refresh=False) as bar:
+            task = bar.add_task("start", figures="")
+            before = 0
+            while not self._over.wait(_INTERVAL):
+                progress = self._progress
+                rate, before = (progress.cycles - before) / _INTERVAL, progress.cycles
+                bar.update(
+                    task,
+                    description=progress.phase,
+                    completed=progress.done,
+                    total=progress.total,
+                    figures=_figures(progress, rate),
+                )
+                bar.refresh()
+
+
+def _figures(progress: Progress, rate: float) -> str:
+    late = progress.lateness[-1] if progress.lateness else 0.0
+    return (
+        f"{rate:5.0f} Hz  lost {progress.lost}  missed {progress.missed}  late {late * 1e3:.2f} ms  "
+        f"following error {progress.following_error * 1e3:.2f} mrad"
+    )
+
+
+def figures(result: Result) -> dict[str, Any]:
+    """The figures of a finished run, for `--json`. Lateness in seconds, following error in rad."""
+    progress = result.progress
+    lateness = np.array(progress.lateness)
+    return {
+        "cycles": progress.cycles,
+        "answers_lost": progress.lost,
+        "cycles_missed": progress.missed,
+        "frames_sent": result.frames_sent,
+        "frames_received": result.frames_received,
+        "lateness": {
+            "p50": float(np.quantile(lateness, 0.5)),
+            "p99": float(np.quantile(lateness, 0.99)),
+            "max": float(lateness.max()),
+        },
+        "following_error_max": progress.following_error,
+    }
+
+
+def summary(result: Result) -> Table:
+    """The same for a person."""
+    shown = figures(result)
+    late = {key: f"{value * 1e3:.2f}" for key, value in shown["lateness"].items()}
+    table = Table.grid(padding=(0, 2))
+    table.add_row("cycles (SYNC)", f"{shown['cycles']}, {shown['cycles_missed']} missed by the host")
+    table.add_row("answers lost", f"{shown['answers_lost']} of {shown['cycles'] * len(result.identities)}")
+    table.add_row("CAN frames", f"{shown['frames_sent']} sent, {shown['frames_received']} received")
+    table.add_row("lateness", f"median {late['p50']} ms, 99 % {late['p99']} ms, worst {late['max']} ms")
+    table.add_row("following error", f"worst {shown['following_error_max'] * 1e3:.2f} mrad")
+    return table

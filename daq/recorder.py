@@ -1,0 +1,97 @@
+"""Writing beside the cycle: the cycle hands over what happened, a thread encodes and writes it."""
+
+import queue
+import threading
+from collections.abc import Callable
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.protocol import Sample
+from recordings.errors import RunFailed
+from recordings.schemas import Level
+from recordings.writer import RecordingWriter
+
+_Write = Callable[[], None]
+
+
+class Recorder:
+    """Queues in the order of the calls; `error` tells the cycle that nothing can be written any more."""
+
+    def __init__(self, writer: RecordingWriter) -> None:
+        self._writer = writer
+        self._queue: queue.SimpleQueue[_Write | None] = queue.SimpleQueue()
+        self._thread = threading.Thread(target=self._work, name="recorder", daemon=True)
+        self._thread.start()
+        self.error: RunFailed | None = None
+        self.frames_sent = 0
+        self.frames_received = 0
+
+    def frame(self, log_ns: int, message: can.Message, sent: bool) -> None:
+        """One CAN frame, stamped with its time [ns]."""
+        if sent:
+            self.frames_sent += 1
+        else:
+            self.frames_received += 1
+        self._queue.put(
+            lambda: self._writer.can(
+                log_ns,
+                log_ns,
+                message.arbitration_id,
+                bytes(message.data),
+                sent=sent,
+                rtr=message.is_remote_frame,
+                extended=message.is_extended_id,
+                error=message.is_error_frame,
+            )
+        )
+
+    def cycle(
+        self,
+        stamp_ns: int,
+        log_ns: int,
+        index: int,
+        repeat: int,
+        lateness: float,
+        command: NDArray[np.float64],
+        platform: NDArray[np.float64] | None,
+        sample: Sample,
+    ) -> None:
+        """One SYNC: reference sent [rad], platform reference [m] if there is one, answers."""
+
+        def write() -> None:
+            writer = self._writer
+            writer.joint_commands(stamp_ns, log_ns, command)
+            if platform is not None:
+                writer.platform_reference(stamp_ns, log_ns, platform)
+            writer.joint_states(stamp_ns, log_ns, sample.position)
+            writer.amplifiers(
+                stamp_ns, log_ns, index, repeat, lateness, sample.voltage, sample.statusword, sample.error_code
+            )
+
+        self._queue.put(write)
+
+    def event(self, log_ns: int, level: Level, source: str, message: str) -> None:
+        """One line of the log."""
+        self._queue.put(lambda: self._writer.event(log_ns, level, source, message))
+
+    def close(self, exit_status: int, reason: str) -> None:
+        """Write what is queued and close the file.
+
+        Raises:
+            RunFailed: something could not be written.
+        """
+        self._queue.put(lambda: self._writer.close(exit_status, reason))
+        self._queue.put(None)
+        self._thread.join()
+        if self.error is not None:
+            raise self.error
+
+    def _work(self) -> None:
+        while (write := self._queue.get()) is not None:
+            if self.error is None:
+                try:
+                    write()
+                except RunFailed as error:
+                    self.error = error

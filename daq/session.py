@@ -1,0 +1,179 @@
+"""One recording from beginning to end: find and set up the drives, open the file, stream, close all of it."""
+
+import shutil
+import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal
+
+import can
+
+from daq.clock import Clock, HostClock, LockstepClock
+from daq.recorder import Recorder
+from daq.stopping import StopRequest
+from daq.stream import Progress, Stream
+from drivers.bus import Link, open_bus
+from drivers.canopen_drive import CanopenDrives, bus_load, only_from_master
+from drivers.protocol import Identity, Report
+from recordings.errors import BadInput, RunFailed
+from recordings.recording import Run
+from recordings.rig import Rig
+from recordings.schemas import Level
+from recordings.writer import RecordingWriter
+from trajectories import Trajectory
+
+Pace = Literal["lockstep", "realtime"]
+Display = Callable[[Progress], AbstractContextManager[object]]
+
+_BYTES_PER_CYCLE = 400
+"""More than a cycle takes in the file; tells beforehand whether the disk has room."""
+
+
+@dataclass(frozen=True)
+class Order:
+    """What shall be recorded."""
+
+    rig: Rig
+    trajectory: Trajectory
+    out: Path
+    pace: Pace
+    seed: int | None
+    """Of the simulated rig's noise; None with real drives."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """What became of it."""
+
+    identities: tuple[Identity, ...]
+    progress: Progress
+    frames_sent: int
+    frames_received: int
+
+
+def check_beforehand(order: Order) -> None:
+    """Refuse what is known to fail before anything is opened or moves.
+
+    Raises:
+        BadInput: the file exists, its folder does not, the disk is too full, or the bus too slow.
+    """
+    folder = order.out.resolve().parent
+    if order.out.exists():
+        raise BadInput(f"{order.out} exists and recordings are never overwritten; choose another name with --out")
+    if not folder.is_dir():
+        raise BadInput(f"folder {folder} does not exist; create it or choose another --out")
+    needed = len(order.trajectory.repeat) * _BYTES_PER_CYCLE + 100_000
+    free = shutil.disk_usage(folder).free
+    if free < needed:
+        raise BadInput(f"disk full: {needed / 1e6:.1f} MB needed in {folder}, {free / 1e6:.1f} MB free; make room")
+    rig = order.rig
+    load = bus_load(rig, rig.rate)
+    if load > rig.bus.max_load:
+        highest = rig.rate * rig.bus.max_load / load
+        raise BadInput(
+            f"at {rig.rate:g} Hz the cycle would take up to {load:.0%} of the bus, bus.max_load allows "
+            f"{rig.bus.max_load:.0%}; choose --rate {highest:.0f} or less, or a higher bitrate"
+        )
+
+
+class Session:
+    """Runs one order; `log` gets what the drives and the cycle report: level, source, message."""
+
+    def __init__(self, order: Order, log: Report) -> None:
+        self._order = order
+        self._log = log
+        self._clock: Clock = LockstepClock(order.rig.rate) if order.pace == "lockstep" else HostClock(order.rig.rate)
+        # What passes before the file is open: it can be opened only when the drives have said what they are.
+        self._early: list[tuple[int, can.Message, bool]] = []
+        self._recorder: Recorder | None = None
+        self.progress = Progress()
+
+    def run(self, display: Display) -> Result:
+        """Record; on every way out the drives are disabled and the file is closed with its exit status.
+
+        Raises:
+            RunFailed: the motion was not completed, or the file not written to its end.
+            BadInput: the bus or the file cannot be opened.
+        """
+        link = self._open_link()
+        drives = CanopenDrives(self._order.rig, link, self._report)
+        status, reason = 1, "the program was interrupted"
+        try:
+            identities = drives.discover()
+            self._refuse_false_pace(identities)
+            self._recorder = self._open_recorder(identities)
+            link.tap = self._recorder.frame
+            with StopRequest() as stop, display(self.progress):
+                drives.configure()
+                stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
+                stream.run(self._order.trajectory)
+            status, reason = 0, "done"
+        except Exception as error:
+            reason = str(error)
+            raise
+        finally:
+            drives.close()
+            self._close(status, reason)
+        return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
+
+    def _open_link(self) -> Link:
+        bus = self._order.rig.bus
+        # Only this interface gives everybody his own frames back.
+        echoes = only_from_master if bus.interface == "udp_multicast" else (lambda arbitration_id: False)
+        link = Link(open_bus(bus), own_ids=echoes)
+        if self._order.pace == "lockstep":
+            link.clock = self._clock.now
+        link.tap = lambda *frame: self._early.append(frame)
+        return link
+
+    def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
+        order = self._order
+        lockstep = order.pace == "lockstep"
+        run = Run(
+            trajectory=order.trajectory.name,
+            trajectory_digest=order.trajectory.digest,
+            period=order.trajectory.period,
+            cycles=order.trajectory.cycles,
+            rate=order.rig.rate,
+            software=f"delta-workbench {version('delta-workbench')}",
+            simulated=any(identity.simulated for identity in identities),
+            pace=order.pace,
+            seed=order.seed,
+            # In lockstep all time is simulated and begins at the epoch.
+            start=datetime.fromtimestamp(0 if lockstep else time.time(), UTC).isoformat(timespec="milliseconds"),
+        )
+        recorder = Recorder(RecordingWriter(order.out, order.rig, run))
+        for frame in self._early:
+            recorder.frame(*frame)
+        for identity in identities:
+            text = f"{identity.device}, vendor 0x{identity.vendor_id:X}, product 0x{identity.product_code:X}"
+            recorder.event(self._clock.now(), "info", f"joint {identity.joint}", f"{identity.address}: {text}")
+        return recorder
+
+    def _refuse_false_pace(self, identities: tuple[Identity, ...]) -> None:
+        lockstep = {identity.lockstep for identity in identities}
+        if self._order.pace == "lockstep" and lockstep != {True}:
+            raise BadInput("--pace lockstep needs drives simulated in lockstep; real drives run in real time only")
+        if self._order.pace == "realtime" and True in lockstep:
+            raise BadInput("these simulated drives run in lockstep; record with --pace lockstep")
+
+    def _report(self, level: Level, source: str, message: str) -> None:
+        self._log(level, source, message)
+        if self._recorder is not None:
+            self._recorder.event(self._clock.now(), level, source, message)
+
+    def _close(self, status: int, reason: str) -> None:
+        if self._recorder is None:
+            return
+        self._recorder.event(self._clock.now(), "info" if status == 0 else "error", "daq", reason)
+        try:
+            self._recorder.close(status, reason)
+        except RunFailed:
+            # This error takes the place of the run's own one, which must not go unsaid.
+            if status != 0:
+                self._log("error", "daq", reason)
+            raise

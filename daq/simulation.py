@@ -1,0 +1,45 @@
+"""The simulated rig in the service of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
+
+from pathlib import Path
+
+from drivers.bus import open_bus
+from drivers.simulated.config import SimConfig, load_sim
+from drivers.simulated.rig import Pace, SimulatedRig
+from recordings.errors import BadInput
+from recordings.rig import Rig
+
+
+def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> SimConfig:
+    """The machine to simulate: the sim file's, or with effects drawn from the seed `hidden`.
+
+    Where it has hidden effects, they are written to the sealed file `truth`.
+
+    Raises:
+        BadInput: the sim file is not valid, both ways to hide effects are used, or `truth` exists.
+    """
+    from drivers.simulated.hidden import draw
+    from drivers.simulated.seal import seal
+    from drivers.simulated.seal import truth as truth_about
+    from drivers.simulated.sizing import resolve
+
+    config = SimConfig() if sim is None else load_sim(sim)
+    if hidden is not None:
+        if config.effects:
+            raise BadInput("either --hidden or a sim file with [[effects]] expected, both found; choose one")
+        config = config.model_copy(update={"effects": draw(hidden, rig, config)})
+    if not config.effects:
+        return config
+    if truth.exists():
+        raise BadInput(f"{truth} exists and sealed truths are never overwritten; move it or choose another name")
+    config = resolve(rig, config)
+    seal(truth, truth_about(rig, config, hidden))
+    return config
+
+
+def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> SimulatedRig:
+    """The simulated rig on the rig's own bus; a context manager.
+
+    Raises:
+        BadInput: the bus cannot be opened.
+    """
+    return SimulatedRig(rig, config, open_bus(rig.bus), pace=pace, seed=seed)

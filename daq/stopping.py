@@ -1,0 +1,36 @@
+"""How a run is asked to stop from outside: once for an orderly stop, twice for a stop at once."""
+
+import signal
+from types import FrameType, TracebackType
+from typing import Self
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class StopRequest:
+    """Collects signals while it is entered; the cycle looks at it."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        """0: run on; 1: ramp down along the motion; 2 and more: quick stop."""
+        self.reason = ""
+        self._before: dict[int, object] = {}
+
+    def ask(self, reason: str) -> None:
+        """Ask for a stop, or more urgently if it has been asked for already."""
+        self.count += 1
+        self.reason = self.reason or reason
+
+    def __enter__(self) -> Self:
+        for number in _SIGNALS:
+            self._before[number] = signal.signal(number, self._on_signal)
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)  # type: ignore[arg-type]
+
+    def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self.ask(f"stopped by the operator ({signal.Signals(number).name})")

@@ -1,0 +1,245 @@
+"""One run: enable, approach, stream, come to rest, disable; on every way out the drives end disabled.
+
+Where the motion itself is healthy (operator's stop, full disk), the drives are led to rest along the commanded path.
+Where it is not (fault, following error, silence), every drive stops on its own ramp at once.
+"""
+
+import gc
+import math
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.clock import Clock
+from daq.recorder import Recorder
+from daq.stopping import StopRequest
+from daq.supervisor import Supervisor
+from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
+from recordings.errors import RunFailed
+from recordings.rig import Rig
+from trajectories import Trajectory, approach
+
+Floats = NDArray[np.float64]
+
+_POWER_TIMEOUT = 3.0
+"""Time in which all drives must have followed a change of power [s]."""
+_RAMP = 0.4
+"""Duration of an orderly stop along the path [s]."""
+_SWITCH_INTERVAL = 1e-4
+"""How long another thread may keep the interpreter when the cycle wants it [s]."""
+
+
+class Trouble(Exception):
+    """The motion is not healthy: stop at once."""
+
+
+class StopOrdered(Exception):
+    """The motion is healthy but shall end."""
+
+
+@dataclass
+class Progress:
+    """What a person may want to see while the run goes on; read by the display, written by the cycle."""
+
+    phase: str = "start"
+    done: int = 0
+    total: int = 1
+    cycles: int = 0
+    lost: int = 0
+    """Answers that did not come."""
+    missed: int = 0
+    """Cycles that the host was too late to begin."""
+    following_error: float = 0.0
+    """Largest so far [rad]."""
+    lateness: list[float] = field(default_factory=list)
+    """Per cycle [s]."""
+
+
+class Stream:
+    """One run on drives that are configured."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        amplifiers: Amplifiers,
+        clock: Clock,
+        recorder: Recorder,
+        stop: StopRequest,
+        progress: Progress,
+    ) -> None:
+        self._rig = rig
+        self._amplifiers = amplifiers
+        self._clock = clock
+        self._recorder = recorder
+        self._stop = stop
+        self._progress = progress
+        self._supervisor = Supervisor(rig)
+        self._index = 0
+        self._due: Floats | None = None
+        self._at_rest: Floats = np.full(rig.dof, math.nan)
+        self._nothing = Sample(
+            position=(math.nan,) * rig.dof,
+            voltage=(math.nan,) * rig.dof,
+            statusword=(0,) * rig.dof,
+            error_code=(0,) * rig.dof,
+            power=(Power.UNKNOWN,) * rig.dof,
+            missing=rig.dof,
+            trouble=None,
+        )
+
+    def run(self, trajectory: Trajectory) -> None:
+        """Stream `trajectory`; returns when it is done and the drives are disabled.
+
+        Raises:
+            RunFailed: the motion was not completed; the drives are disabled (or the message says which are not).
+        """
+        with _quiet_interpreter():
+            reason = None
+            try:
+                self._enable()
+                self._approach(trajectory.joint_position[0])
+                self._follow("stream", trajectory.joint_position, trajectory)
+            except (Trouble, StopOrdered, RunFailed) as stop:
+                reason = str(stop)
+            finally:
+                left_on = self._disable()
+            if left_on:
+                reason = f"{reason or 'end of the motion'}; NOT CONFIRMED DISABLED: {left_on}. Cut the power by hand"
+            if reason is not None:
+                raise RunFailed(reason)
+
+    # Phases
+
+    def _enable(self) -> None:
+        self._progress.phase = "enable"
+        self._amplifiers.goal = Goal.ENABLED
+        for _ in range(self._cycles(_POWER_TIMEOUT)):
+            if self._stop.count:
+                raise StopOrdered(self._stop.reason)
+            sample = self._cycle(None, self._at_rest)
+            self._watch(self._supervisor.drives(sample))
+            if all(power is Power.ON for power in sample.power) and not sample.missing:
+                self._due = np.array(sample.position)
+                return
+        late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
+        raise Trouble(
+            f"not enabled within {_POWER_TIMEOUT:g} s: {', '.join(late)}; check enable inputs and the supply"
+        )
+
+    def _approach(self, goal: Floats) -> None:
+        assert self._due is not None
+        path = approach(self._due, goal, self._rig.limits, self._rig.rate)
+        self._follow("approach", path, None)
+
+    def _follow(self, phase: str, path: Floats, trajectory: Trajectory | None) -> None:
+        """Stream joint targets (m, dof); with a trajectory, its platform path and repetitions are recorded too."""
+        progress = self._progress
+        progress.phase, progress.done, progress.total = phase, 0, len(path)
+        setpoints = self._amplifiers.encode(path)
+        for i, setpoint in enumerate(setpoints):
+            repeat = -1 if trajectory is None else int(trajectory.repeat[i])
+            platform = None if trajectory is None else trajectory.platform[i]
+            sample = self._cycle(setpoint, path[i], repeat, platform)
+            self._watch(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._due_now()))
+            self._due = path[i]
+            progress.done = i + 1
+            progress.following_error = self._supervisor.worst_following_error
+            if self._stop.count or self._recorder.error:
+                self._ramp_down(path[i:])
+                raise StopOrdered(str(self._recorder.error or self._stop.reason))
+
+    def _ramp_down(self, ahead: Floats) -> None:
+        """Come to rest along the path that lies ahead, slowing its pace smoothly from 1 to 0."""
+        self._progress.phase = "stop"
+        count = self._cycles(_RAMP)
+        s = np.arange(1, count + 1) / count
+        # Integral of the pace 1 - 3 s^2 + 2 s^3: rows of the path passed after each cycle.
+        rows = np.minimum(count * (s - s**3 + s**4 / 2), len(ahead) - 1)
+        path = np.column_stack([np.interp(rows, np.arange(len(ahead)), column) for column in ahead.T])
+        for target, setpoint in zip(path, self._amplifiers.encode(path), strict=True):
+            if self._stop.count > 1:
+                raise Trouble(f"{self._stop.reason}, twice: quick stop")
+            sample = self._cycle(setpoint, target)
+            self._watch(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._due_now()))
+            self._due = target
+
+    def _disable(self) -> str:
+        """Quick stop whatever still moves, then power off; returns the joints that did not confirm."""
+        self._progress.phase = "disable"
+        power: tuple[Power, ...] = ()
+        try:
+            # A drive that stands still leaves the quick stop at once, so it is the right way out for all.
+            for goal in (Goal.STOPPED, Goal.DISABLED):
+                self._amplifiers.goal = goal
+                for _ in range(self._cycles(_POWER_TIMEOUT)):
+                    sample = self._cycle(None, self._at_rest)
+                    power = sample.power
+                    if all(p in (Power.OFF, Power.FAULT) for p in power) and not sample.missing:
+                        break
+        except RunFailed as error:
+            self._recorder.event(self._clock.now(), "error", "bus", str(error))
+        return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if p not in (Power.OFF, Power.FAULT)) or (
+            "" if power else "all joints"
+        )
+
+    # One cycle
+
+    def _cycle(
+        self, setpoint: Setpoint | None, command: Floats, repeat: int = -1, platform: Floats | None = None
+    ) -> Sample:
+        clock, index = self._clock, self._skip_missed()
+        lateness = clock.wait(index)
+        sample = self._amplifiers.exchange(setpoint, max(clock.answer_timeout - lateness, 0.2 * clock.answer_timeout))
+        self._recorder.cycle(clock.stamp(index), clock.now(), index, repeat, lateness, command, platform, sample)
+        self._index = index + 1
+        progress = self._progress
+        progress.cycles += 1
+        progress.lost += sample.missing
+        progress.lateness.append(lateness)
+        return sample
+
+    def _skip_missed(self) -> int:
+        """The next SYNC index. Where the host came so late that whole periods have passed, their SYNCs were never
+        sent: they are gaps, and the motion goes on from where it stood rather than leaping after the clock."""
+        clock = self._clock
+        lateness = clock.overdue(self._index)
+        missed = int(lateness * self._rig.rate)
+        for index in range(self._index, self._index + missed):
+            self._recorder.cycle(
+                clock.stamp(index), clock.now(), index, -1, lateness, self._at_rest, None, self._nothing
+            )
+        if missed:
+            self._progress.missed += missed
+            self._recorder.event(
+                clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed"
+            )
+        return self._index + missed
+
+    def _due_now(self) -> Floats:
+        assert self._due is not None
+        return self._due
+
+    def _watch(self, reason: str | None) -> None:
+        if reason is not None:
+            raise Trouble(reason)
+
+    def _cycles(self, duration: float) -> int:
+        return max(1, round(duration * self._rig.rate))
+
+
+@contextmanager
+def _quiet_interpreter() -> Iterator[None]:
+    """No garbage collection in the cycle, and other threads give way quickly."""
+    interval = sys.getswitchinterval()
+    gc.collect()
+    gc.disable()
+    sys.setswitchinterval(_SWITCH_INTERVAL)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(interval)
+        gc.enable()

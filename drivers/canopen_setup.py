@@ -1,0 +1,97 @@
+"""What a CiA 402 drive is told before it moves: one table of objects, computed from the rig."""
+
+from dataclasses import dataclass
+
+from recordings.errors import BadInput
+from recordings.rig import Drive, Rig
+
+SYNC_ID = 0x80
+MASTER_ID = 127
+"""Node id under which the master sends its heartbeat."""
+MASTER_HEARTBEAT = 0.05
+"""Seconds between the master's heartbeats."""
+MASTER_TIMEOUT_MS = 250
+"""After this silence of the master a drive stops by itself (object 1016)."""
+DRIVE_HEARTBEAT_MS = 100
+
+CYCLIC_SYNC_POSITION = 8
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One object to write; `layout` is the struct format of its type."""
+
+    index: int
+    sub: int
+    layout: str
+    value: int
+    check: bool = True
+
+
+def setup(rig: Rig, drive: Drive) -> list[Entry]:
+    """The objects of one drive, in the order in which they are written."""
+    return [*_behaviour(rig, drive), *_rpdo(drive), *_tpdo(drive)]
+
+
+def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
+    counts = abs(drive.counts_per_radian)
+    low, high = sorted(round(joint_to_counts(drive, angle)) for angle in (rig.limits.joint_min, rig.limits.joint_max))
+    period, exponent = interpolation_period(rig.rate)
+    return [
+        Entry(0x6060, 0, "<b", CYCLIC_SYNC_POSITION),
+        Entry(0x60C2, 1, "<B", period),
+        Entry(0x60C2, 2, "<b", exponent),
+        Entry(0x1006, 0, "<I", round(1e6 / rig.rate)),
+        Entry(0x6065, 0, "<I", round(rig.limits.following_error * counts)),
+        Entry(0x6066, 0, "<H", 10),  # ms
+        Entry(0x607D, 1, "<i", low),
+        Entry(0x607D, 2, "<i", high),
+        Entry(0x6085, 0, "<I", round(rig.limits.acceleration * counts)),
+        Entry(0x605A, 0, "<h", 2),  # quick stop: slow down on its ramp, then switch on disabled
+        Entry(0x605E, 0, "<h", 2),  # fault: likewise
+        Entry(0x6007, 0, "<h", 3),  # master lost: quick stop
+        Entry(0x1017, 0, "<H", DRIVE_HEARTBEAT_MS),
+        Entry(0x1016, 1, "<I", MASTER_ID << 16 | MASTER_TIMEOUT_MS),
+    ]
+
+
+def _rpdo(drive: Drive) -> list[Entry]:
+    return _pdo(0x1400, 0x1600, 0x200 + drive.node_id, [0x6040_00_10, 0x607A_00_20])
+
+
+def _tpdo(drive: Drive) -> list[Entry]:
+    voltage = drive.voltage.index << 16 | drive.voltage.sub << 8 | 16
+    return _pdo(0x1800, 0x1A00, 0x180 + drive.node_id, [0x6041_00_10, 0x6064_00_20, voltage])
+
+
+def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list[Entry]:
+    # The order CiA 301 asks for: switch the PDO off, empty the map, fill it, name its length, switch it on.
+    return [
+        Entry(parameters, 1, "<I", 0x8000_0000 | cob_id, check=False),
+        Entry(parameters, 2, "<B", 1),  # synchronous, every SYNC
+        Entry(mapping, 0, "<B", 0, check=False),
+        *(Entry(mapping, i + 1, "<I", mapped) for i, mapped in enumerate(objects)),
+        Entry(mapping, 0, "<B", len(objects)),
+        Entry(parameters, 1, "<I", cob_id),
+    ]
+
+
+def joint_to_counts(drive: Drive, angle: float) -> float:
+    """Encoder counts (not rounded) at a joint angle [rad]."""
+    return (angle - drive.zero_offset) * drive.counts_per_radian
+
+
+def interpolation_period(rate: float) -> tuple[int, int]:
+    """Object 60C2 for a rate [Hz]: period = value * 10**exponent seconds, value in 1 ... 255.
+
+    Raises:
+        BadInput: the period cannot be written that way.
+    """
+    for exponent in range(-3, -7, -1):
+        value = 10.0**-exponent / rate
+        if 0.5 < value < 255.5 and abs(value - round(value)) < 1e-6 * value:
+            return round(value), exponent
+    raise BadInput(
+        f"a period of 1/{rate:g} s cannot be told to the drives (object 60C2 holds 1 ... 255 times a power of ten); "
+        "choose a rate such as 200, 250, 400, 500 or 1000 Hz"
+    )

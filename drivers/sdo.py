@@ -1,0 +1,117 @@
+"""SDO access to one drive without a receiver thread: typed, with errors a person can act on."""
+
+import logging
+import struct
+import time
+from collections.abc import Callable
+from typing import Any
+
+from canopen import ObjectDictionary
+from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
+from canopen.sdo.constants import RESPONSE_ABORTED
+
+from drivers.bus import Link
+from recordings.errors import RunFailed
+
+_ABORT_CODE = struct.Struct("<4xL")
+
+
+class _Sender:
+    """What canopen's SDO client needs of a network."""
+
+    def __init__(self, link: Link) -> None:
+        self._link = link
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        self._link.send(can_id, bytes(data))
+
+
+class _PumpedClient(SdoClient):  # type: ignore[misc]
+    """canopen's client, which gets its responses by reading the link itself instead of from another thread."""
+
+    def __init__(self, node_id: int, link: Link, others: Callable[[int, bytes], None]) -> None:
+        super().__init__(0x600 + node_id, 0x580 + node_id, ObjectDictionary())
+        self.network = _Sender(link)
+        self._link = link
+        self._others = others
+
+    def read_response(self) -> bytes:
+        deadline = time.monotonic() + self.RESPONSE_TIMEOUT
+        while (frame := self._link.receive(deadline - time.monotonic())) is not None:
+            arbitration_id, data = frame
+            if arbitration_id != self.tx_cobid or len(data) != 8:
+                self._others(arbitration_id, data)
+                continue
+            if data[0] == RESPONSE_ABORTED:
+                raise SdoAbortedError(_ABORT_CODE.unpack(data)[0])
+            return data
+        raise SdoCommunicationError("no SDO response received")
+
+
+class Sdo:
+    """The object dictionary of one drive."""
+
+    def __init__(self, node_id: int, name: str, link: Link, others: Callable[[int, bytes], None]) -> None:
+        """`name` is what errors call the drive; `others` gets the frames that arrive meanwhile."""
+        # canopen logs every abort and time-out that it also raises.
+        logging.getLogger("canopen").setLevel(logging.CRITICAL)
+        self._client: Any = _PumpedClient(node_id, link, others)
+        self._name = name
+
+    def answers(self) -> bool:
+        """Whether the drive answers at all: the device type (object 1000) is asked for."""
+        try:
+            self._client.upload(0x1000, 0)
+        except SdoAbortedError:
+            return True
+        except SdoCommunicationError:
+            return False
+        return True
+
+    def read(self, index: int, sub: int, layout: str) -> int:
+        """Read an integer object; `layout` is its struct format, e.g. "<I".
+
+        Raises:
+            RunFailed: no answer, or the drive refuses.
+        """
+        data = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
+        size = struct.calcsize(layout)
+        if len(data) < size:
+            raise RunFailed(f"{self._name}: object {pretty(index, sub)} has {len(data)} bytes, {size} expected")
+        value: int = struct.unpack(layout, data[:size])[0]
+        return value
+
+    def read_text(self, index: int, sub: int = 0) -> str:
+        """Read a visible string."""
+        data: bytes = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
+        return data.decode("ascii", "replace").rstrip("\0")
+
+    def write(self, index: int, sub: int, layout: str, value: int, *, check: bool = True) -> None:
+        """Write an integer object and, with `check`, read it back.
+
+        Raises:
+            RunFailed: no answer, the drive refuses, or it reads back something else.
+        """
+        data = struct.pack(layout, value)
+        self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
+        if check and (found := self.read(index, sub, layout)) != value:
+            raise RunFailed(
+                f"{self._name}: object {pretty(index, sub)} was written {value:#x} and reads back {found:#x}; "
+                "check what the drive supports"
+            )
+
+    def _transfer(self, verb: str, index: int, sub: int, transfer: Callable[[], Any]) -> Any:
+        try:
+            return transfer()
+        except SdoAbortedError as error:
+            raise RunFailed(f"{self._name} refuses to {verb} object {pretty(index, sub)}: {error}") from None
+        except SdoCommunicationError:
+            raise RunFailed(
+                f"{self._name} does not answer (SDO {verb} of object {pretty(index, sub)}); "
+                "check its power, its node id and the bus"
+            ) from None
+
+
+def pretty(index: int, sub: int) -> str:
+    """An object's address as manuals print it."""
+    return f"{index:04X}:{sub:02X}"

@@ -1,0 +1,258 @@
+"""One simulated CiA 402 drive on CANopen: SDO server, NMT, heartbeat both ways, EMCY, PDOs on SYNC.
+
+canopen's LocalNode serves the object dictionary; the rest (PDOs, NMT states, boot-up, watchdog) it does not do.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import canopen
+from canopen.sdo import SdoAbortedError
+
+from drivers import cia402
+from drivers.canopen_setup import MASTER_ID
+from drivers.cia402 import State
+from drivers.simulated import power
+from drivers.simulated.profile import SetpointGenerator
+from recordings.rig import Drive
+
+EDS = Path(__file__).with_name("drive.eds")
+
+_BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
+_VOLTAGE_ENABLED, _REMOTE = 0x10, 0x200
+_NOT_MAPPABLE, _DATA_STATE = 0x06040041, 0x08000022
+_PDO_MAPS = (0x1600, 0x1A00)
+_UNLIMITED = 2**32 - 1
+
+Send = Callable[[int, bytes], None]
+
+
+class _SendOnly:
+    """What LocalNode's parts need of a network."""
+
+    def __init__(self, send: Send) -> None:
+        self._send = send
+
+    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
+        self._send(can_id, bytes(data))
+
+
+class SimulatedDrive:
+    """One drive. `powered` and `setpoints` tell the machine what to do; `update` tells the drive how it fares."""
+
+    def __init__(self, drive: Drive, dt: float, send: Send, *, lockstep: bool) -> None:
+        """`dt`: plant step [s]."""
+        self.drive = drive
+        self.state = State.SWITCH_ON_DISABLED
+        self._send = send
+        self._lockstep = lockstep
+        self.generator = SetpointGenerator(dt)
+        self._boot(0.0)
+
+    def _boot(self, now: float) -> None:
+        self._node: Any = canopen.LocalNode(self.drive.node_id, str(EDS))
+        self._decoded: dict[tuple[int, int], int] = {}
+        self._node.sdo.network = self._node.emcy.network = _SendOnly(self._send)
+        # canopen's heartbeat runs on the host's clock; ours on simulated time, see `update`.
+        self._node.nmt.start_heartbeat = lambda milliseconds: None
+        self._node.add_read_callback(self._on_read)
+        self._node.add_write_callback(self._on_write)
+        self._node.set_data(0x2F00, 1, bytes([self._lockstep]))
+        self._nmt = _PRE_OPERATIONAL
+        self._previous_controlword = 0
+        self._error_code = 0
+        self._counts = 0
+        self._voltage = 0
+        self._master_seen: float | None = None
+        self._heartbeat_due = now
+        self._followed_badly_since: float | None = None
+        self._after_stop = State.SWITCH_ON_DISABLED
+        self._disable(State.SWITCH_ON_DISABLED)
+        self._send(0x700 + self.drive.node_id, bytes([_BOOT_UP]))
+
+    # What the machine asks
+
+    @property
+    def powered(self) -> bool:
+        """True while the position loop is closed."""
+        return self.state in (State.ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
+
+    # What comes from the bus
+
+    def receive(self, arbitration_id: int, data: bytes, now: float) -> None:
+        """Take one frame; SYNC is not for here but for `synchronise`."""
+        node_id = self.drive.node_id
+        if arbitration_id == 0x000 and len(data) >= 2 and data[1] in (0, node_id):
+            self._on_nmt(data[0], now)
+        elif arbitration_id == 0x600 + node_id and len(data) == 8:
+            if self._nmt != _STOPPED:
+                self._node.sdo.on_request(arbitration_id, data, now)
+        elif arbitration_id == 0x700 + MASTER_ID:
+            self._master_seen = now
+        elif arbitration_id == self._object(0x1400, 1) and self._nmt == _OPERATIONAL:
+            self._on_rpdo(data)
+
+    def synchronise(self, counts: int, voltage: int) -> None:
+        """SYNC: answer with what is measured now, act on the target received before."""
+        self._counts, self._voltage = counts, voltage
+        if self._nmt != _OPERATIONAL:
+            return
+        self._apply_controlword(self._object(0x6040))
+        self._send(self._object(0x1800, 1), self._pack_tpdo())
+        if self.state is State.ENABLED:
+            target = self.joint_angle(self._object(0x607A))
+            period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
+            self.generator.interpolate(target, period)
+
+    def _on_nmt(self, command: int, now: float) -> None:
+        if command in (0x81, 0x82):
+            self._boot(now)
+        else:
+            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, self._nmt)
+
+    def _on_rpdo(self, data: bytes) -> None:
+        offset = 0
+        for index, sub, size in self._mapping(0x1600):
+            part = data[offset : offset + size]
+            if len(part) == size:
+                self._node.set_data(index, sub, part)
+            offset += size
+
+    def _pack_tpdo(self) -> bytes:
+        return b"".join(self._node.get_data(index, sub) for index, sub, _ in self._mapping(0x1A00))
+
+    def _mapping(self, index: int) -> list[tuple[int, int, int]]:
+        entries = (self._object(index, i + 1) for i in range(self._object(index, 0)))
+        return [(entry >> 16, entry >> 8 & 0xFF, (entry & 0xFF) // 8) for entry in entries]
+
+    # The object dictionary
+
+    def _object(self, index: int, sub: int = 0) -> int:
+        """Value of a stored object; decoding takes microseconds, so it is remembered until the next write."""
+        value = self._decoded.get((index, sub))
+        if value is None:
+            variable = self._node.object_dictionary.get_variable(index, sub)
+            value = self._decoded[index, sub] = int(variable.decode_raw(self._node.get_data(index, sub)))
+        return value
+
+    def _on_read(self, index: int, subindex: int, **_: object) -> int | None:
+        match index, subindex:
+            case 0x603F, _:
+                return self._error_code
+            case 0x6041, _:
+                return self.statusword
+            case 0x6061, _:
+                return self._object(0x6060)
+            case 0x6064, _:
+                return self._counts
+            case 0x2200, 1:
+                return self._voltage
+        return None
+
+    def _on_write(self, index: int, subindex: int, data: bytes, **_: object) -> None:
+        self._decoded.pop((index, subindex), None)
+        if index in _PDO_MAPS:
+            if self._nmt == _OPERATIONAL:
+                raise SdoAbortedError(_DATA_STATE)
+            entry = int.from_bytes(data, "little")
+            if subindex and entry:
+                variable = self._node.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
+                if variable is None or not variable.pdo_mappable or len(variable) != entry & 0xFF:
+                    raise SdoAbortedError(_NOT_MAPPABLE)
+        elif index == 0x6040 and self._nmt != _OPERATIONAL:
+            self._apply_controlword(int.from_bytes(data, "little"))
+
+    @property
+    def statusword(self) -> int:
+        """Object 6041."""
+        word = cia402.STATUS_BITS[self.state] | _REMOTE
+        if self.state is not State.SWITCH_ON_DISABLED:
+            word |= _VOLTAGE_ENABLED
+        if self.state is State.ENABLED:
+            word |= cia402.TARGET_FOLLOWED
+        if self._followed_badly_since is not None:
+            word |= cia402.FOLLOWING_ERROR
+        return word
+
+    def joint_angle(self, counts: int) -> float:
+        """Joint angle [rad] of an encoder position."""
+        return self.drive.zero_offset + counts / self.drive.counts_per_radian
+
+    # The power state machine
+
+    def _apply_controlword(self, controlword: int) -> None:
+        state = power.after(self.state, controlword, self._previous_controlword)
+        self._previous_controlword = controlword
+        if state is self.state:
+            return
+        if state is State.ENABLED:
+            # A target from before the power was on must not move the axis.
+            self.generator.hold(self.joint_angle(self._counts))
+        if state is State.QUICK_STOP:
+            self._begin_stop(State.QUICK_STOP, State.SWITCH_ON_DISABLED)
+        elif self.state is State.FAULT:
+            self._error_code = 0
+            self._node.emcy.reset()
+            self._disable(state)
+        elif self.powered:
+            self._disable(state)
+        else:
+            self.state = state
+
+    def _begin_stop(self, during: State, afterwards: State) -> None:
+        self.state = during
+        self._after_stop = afterwards
+        self.generator.stop(self._object(0x6085) / abs(self.drive.counts_per_radian))
+
+    def _disable(self, state: State) -> None:
+        self.state = state
+        self.generator.hold(self.generator.position)
+
+    def fail(self, code: int) -> None:
+        """A fault: EMCY, stop on the quick stop ramp (object 605E = 2), then Fault."""
+        if self.state in (State.FAULT, State.FAULT_REACTION):
+            return
+        self._error_code = code
+        self._node.emcy.send(code, 0x01)
+        if self.powered:
+            self._begin_stop(State.FAULT_REACTION, State.FAULT)
+        else:
+            self._disable(State.FAULT)
+
+    # Time passes
+
+    def update(self, counts: int, now: float) -> None:
+        """Encoder and clock [s] after the machine has moved: supervision, heartbeat, end of a stop."""
+        self._counts = counts
+        if self.state in (State.QUICK_STOP, State.FAULT_REACTION) and self.generator.at_rest:
+            self._disable(self._after_stop)
+        self._watch_following_error(now)
+        self._watch_master(now)
+        interval = self._object(0x1017) / 1000
+        if interval and now >= self._heartbeat_due:
+            self._heartbeat_due += interval
+            self._send(0x700 + self.drive.node_id, bytes([self._nmt]))
+
+    def _watch_following_error(self, now: float) -> None:
+        window = self._object(0x6065)
+        error = abs(self.generator.position - self.joint_angle(self._counts)) * abs(self.drive.counts_per_radian)
+        if not self.powered or window == _UNLIMITED or error <= window:
+            self._followed_badly_since = None
+            return
+        if self._followed_badly_since is None:
+            self._followed_badly_since = now
+        if (now - self._followed_badly_since) * 1000 >= self._object(0x6066):
+            self.fail(0x8611)
+
+    def _watch_master(self, now: float) -> None:
+        timeout = (self._object(0x1016, 1) & 0xFFFF) / 1000
+        if not timeout or self._master_seen is None or now - self._master_seen <= timeout:
+            return
+        self._master_seen = None
+        self._error_code = 0x8130
+        self._node.emcy.send(0x8130, 0x11)
+        self._nmt = _PRE_OPERATIONAL
+        # Object 6007 = 3: lost master means quick stop.
+        if self.state is State.ENABLED and self._object(0x6007) == 3:
+            self._begin_stop(State.QUICK_STOP, State.SWITCH_ON_DISABLED)

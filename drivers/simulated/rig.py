@@ -1,0 +1,169 @@
+"""The simulated rig: three simulated drives around one machine, on a real CAN bus interface.
+
+Two paces. Lockstep: simulated time stands still until a SYNC lets it advance by one period, as fast as the computer
+can, and the same seed gives the same frames in the same order. Real time: the machine follows the host's clock.
+"""
+
+import threading
+import time
+from types import TracebackType
+from typing import Literal, Self
+
+import can
+import numpy as np
+
+from drivers.bus import Link
+from drivers.canopen_drive import only_from_master
+from drivers.canopen_setup import SYNC_ID
+from drivers.simulated.config import SimConfig
+from drivers.simulated.drive import SimulatedDrive
+from drivers.simulated.machine import Machine
+from recordings.rig import Rig
+
+Pace = Literal["lockstep", "realtime"]
+
+_CHUNK = 0.001
+"""Real time: the machine is advanced at least this often [s], so that little is left to do when SYNC comes."""
+_FALLING_BEHIND = 0.5
+"""Real time: if the host cannot follow, simulated time slips rather than piling up [s]."""
+
+
+class SimulatedRig:
+    """Runs in a thread of its own between `start` and `close`, or in the caller's with `run`."""
+
+    def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
+        self._link = Link(bus, own_ids=lambda arbitration_id: not only_from_master(arbitration_id))
+        self._period = 1.0 / rig.rate
+        self._lockstep = pace == "lockstep"
+        self.machine = Machine(rig, config, np.random.default_rng(seed))
+        self._outbox: list[tuple[int, bytes]] = []
+        self.drives = [
+            SimulatedDrive(drive, self.machine.dt, self._send, lockstep=self._lockstep) for drive in rig.drives
+        ]
+        self._last_sync: float | None = None
+        self._stopping = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.error: BaseException | None = None
+        self._update()
+
+    # Life
+
+    def start(self) -> None:
+        """Serve the bus from a thread."""
+        self._thread = threading.Thread(target=self._run_guarded, name="simulated rig", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stop the thread and leave the bus."""
+        self._stopping.set()
+        if self._thread is not None:
+            self._thread.join()
+        self._link.close()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def stop(self) -> None:
+        """Let `run` return."""
+        self._stopping.set()
+
+    def _run_guarded(self) -> None:
+        try:
+            self.run()
+        except BaseException as error:
+            self.error = error
+
+    def run(self) -> None:
+        """Serve the bus until `stop` is called.
+
+        Raises:
+            RunFailed: the bus is lost.
+        """
+        self._flush()
+        self._clock_zero = time.perf_counter() - self.machine.time
+        while not self._stopping.is_set():
+            frame = self._link.receive(0.05 if self._lockstep else _CHUNK)
+            if frame is not None:
+                self._handle(*frame)
+            elif not self._lockstep:
+                self._catch_up()
+
+    # The bus
+
+    def _send(self, arbitration_id: int, data: bytes) -> None:
+        self._outbox.append((arbitration_id, data))
+
+    def _flush(self) -> None:
+        for arbitration_id, data in self._outbox:
+            self._link.send(arbitration_id, data)
+        self._outbox.clear()
+
+    def _handle(self, arbitration_id: int, data: bytes) -> None:
+        if arbitration_id == SYNC_ID:
+            self._synchronise()
+        else:
+            for drive in self.drives:
+                drive.receive(arbitration_id, data, self.machine.time)
+            self._flush()
+
+    def _synchronise(self) -> None:
+        if not self._lockstep:
+            self._lock_to_sync()
+        counts, voltages = self.machine.encoder_counts(), self.machine.voltage_counts()
+        for drive, count, voltage in zip(self.drives, counts, voltages, strict=True):
+            drive.synchronise(count, voltage)
+        self._flush()
+        if self._lockstep:
+            # What happens on the way to the next SYNC is told with the next answer, so that the order of frames
+            # does not depend on which thread is faster.
+            self._advance(self._period)
+
+    # Time
+
+    def _catch_up(self) -> None:
+        """Real time: bring the machine to the host's present, but not past the next SYNC that is due."""
+        now = time.perf_counter() - self._clock_zero
+        if now - self.machine.time > _FALLING_BEHIND:
+            self._clock_zero += now - self.machine.time
+            self._last_sync = None
+            return
+        if self._last_sync is not None and now < self._last_sync + 1.5 * self._period:
+            now = min(now, self._last_sync + self._period)
+        self._advance(now - self.machine.time)
+        self._flush()
+
+    def _lock_to_sync(self) -> None:
+        """Real time: real drives sample on SYNC with microseconds of jitter, by a phase-locked loop on its period.
+        This thread wakes up with much more, so the machine's time follows the SYNC count where SYNC is regular."""
+        now = time.perf_counter() - self._clock_zero
+        if self._last_sync is not None:
+            periods = round((now - self._last_sync) / self._period)
+            expected = self._last_sync + periods * self._period
+            if periods >= 1 and abs(now - expected) < 0.25 * self._period:
+                now = expected
+        self._advance(now - self.machine.time)
+        self._last_sync = self.machine.time
+        self._flush()
+
+    def _advance(self, duration: float) -> None:
+        machine = self.machine
+        for j, drive in enumerate(self.drives):
+            if machine.enabled[j] != drive.powered:
+                machine.enabled[j] = drive.powered
+                machine.brake[j] = not drive.powered
+        steps = round(duration / machine.dt)
+        if steps <= 0:
+            return
+        generators = [drive.generator for drive in self.drives]
+        machine.advance([[generator.step() for generator in generators] for _ in range(steps)])
+        self._update()
+
+    def _update(self) -> None:
+        for drive, count in zip(self.drives, self.machine.encoder_counts(), strict=True):
+            drive.update(count, self.machine.time)
