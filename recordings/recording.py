@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 
 from recordings.config import Section
 from recordings.rig import Rig
+from recordings.schemas import Level
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
 
 
 class Run(Section):
@@ -44,7 +46,7 @@ class Event:
 
     time: float
     """Host time from the first SYNC [s]."""
-    level: Literal["debug", "info", "warning", "error", "fatal"]
+    level: Level
     source: str
     message: str
 
@@ -88,3 +90,24 @@ class Recording:
         """(dof,) number of samples lost per joint."""
         counts: Ints = np.isnan(self.position).sum(axis=0, dtype=np.int64)
         return counts
+
+
+@dataclass(frozen=True, eq=False)
+class CanFrames:
+    """The n frames of a recording in the order in which they were logged."""
+
+    stamp: Ints
+    """(n,) each frame's own time [ns]."""
+    log: Ints
+    """(n,) the host's arrival time [ns]."""
+    id: Ints
+    """(n,) arbitration id."""
+    dlc: Ints
+    """(n,) number of data bytes."""
+    data: NDArray[np.uint8]
+    """(n, 8) data bytes, zero behind dlc."""
+    sent: Bools
+    """(n,) True for the frames that we sent, False for those received."""
+    rtr: Bools
+    extended: Bools
+    error: Bools

@@ -1,0 +1,199 @@
+"""Reading MCAP files whole, a chunk at a time, be they complete or cut off.
+
+The mcap library decodes the few descriptive records. Messages, thousands per chunk, are only located here; all
+messages of a chunk that have one length are then viewed as one numpy array.
+"""
+
+import struct
+import zlib
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Metadata, Schema
+from mcap.stream_reader import get_chunk_data_stream
+from numpy.typing import NDArray
+
+from recordings.cdr import Field, Layout, parse_schema
+from recordings.errors import BadInput
+
+MAGIC = b"\x89MCAP0\r\n"
+
+_RECORD = struct.Struct("<BQ")
+_MESSAGE = struct.Struct("<BQH")
+_MESSAGE_HEAD = 31
+"""Bytes of a Message record before the message itself: opcode, length, channel, sequence, log and publish time."""
+
+# What the libraries raise on bytes that make no sense.
+_NONSENSE = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
+
+Batch = np.ndarray[Any, np.dtype[Any]]
+"""Messages of one topic and one length: `log` [ns] and `message`, whose fields are those of `Layout.dtype`."""
+
+T = TypeVar("T")
+
+
+@dataclass
+class Container:
+    """The contents of one MCAP file."""
+
+    path: Path
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    """Metadata records by name; of several records with one name, later ones add to earlier ones."""
+    fields: dict[str, tuple[Field, ...]] = field(default_factory=dict)
+    """Topic: the values of its messages."""
+    batches: dict[str, list[Batch]] = field(default_factory=dict)
+    """Topic: its messages, in as many parts as there are chunks and lengths."""
+    cut_off: bool = True
+    """Whether the file ends before its footer."""
+
+
+def load(path: Path, topics: Collection[str]) -> Container:
+    """Read the messages of `topics` and all metadata. Of a file that is cut off, everything intact.
+
+    Raises:
+        BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
+    """
+    data = _contents(path)
+    try:
+        return _Loader(path, topics).load(data)
+    except BadInput:
+        raise
+    except _NONSENSE as error:
+        reason = str(error) or type(error).__name__
+        raise BadInput(f"recording {path} is damaged: {reason}; restore it from a copy or record again") from None
+
+
+def _contents(path: Path) -> bytes:
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        raise BadInput(f"recording {path} does not exist; check the path") from None
+    except IsADirectoryError:
+        raise BadInput(f"recording {path}: a file expected, a folder found; name a file in it") from None
+    except OSError as error:
+        raise BadInput(f"recording {path} cannot be read: {error.strerror}") from None
+    if not data:
+        raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
+    if not data.startswith(MAGIC):
+        raise BadInput(f"{path} is not an MCAP file: {MAGIC!r} expected at its beginning, {data[:8]!r} found")
+    # A file that a power failure cut off may end in zeros that were never written.
+    return data if data.endswith(MAGIC) else data.rstrip(b"\0")
+
+
+class _Loader:
+    def __init__(self, path: Path, topics: Collection[str]) -> None:
+        self._container = Container(path)
+        self._topics = topics
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, str] = {}
+
+    def load(self, data: bytes) -> Container:
+        for opcode, offset, body in _records(data):
+            if opcode == Opcode.METADATA:
+                record = _read(Metadata.read, body)
+                self._container.metadata.setdefault(record.name, {}).update(record.metadata)
+            elif opcode == Opcode.CHUNK:
+                stream, size = get_chunk_data_stream(_read(Chunk.read, body), validate_crc=True)
+                self._chunk(stream.read(size))
+            elif opcode == Opcode.DATA_END:
+                _compare_crc(body, data[:offset])
+            elif opcode == Opcode.FOOTER:
+                summary_start = int.from_bytes(body[:8], "little")
+                _compare_crc(body[16:], data[summary_start : offset + _RECORD.size + 16])
+                self._container.cut_off = False
+            else:
+                self._describe(opcode, body)
+        if self._container.cut_off and data.endswith(MAGIC) and len(data) > len(MAGIC):
+            raise ValueError("it has an end, but the records before do not lead there")
+        return self._container
+
+    def _describe(self, opcode: int, body: bytes) -> None:
+        if opcode == Opcode.SCHEMA:
+            schema = _read(Schema.read, body)
+            self._schemas[schema.id] = schema
+        elif opcode == Opcode.CHANNEL:
+            channel = _read(Channel.read, body)
+            self._channels[channel.id] = channel.topic
+            if channel.topic in self._topics:
+                self._container.fields[channel.topic] = self._fields(channel)
+
+    def _fields(self, channel: Channel) -> tuple[Field, ...]:
+        schema = self._schemas[channel.schema_id]
+        encodings = channel.message_encoding, schema.encoding
+        try:
+            if encodings == ("cdr", "ros2msg"):
+                return parse_schema(schema.data.decode())
+            reason = f"encodings cdr and ros2msg expected, {' and '.join(encodings)} found"
+        except ValueError as error:
+            reason = str(error)
+        raise BadInput(
+            f"{self._container.path} is not a recording of this program: {channel.topic}: {reason}; "
+            f"record with `daq record`"
+        )
+
+    def _chunk(self, data: bytes) -> None:
+        offset = 0
+        found: dict[tuple[int, int], list[int]] = defaultdict(list)
+        while offset < len(data):
+            opcode, length, channel = _MESSAGE.unpack_from(data, offset)
+            if opcode == Opcode.MESSAGE:
+                found[channel, length].append(offset)
+            else:
+                start = offset + _RECORD.size
+                self._describe(opcode, data[start : start + length])
+            offset += _RECORD.size + length
+        buffer = np.frombuffer(data, np.uint8)
+        for (channel, length), offsets in found.items():
+            topic = self._channels.get(channel)
+            if topic in self._container.fields:
+                rows = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
+                self._container.batches.setdefault(topic, []).extend(_batches(self._container.fields[topic], rows))
+
+
+def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Batch]:
+    """View Message records of one length, (n, length), as messages; more than once only where strings vary."""
+    while len(rows):
+        layout = Layout.of(fields, rows[0, _MESSAGE_HEAD:].tobytes())
+        dtype = np.dtype(
+            {
+                "names": ["log", "message"],
+                "formats": ["<u8", layout.dtype],
+                "offsets": [15, _MESSAGE_HEAD],
+                "itemsize": rows.shape[1],
+            }
+        )
+        batch = rows.view(dtype)[:, 0]
+        fits = layout.fits(batch["message"])
+        yield batch if fits.all() else batch[fits]
+        rows = rows[~fits]
+
+
+def _records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """Opcode, offset and body of every top-level record that is there as a whole."""
+    offset = len(MAGIC)
+    while offset + _RECORD.size <= len(data):
+        opcode, length = _RECORD.unpack_from(data, offset)
+        start = offset + _RECORD.size
+        if start + length > len(data):
+            return
+        yield opcode, offset, data[start : start + length]
+        offset = start + length
+
+
+def _read(decode: Callable[[ReadDataStream], T], body: bytes) -> T:
+    return decode(ReadDataStream(BytesIO(body)))
+
+
+def _compare_crc(expected: bytes, data: bytes) -> None:
+    crc = int.from_bytes(expected[:4], "little")
+    if crc not in (0, zlib.crc32(data)):  # 0: the file was written without
+        raise ValueError("its checksum does not match its contents")

@@ -1,0 +1,208 @@
+"""Reading a recording into arrays, be it complete or interrupted."""
+
+import json
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from recordings import schemas
+from recordings.cdr import Layout, parse_schema
+from recordings.config import validated
+from recordings.container import Batch, Container, load
+from recordings.errors import BadInput
+from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
+from recordings.rig import Rig
+
+_SYNCED = ("/joint_states", "/joint_commands", "/amplifiers")
+_LEVELS = {number: name for name, number in schemas.LEVELS.items()}
+
+
+def read(path: Path) -> Recording:
+    """Read a recording; of an interrupted one, everything that is intact.
+
+    The messages of one SYNC are joined by their stamp; what is missing is a gap: NaN, statusword and error code 0,
+    repeat -1.
+
+    Raises:
+        BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
+    """
+    container = _load(path, (*_SYNCED, "/events"))
+    run = _run(container)
+    grid = _Grid(container, _rig(container), _stamps(container, run))
+    return Recording(
+        path=path,
+        rig=grid.rig,
+        run=run,
+        time=(grid.stamps - grid.stamps[0]) / 1e9,
+        position=grid.joints("/joint_states", "position", np.nan),
+        command=grid.joints("/joint_commands", "position", np.nan),
+        voltage=grid.joints("/amplifiers", "voltage", np.nan),
+        velocity=_if_any(grid.joints("/joint_states", "velocity", np.nan)),
+        effort=_if_any(grid.joints("/joint_states", "effort", np.nan)),
+        statusword=grid.joints("/amplifiers", "statusword", 0),
+        error_code=grid.joints("/amplifiers", "error_code", 0),
+        repeat=grid.scalars("repeat", -1),
+        lateness=grid.scalars("lateness", np.nan),
+        events=_events(container, int(grid.stamps[0])),
+    )
+
+
+def read_can(path: Path) -> CanFrames:
+    """Read the frames of the bus from a recording, in the order in which they were logged.
+
+    Raises:
+        BadInput: the file is missing, not MCAP, damaged, or not a recording of this program.
+    """
+    container = _load(path, ("/can",))
+    # "tx" and "rx" are three bytes with their NUL; an empty array gives the type where there are no frames.
+    none = np.empty(0, Layout(parse_schema(schemas.CAN_FRAME), lambda *_: 3).dtype)
+    batches = container.batches.get("/can", [])
+    log = np.concatenate([np.empty(0, np.int64), *(batch["log"].astype(np.int64) for batch in batches)])
+    order = np.argsort(log, kind="stable")
+    frames = np.concatenate([none, *(batch["message"] for batch in batches)])[order]
+    return CanFrames(
+        stamp=_nanoseconds(frames),
+        log=log[order],
+        id=frames["id"].astype(np.int64),
+        dlc=frames["dlc"].astype(np.int64),
+        data=frames["data"],
+        sent=frames["header.frame_id"] == b"tx",
+        rtr=frames["is_rtr"],
+        extended=frames["is_extended"],
+        error=frames["is_error"],
+    )
+
+
+@dataclass(frozen=True)
+class _Grid:
+    """The SYNC instants of a recording, on which the messages of its topics are joined."""
+
+    container: Container
+    rig: Rig
+    stamps: Ints
+    """(n,) [ns], ascending."""
+
+    def joints(self, topic: str, name: str, missing: float) -> NDArray[Any]:
+        """(n, dof) one field of a topic, in the rig's order of joints."""
+        table = np.full((len(self.stamps), self.rig.dof), missing)
+        for batch in self.container.batches.get(topic, []):
+            values = batch["message"][name]
+            if values.shape[1] == 0:  # drives need not measure velocity and effort
+                continue
+            if values.shape[1] != self.rig.dof:
+                raise BadInput(
+                    f"recording {self.container.path}: {self.rig.dof} joints expected in {name} of {topic}, "
+                    f"{values.shape[1]} found; the file was changed by another program"
+                )
+            table[self._rows(batch)] = values[:, self._order(batch)]
+        return table
+
+    def scalars(self, name: str, missing: float) -> NDArray[Any]:
+        """(n,) one field of /amplifiers."""
+        table = np.full(len(self.stamps), missing)
+        for batch in self.container.batches.get("/amplifiers", []):
+            table[self._rows(batch)] = batch["message"][name]
+        return table
+
+    def _rows(self, batch: Batch) -> Ints:
+        return np.searchsorted(self.stamps, _nanoseconds(batch["message"]))
+
+    def _order(self, batch: Batch) -> list[int]:
+        """Where each joint of the rig stands in the messages, by name where they carry names."""
+        names = [name for name in batch["message"].dtype.names or () if name.startswith("name.")]
+        if not names:
+            return list(range(self.rig.dof))
+        found = [set(batch["message"][name].tolist()) for name in names]
+        expected = [name.encode() for name in self.rig.joint_names]
+        try:
+            return [found.index({name}) for name in expected]
+        except ValueError:
+            raise BadInput(
+                f"recording {self.container.path}: joints {b', '.join(expected).decode()} expected, "
+                f"{b', '.join(set().union(*found)).decode(errors='replace')} found; "
+                f"the file was changed by another program"
+            ) from None
+
+
+def _load(path: Path, topics: Collection[str]) -> Container:
+    container = load(path, topics)
+    lacking = [name for name in ("rig", "run") if name not in container.metadata]
+    lacking += [topic for topic in topics if topic not in container.fields]
+    if lacking and container.cut_off:
+        raise BadInput(f"recording {path} was cut off before its first data; record again")
+    if lacking:
+        raise BadInput(
+            f"{path} is not a recording of this program: metadata records 'rig' and 'run' and the topics "
+            f"{', '.join(topics)} expected, {', '.join(lacking)} not found; record with `daq record`"
+        )
+    _check_layout(container)
+    return container
+
+
+def _check_layout(container: Container) -> None:
+    layout = container.metadata["rig"].get("layout")
+    if layout != schemas.LAYOUT:
+        raise BadInput(
+            f"recording {container.path}: layout {schemas.LAYOUT} expected, {layout} found; "
+            f"read it with the program that wrote it ({container.metadata['run'].get('software')}) or a newer one"
+        )
+    for topic, fields in container.fields.items():
+        lacking = [field.name for field in parse_schema(schemas.TOPICS[topic][1]) if field not in fields]
+        if lacking:
+            raise BadInput(
+                f"recording {container.path}: messages of {topic} with {', '.join(lacking)} expected, none found; "
+                f"the file was changed by another program"
+            )
+
+
+def _rig(container: Container) -> Rig:
+    where = f"recording {container.path}: metadata record 'rig'"
+    try:
+        content = json.loads(container.metadata["rig"].get("json", ""))
+    except ValueError as error:
+        raise BadInput(f"{where}: JSON expected, {error}") from None
+    return validated(content, Rig, where)
+
+
+def _run(container: Container) -> Run:
+    try:
+        return Run.model_validate_strings(container.metadata["run"])
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise BadInput(
+            f"recording {container.path}: metadata record 'run': {first['loc'][0]}: {first['msg']}; "
+            f"the file was changed by another program"
+        ) from None
+
+
+def _stamps(container: Container, run: Run) -> Ints:
+    batches = [batch for topic in _SYNCED for batch in container.batches.get(topic, [])]
+    if not batches:
+        reason = run.reason or "it was interrupted"
+        raise BadInput(f"recording {container.path} holds no samples, the run ended before: {reason}; record again")
+    return np.unique(np.concatenate([_nanoseconds(batch["message"]) for batch in batches]))
+
+
+def _nanoseconds(messages: Batch) -> Ints:
+    stamp = messages["header.stamp"]
+    nanoseconds: Ints = stamp["sec"].astype(np.int64) * 10**9 + stamp["nanosec"]
+    return nanoseconds
+
+
+def _if_any(table: Floats) -> Floats | None:
+    return None if np.isnan(table).all() else table
+
+
+def _events(container: Container, first_stamp: int) -> tuple[Event, ...]:
+    events = []
+    for batch in container.batches.get("/events", []):
+        for log, message in zip(batch["log"].tolist(), batch["message"], strict=True):
+            level = _LEVELS.get(int(message["level"]), "info")
+            source, text = (message[name].decode(errors="replace") for name in ("name", "msg"))
+            events.append(Event((log - first_stamp) / 1e9, level, source, text))
+    return tuple(sorted(events, key=lambda event: event.time))

@@ -1,0 +1,119 @@
+"""The message types of a recording, as ROS 2 message definitions with all that they depend on."""
+
+from typing import Literal
+
+_TIME = """\
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+
+_HEADER = """\
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+"""
+
+_POINT = """\
+MSG: geometry_msgs/Point
+float64 x
+float64 y
+float64 z
+"""
+
+
+def _schema(definition: str, *dependencies: str) -> str:
+    return f"{'=' * 80}\n".join((definition, *dependencies))
+
+
+JOINT_STATE = _schema(
+    """\
+std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+""",
+    _HEADER,
+    _TIME,
+)
+
+AMPLIFIER_STATE = _schema(
+    """\
+# The amplifiers' answers to one SYNC, one entry per joint; header.stamp is the SYNC instant.
+std_msgs/Header header
+# SYNC counter.
+uint32 cycle
+# Repetition of the motion; -1 while approaching and stopping.
+int32 repeat
+# How late the host began the cycle [s].
+float64 lateness
+# Signed operating voltage [V]; NaN where there is no fresh one.
+float64[] voltage
+# When each voltage was measured; equals header.stamp where it came with the SYNC.
+builtin_interfaces/Time[] voltage_stamp
+uint16[] statusword
+uint16[] error_code
+""",
+    _HEADER,
+    _TIME,
+)
+
+POINT_STAMPED = _schema(
+    """\
+std_msgs/Header header
+geometry_msgs/Point point
+""",
+    _HEADER,
+    _TIME,
+    _POINT,
+)
+
+CAN_FRAME = _schema(
+    """\
+std_msgs/Header header
+uint32 id
+bool is_rtr
+bool is_extended
+bool is_error
+uint8 dlc
+uint8[8] data
+""",
+    _HEADER,
+    _TIME,
+)
+
+LOG = _schema(
+    """\
+byte DEBUG=10
+byte INFO=20
+byte WARN=30
+byte ERROR=40
+byte FATAL=50
+builtin_interfaces/Time stamp
+uint8 level
+string name
+string msg
+string file
+string function
+uint32 line
+""",
+    _TIME,
+)
+
+TOPICS = {
+    "/joint_states": ("sensor_msgs/msg/JointState", JOINT_STATE),
+    "/joint_commands": ("sensor_msgs/msg/JointState", JOINT_STATE),
+    "/amplifiers": ("delta_msgs/msg/AmplifierState", AMPLIFIER_STATE),
+    "/platform_reference": ("geometry_msgs/msg/PointStamped", POINT_STAMPED),
+    "/can": ("can_msgs/msg/Frame", CAN_FRAME),
+    "/events": ("rcl_interfaces/msg/Log", LOG),
+}
+"""Topic: name and text of its message type."""
+
+Level = Literal["debug", "info", "warning", "error", "fatal"]
+LEVELS: dict[Level, int] = {"debug": 10, "info": 20, "warning": 30, "error": 40, "fatal": 50}
+"""Levels of rcl_interfaces/msg/Log."""
+
+LAYOUT = "1"
+"""Version of all this, kept in the metadata record `rig`; to be raised when older readers would go wrong."""

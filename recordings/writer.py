@@ -1,0 +1,243 @@
+"""Writing a recording: an MCAP file of ROS 2 messages that survives being cut off."""
+
+import json
+from collections.abc import Sequence
+from io import BufferedWriter
+from pathlib import Path
+from types import TracebackType
+from typing import Any, NoReturn, Self
+
+import numpy as np
+from mcap.writer import Writer
+from numpy.typing import NDArray
+
+from recordings import schemas
+from recordings.cdr import Encoder, parse_schema
+from recordings.errors import BadInput, RunFailed
+from recordings.recording import Run
+from recordings.rig import Rig
+
+FLUSH_INTERVAL = 500_000_000
+"""At most this much recorded time [ns] is lost when the program is killed."""
+
+_FIELDS = {topic: parse_schema(text) for topic, (_, text) in schemas.TOPICS.items()}
+
+Numbers = Sequence[float] | NDArray[np.float64]
+
+
+class RecordingFailed(RunFailed, BadInput):
+    """The file cannot be written on, most often because the disk is full.
+
+    It ends the run as any RunFailed does, but it is the user's to mend, as bad input is: exit code 2.
+    """
+
+
+class RecordingWriter:
+    """Writes one recording; a context manager. Not to be shared between threads.
+
+    Stamps are nanoseconds: `stamp_ns` the SYNC instant (for a frame, its own time), `log_ns` the host's arrival time.
+    Nothing else enters the file, so the same calls give the same bytes. Leaving the context closes the recording,
+    with exit status 1 and the error as its reason where there was one.
+
+    Every method raises RecordingFailed where the file cannot be written; what was written before stays readable.
+    """
+
+    def __init__(self, path: Path, rig: Rig, run: Run) -> None:
+        """Create the file and write the metadata records `rig` and `run`.
+
+        Raises:
+            BadInput: the file exists, or cannot be created.
+        """
+        self._path = path
+        self._joints = rig.joint_names
+        self._flushed: int | None = None
+        self._encoders: dict[tuple[str, bool, bool], Encoder] = {}
+        self._amplifiers = self._amplifier_encoder()
+        self._point = Encoder(_FIELDS["/platform_reference"], {"header.frame_id": "base"}, {})
+        self._sent, self._received = (
+            Encoder(_FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
+        )
+        self._stream = _create(path)
+        self._open = True
+        # Any: a part of the library's methods lack annotations.
+        self._mcap: Any = Writer(self._stream, enable_data_crcs=True)
+        try:
+            self._mcap.start(profile="ros2", library="delta-workbench")
+            self._channels = {topic: self._register(topic) for topic in schemas.TOPICS}
+            self._mcap.add_metadata("rig", {"layout": schemas.LAYOUT, "json": _clean(rig.model_dump_json())})
+            self._mcap.add_metadata("run", _strings(run))
+            self._stream.flush()
+        except OSError as error:
+            self._fail(error)
+
+    def joint_states(
+        self,
+        stamp_ns: int,
+        log_ns: int,
+        position: Numbers,
+        velocity: Numbers | None = None,
+        effort: Numbers | None = None,
+    ) -> None:
+        """Measured joint positions [rad], NaN where lost; velocities [rad/s] and efforts [N m] only if measured."""
+        self._joint_state("/joint_states", stamp_ns, log_ns, position, velocity, effort)
+
+    def joint_commands(self, stamp_ns: int, log_ns: int, position: Numbers) -> None:
+        """The joint reference [rad] that was sent for this SYNC."""
+        self._joint_state("/joint_commands", stamp_ns, log_ns, position, None, None)
+
+    def amplifiers(
+        self,
+        stamp_ns: int,
+        log_ns: int,
+        cycle: int,
+        repeat: int,
+        lateness: float,
+        voltage: Numbers,
+        statusword: Sequence[int],
+        error_code: Sequence[int],
+        voltage_stamp_ns: Sequence[int] | None = None,
+    ) -> None:
+        """The amplifiers' answers to SYNC number `cycle`: voltages [V], NaN where not fresh; the host's lateness [s].
+
+        `voltage_stamp_ns` says when each voltage was measured where that is not the SYNC instant.
+        """
+        stamp = divmod(stamp_ns, 10**9)
+        if voltage_stamp_ns is None:
+            voltage_stamps = [*stamp] * len(self._joints)
+        else:
+            voltage_stamps = [part for own in voltage_stamp_ns for part in divmod(own, 10**9)]
+        values = [*stamp, cycle, repeat, lateness, *voltage, *voltage_stamps, *statusword, *error_code]
+        self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers.pack(values))
+
+    def platform_reference(self, stamp_ns: int, log_ns: int, xyz: Numbers) -> None:
+        """The platform position [m] that the reference means."""
+        payload = self._point.pack([*divmod(stamp_ns, 10**9), *xyz])
+        self._add("/platform_reference", stamp_ns, log_ns, payload)
+
+    def can(
+        self,
+        stamp_ns: int,
+        log_ns: int,
+        arbitration_id: int,
+        data: bytes,
+        *,
+        sent: bool,
+        rtr: bool = False,
+        extended: bool = False,
+        error: bool = False,
+    ) -> None:
+        """One frame of the bus with at most 8 bytes; `sent` tells ours from those received."""
+        encoder = self._sent if sent else self._received
+        stamp = divmod(stamp_ns, 10**9)
+        payload = encoder.pack([*stamp, arbitration_id, rtr, extended, error, len(data), *data.ljust(8, b"\0")])
+        self._add("/can", stamp_ns, log_ns, payload)
+
+    def event(self, log_ns: int, level: schemas.Level, source: str, message: str) -> None:
+        """A state change, EMCY, missed cycle, or a stop and its reason."""
+        encoder = Encoder(_FIELDS["/events"], {"name": source, "msg": message, "file": "", "function": ""}, {})
+        payload = encoder.pack([*divmod(log_ns, 10**9), schemas.LEVELS[level], 0])
+        self._add("/events", log_ns, log_ns, payload)
+
+    def close(self, exit_status: int, reason: str) -> None:
+        """Write how the run ended and the summary. A recording that is closed already stays as it is."""
+        if not self._open:
+            return
+        try:
+            # The end of the run belongs behind the last chunk.
+            self._mcap.flush()
+            self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": _clean(reason)})
+            self._mcap.finish()
+            self._stream.close()
+            self._open = False
+        except OSError as error:
+            self._fail(error)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        if error is None:
+            self.close(0, "done")
+        else:
+            self.close(1, str(error) or type(error).__name__)
+
+    def _register(self, topic: str) -> int:
+        name, text = schemas.TOPICS[topic]
+        schema: int = self._mcap.register_schema(name, "ros2msg", text.encode())
+        channel: int = self._mcap.register_channel(topic, "cdr", schema)
+        return channel
+
+    def _amplifier_encoder(self) -> Encoder:
+        sequences = ("voltage", "voltage_stamp", "statusword", "error_code")
+        return Encoder(_FIELDS["/amplifiers"], {"header.frame_id": ""}, dict.fromkeys(sequences, len(self._joints)))
+
+    def _joint_state(
+        self,
+        topic: str,
+        stamp_ns: int,
+        log_ns: int,
+        position: Numbers,
+        velocity: Numbers | None,
+        effort: Numbers | None,
+    ) -> None:
+        encoder = self._joint_encoder(topic, velocity is not None, effort is not None)
+        values: list[float] = [*divmod(stamp_ns, 10**9), *position]
+        for measured in (velocity, effort):
+            if measured is not None:
+                values.extend(measured)
+        self._add(topic, stamp_ns, log_ns, encoder.pack(values))
+
+    def _joint_encoder(self, topic: str, velocity: bool, effort: bool) -> Encoder:
+        key = (topic, velocity, effort)
+        if key not in self._encoders:
+            dof = len(self._joints)
+            texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(self._joints)}
+            lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
+            self._encoders[key] = Encoder(_FIELDS[topic], texts, lengths)
+        return self._encoders[key]
+
+    def _add(self, topic: str, stamp_ns: int, log_ns: int, payload: bytes) -> None:
+        if not self._open:
+            raise RecordingFailed(f"recording {self._path} is closed; nothing more can be recorded")
+        try:
+            if self._flushed is None:
+                self._flushed = log_ns
+            elif log_ns - self._flushed >= FLUSH_INTERVAL:
+                # By recorded time, not by the wall clock, so that a simulated run gives the same bytes again.
+                self._mcap.flush()
+                self._flushed = log_ns
+            self._mcap.add_message(self._channels[topic], log_ns, payload, stamp_ns)
+        except OSError as error:
+            self._fail(error)
+
+    def _fail(self, error: OSError) -> NoReturn:
+        # Closed below its buffer: what is still in there would be written, and fail, again.
+        self._stream.raw.close()
+        self._open = False
+        raise RecordingFailed(
+            f"recording {self._path} cannot be written: {error.strerror or error}; free some space and record again "
+            f"(what was recorded up to here can be read)"
+        ) from error
+
+
+def _create(path: Path) -> BufferedWriter:
+    try:
+        return path.open("xb")
+    except FileExistsError:
+        raise BadInput(f"recording {path} exists; choose another name or remove it") from None
+    except FileNotFoundError:
+        raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
+    except OSError as error:
+        raise BadInput(f"recording {path} cannot be created: {error.strerror}; choose another name") from None
+
+
+def _strings(run: Run) -> dict[str, str]:
+    values = run.model_dump(mode="json", exclude_none=True)
+    return {name: _clean(value) if isinstance(value, str) else json.dumps(value) for name, value in values.items()}
+
+
+def _clean(text: str) -> str:
+    """Without lone surrogates, as they come from file names, which UTF-8 cannot hold."""
+    return text.encode("utf-8", "replace").decode()

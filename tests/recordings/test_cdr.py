@@ -1,0 +1,195 @@
+"""Our CDR against two independent implementations: mcap-ros2-support (bytes) and rosbags (meaning)."""
+
+import struct
+from collections.abc import Mapping
+from itertools import chain
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from recordings import schemas
+from recordings.cdr import Encoder, Layout, parse_schema
+
+TYPES = dict(schemas.TOPICS.values())
+FLOATS = st.floats(width=64)
+STAMPS = st.tuples(st.integers(0, 2**31 - 1), st.integers(0, 10**9 - 1))
+TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\0"), max_size=12)
+
+
+def words(size: int) -> st.SearchStrategy[int]:
+    return st.integers(0, 2**size - 1)
+
+
+def lists(elements: st.SearchStrategy[Any], n: int) -> st.SearchStrategy[list[Any]]:
+    return st.lists(elements, min_size=n, max_size=n)
+
+
+def time(stamp: tuple[int, int]) -> dict[str, int]:
+    return {"sec": stamp[0], "nanosec": stamp[1]}
+
+
+def expected(name: str, message: Mapping[str, Any]) -> bytes:
+    return serialize_dynamic(name, TYPES[name])[name](message)
+
+
+@given(st.data(), STAMPS, TEXTS, st.integers(0, 4))
+def test_joint_state_is_byte_for_byte_what_mcap_ros2_support_writes(data, stamp, frame, dof) -> None:
+    names = data.draw(lists(TEXTS, dof))
+    columns = {
+        name: data.draw(st.sampled_from([0, dof]).flatmap(lambda n: lists(FLOATS, n)))
+        for name in ("position", "velocity", "effort")
+    }
+    texts = {"header.frame_id": frame} | {f"name.{i}": name for i, name in enumerate(names)}
+    lengths = {"name": dof} | {name: len(column) for name, column in columns.items()}
+    encoder = Encoder(parse_schema(schemas.JOINT_STATE), texts, lengths)
+    message = {"header": {"stamp": time(stamp), "frame_id": frame}, "name": names, **columns}
+    assert encoder.pack([*stamp, *chain(*columns.values())]) == expected("sensor_msgs/msg/JointState", message)
+
+
+@given(st.data(), STAMPS, words(32), st.integers(-(2**31), 2**31 - 1), FLOATS, st.integers(1, 7))
+def test_amplifier_state_is_byte_for_byte_what_mcap_ros2_support_writes(
+    data, stamp, cycle, repeat, lateness, dof
+) -> None:
+    voltage = data.draw(lists(FLOATS, dof))
+    stamps = data.draw(lists(STAMPS, dof))
+    statusword, error_code = (data.draw(lists(words(16), dof)) for _ in range(2))
+    sequences = ("voltage", "voltage_stamp", "statusword", "error_code")
+    encoder = Encoder(parse_schema(schemas.AMPLIFIER_STATE), {"header.frame_id": ""}, dict.fromkeys(sequences, dof))
+    payload = encoder.pack(
+        [*stamp, cycle, repeat, lateness, *voltage, *chain(*stamps), *statusword, *error_code],
+    )
+    message = {
+        "header": {"stamp": time(stamp), "frame_id": ""},
+        "cycle": cycle,
+        "repeat": repeat,
+        "lateness": lateness,
+        "voltage": voltage,
+        "voltage_stamp": [time(stamp) for stamp in stamps],
+        "statusword": statusword,
+        "error_code": error_code,
+    }
+    assert payload == expected("delta_msgs/msg/AmplifierState", message)
+
+
+@given(STAMPS, lists(FLOATS, 3))
+def test_point_is_byte_for_byte_what_mcap_ros2_support_writes(stamp, xyz) -> None:
+    payload = Encoder(parse_schema(schemas.POINT_STAMPED), {"header.frame_id": "base"}, {}).pack([*stamp, *xyz])
+    message = {"header": {"stamp": time(stamp), "frame_id": "base"}, "point": dict(zip("xyz", xyz, strict=True))}
+    assert payload == expected("geometry_msgs/msg/PointStamped", message)
+
+
+@given(STAMPS, st.sampled_from(["tx", "rx"]), words(29), lists(st.booleans(), 3), words(8), st.binary(max_size=8))
+def test_can_frame_is_byte_for_byte_what_mcap_ros2_support_writes(stamp, frame, id_, flags, dlc, content) -> None:
+    encoder = Encoder(parse_schema(schemas.CAN_FRAME), {"header.frame_id": frame}, {})
+    message = {
+        "header": {"stamp": time(stamp), "frame_id": frame},
+        "id": id_,
+        **dict(zip(("is_rtr", "is_extended", "is_error"), flags, strict=True)),
+        "dlc": dlc,
+        "data": content,
+    }
+    payload = encoder.pack([*stamp, id_, *flags, dlc, *content.ljust(8, b"\0")])
+    assert payload == expected("can_msgs/msg/Frame", message)
+
+
+@given(STAMPS, words(8), TEXTS, TEXTS, words(32))
+def test_log_is_byte_for_byte_what_mcap_ros2_support_writes(stamp, level, name, text, line) -> None:
+    strings = {"name": name, "msg": text, "file": "", "function": ""}
+    payload = Encoder(parse_schema(schemas.LOG), strings, {}).pack([*stamp, level, line])
+    message = {"stamp": time(stamp), "level": level, "line": line, **strings}
+    assert payload == expected("rcl_interfaces/msg/Log", message)
+
+
+@pytest.mark.parametrize("name", TYPES)
+def test_schema_is_the_message_type_that_rosbags_knows(name: str) -> None:
+    ours = get_types_from_msg(TYPES[name], name)
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    known = {other: definition for other, definition in ours.items() if other in store.fielddefs}
+    assert known, "not even the header is known"
+    for other, definition in known.items():
+        assert definition[1] == store.fielddefs[other][1]
+
+
+@given(st.data())
+def test_view_reads_back_what_was_packed(data) -> None:
+    n, dof = data.draw(st.integers(1, 5)), data.draw(st.integers(1, 4))
+    positions = [data.draw(lists(FLOATS, dof)) for _ in range(n)]
+    stamps = [data.draw(STAMPS) for _ in range(n)]
+    names = [f"joint_{i}" for i in range(dof)]
+    fields = parse_schema(schemas.JOINT_STATE)
+    texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(names)}
+    encoder = Encoder(fields, texts, {"name": dof, "position": dof, "velocity": 0, "effort": 0})
+    packed = [encoder.pack([*stamp, *position]) for stamp, position in zip(stamps, positions, strict=True)]
+    layout = Layout.of(fields, packed[0])
+    view = np.frombuffer(b"".join(packed), layout.dtype)
+    assert layout.fits(view).all()
+    np.testing.assert_array_equal(view["position"], positions)
+    assert view["velocity"].shape == (n, 0)
+    assert [tuple(stamp) for stamp in view["header.stamp"].tolist()] == stamps
+    assert [view[f"name.{i}"][0].decode() for i in range(dof)] == names
+    decoded = generate_dynamic("sensor_msgs/msg/JointState", schemas.JOINT_STATE)["sensor_msgs/msg/JointState"]
+    assert decoded(packed[-1]).name == names
+
+
+def test_messages_with_other_lengths_do_not_fit() -> None:
+    fields = parse_schema(schemas.LOG)
+
+    def packed(source: str, text: str) -> bytes:
+        return Encoder(fields, {"name": source, "msg": text, "file": "", "function": ""}, {}).pack([1, 2, 20, 0])
+
+    messages = [packed("abcd", "efgh"), packed("12345678", ""), packed("ijkl", "mnop")]
+    layout = Layout.of(fields, messages[0])
+    assert len({len(message) for message in messages}) == 1, "the point is that their size is the same"
+    assert layout.fits(np.frombuffer(b"".join(messages), layout.dtype)).tolist() == [True, False, True]
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda message: message[:14], "shorter"),
+        (lambda message: message[:24], "bytes, its contents"),
+        (lambda message: message + b"\0", "bytes, its contents"),
+        (lambda message: b"\x00\x00" + message[2:], "little endian"),
+        (lambda message: message[:12] + b"\xff\xff\xff\x7f" + message[16:], "shorter"),
+    ],
+)
+def test_a_message_that_is_no_such_message_is_refused(spoil, reason) -> None:
+    fields = parse_schema(schemas.POINT_STAMPED)
+    message = Encoder(fields, {"header.frame_id": "base"}, {}).pack([0, 0, 1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match=reason):
+        Layout.of(fields, spoil(message))
+
+
+def test_packing_too_few_values_is_an_error() -> None:
+    encoder = Encoder(parse_schema(schemas.POINT_STAMPED), {"header.frame_id": ""}, {})
+    with pytest.raises(struct.error):
+        encoder.pack([0, 0, 1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("float64", "not a field"),
+        ("their_msgs/Thing thing", "their_msgs/Thing of 'thing' is not known"),
+        ("wstring name", "wstring"),
+        ("a/A[] many\n===\nMSG: a/A\nint8 x", r"a/A\[\] of 'many'"),
+        ("a/A one\n===\nMSG: a/A\na/A again", "'one.again'"),
+    ],
+)
+def test_schemas_that_are_not_understood_are_refused(text: str, reason: str) -> None:
+    with pytest.raises(ValueError, match=reason):
+        parse_schema(text)
+
+
+def test_a_schema_may_carry_comments_constants_defaults_and_bounds() -> None:
+    fields = parse_schema("# a comment\nint8 A=1\nint8 B = 2\n\nint8 x 5 # five\nuint8[<=4] some\nfloat32[2] pair\n")
+    assert [(field.name, field.codes, field.count) for field in fields] == [
+        ("x", "b", 1),
+        ("some", "B", None),
+        ("pair", "f", 2),
+    ]

@@ -1,0 +1,288 @@
+"""The reader: what the writer was given comes back, from whole, cut-off and damaged files alike."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from mcap.writer import CompressionType, Writer
+from mcap_ros2.writer import Writer as Ros2Writer
+
+from recordings import schemas
+from recordings.errors import BadInput
+from recordings.reader import read, read_can
+from recordings.recording import Run
+from recordings.rig import Rig
+from recordings.writer import RecordingWriter
+
+START = 1_700_000_000_000_000_000
+EMPTY_RIG = Rig.model_validate_json('{"name": "r", "drives": [{"node_id": 1}, {"node_id": 2}, {"node_id": 3}]}')
+
+
+def test_everything_written_comes_back(made: SimpleNamespace, rig: Rig, run: Run) -> None:
+    recording = read(made.path)
+    for name in ("position", "command", "voltage", "effort", "statusword", "error_code", "repeat", "lateness"):
+        np.testing.assert_array_equal(getattr(recording, name), getattr(made, name), err_msg=name)
+    np.testing.assert_array_equal(recording.time, np.arange(made.n) * 2_000_000 / 1e9)
+    assert recording.velocity is None
+    assert recording.rig == rig
+    assert recording.run == run.model_copy(update={"exit_status": 0, "reason": "trajectory done"})
+    assert recording.complete
+    assert recording.gaps.tolist() == [0, 1, 0]
+    assert [(event.level, event.source, event.message) for event in recording.events] == [
+        ("info", "drives", "enabled"),
+        ("warning", "cycle", "Überlänge: missed 1"),
+        ("error", "cycles", "bus: missed 2"),
+    ]
+    assert recording.events[0].time == -1.0
+
+
+def test_frames_come_back(made: SimpleNamespace) -> None:
+    frames = read_can(made.path)
+    assert len(frames.id) == 2 * made.n
+    np.testing.assert_array_equal(frames.stamp, np.repeat(made.stamp, 2))
+    np.testing.assert_array_equal(frames.log[1::2] - frames.log[::2], 700_000)
+    np.testing.assert_array_equal(frames.id, np.tile((0x80, 0x181), made.n))
+    np.testing.assert_array_equal(frames.sent, np.tile((True, False), made.n))
+    np.testing.assert_array_equal(frames.dlc, np.tile((0, 3), made.n))
+    np.testing.assert_array_equal(frames.data[1::2, :4], [(k % 256, 2, 3, 0) for k in range(made.n)])
+    assert frames.data.shape == (2 * made.n, 8)
+
+
+MESSAGES = st.lists(
+    st.tuples(
+        st.sampled_from(["joint_states", "joint_commands", "amplifiers"]),
+        st.integers(0, 12),
+        st.lists(st.floats(allow_nan=False), min_size=3, max_size=3),
+    ),
+    min_size=1,
+    max_size=40,
+    unique_by=lambda message: message[:2],
+)
+
+
+@given(MESSAGES, st.integers(1, 10**9))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_messages_of_one_sync_are_joined_in_any_order_and_with_any_of_them_missing(
+    tmp_path: Path, run: Run, messages: list[tuple[str, int, list[float]]], period: int
+) -> None:
+    path = tmp_path / "r.mcap"
+    path.unlink(missing_ok=True)
+    with RecordingWriter(path, EMPTY_RIG, run) as writer:
+        for log, (method, k, values) in enumerate(messages):
+            stamp = START + k * period
+            if method == "amplifiers":
+                writer.amplifiers(stamp, log, k, k, 0.5, values, (k, k, k), (1, 2, k))
+            else:
+                getattr(writer, method)(stamp, log, values)
+    recording = read(path)
+    given_values = {(method, k): values for method, k, values in messages}
+    cycles = sorted({k for _, k, _ in messages})
+    np.testing.assert_array_equal(recording.time, (np.array(cycles) - cycles[0]) * period / 1e9)
+    gap = [np.nan] * 3
+    columns = (recording.position, recording.command, recording.voltage)
+    for method, column in zip(("joint_states", "joint_commands", "amplifiers"), columns, strict=True):
+        np.testing.assert_array_equal(column, [given_values.get((method, k), gap) for k in cycles])
+    answered = [("amplifiers", k) in given_values for k in cycles]
+    np.testing.assert_array_equal(recording.repeat, np.where(answered, cycles, -1))
+    np.testing.assert_array_equal(recording.lateness, np.where(answered, 0.5, np.nan))
+    np.testing.assert_array_equal(recording.statusword[:, 1], np.where(answered, cycles, 0))
+    np.testing.assert_array_equal(recording.error_code[:, 0], np.where(answered, 1, 0))
+
+
+def test_velocity_and_effort_are_there_from_where_they_are_measured(tmp_path: Path, rig: Rig, run: Run) -> None:
+    with RecordingWriter(tmp_path / "r.mcap", rig, run) as writer:
+        writer.joint_states(0, 0, (1, 2, 3))
+        writer.joint_states(1, 1, (1, 2, 3), velocity=(4, 5, 6))
+        writer.joint_states(2, 2, (1, 2, 3), velocity=(7, 8, 9), effort=(1, 1, np.nan))
+    recording = read(tmp_path / "r.mcap")
+    np.testing.assert_array_equal(recording.velocity, [[np.nan] * 3, [4, 5, 6], [7, 8, 9]])
+    np.testing.assert_array_equal(recording.effort, [[np.nan] * 3, [np.nan] * 3, [1, 1, np.nan]])
+
+
+def intact_syncs(made: SimpleNamespace, size: int) -> int:
+    """SYNCs whose three messages all stand in chunks that end within the first `size` bytes."""
+    with made.path.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    intact = [chunk for chunk in chunks if chunk.chunk_start_offset + chunk.chunk_length <= size]
+    end = max((chunk.message_end_time for chunk in intact), default=0)
+    return int((made.stamp + 700_000 <= end).sum())
+
+
+@given(st.data(), st.sampled_from([0, 1, 100_000]))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_a_file_cut_off_anywhere_gives_all_intact_chunks_or_bad_input(
+    tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
+) -> None:
+    whole = made.path.read_bytes()
+    size = data.draw(st.integers(0, len(whole) - 1))
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[:size] + bytes(zeros))
+    expected = intact_syncs(made, size)
+    if expected == 0:
+        with pytest.raises(BadInput, match="cut off|is empty|not an MCAP|no samples"):
+            read(path)
+        return
+    recording = read(path)
+    assert len(recording.time) >= expected
+    np.testing.assert_array_equal(recording.position[:expected], made.position[:expected])
+    assert recording.complete == (recording.run.reason == "trajectory done")
+    if size < len(whole) // 2:
+        assert not recording.complete
+
+
+@given(st.data())
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+def test_a_flipped_bit_is_noticed_wherever_it_could_matter(
+    tmp_path: Path, made: SimpleNamespace, data: st.DataObject
+) -> None:
+    spoiled = bytearray(made.path.read_bytes())
+    spoiled[data.draw(st.integers(0, len(spoiled) - 1))] ^= 1 << data.draw(st.integers(0, 7))
+    path = tmp_path / "spoiled.mcap"
+    path.write_bytes(spoiled)
+    try:
+        recording = read(path)
+    except BadInput:
+        return
+    np.testing.assert_array_equal(recording.position, made.position)
+    np.testing.assert_array_equal(recording.voltage, made.voltage)
+    assert recording.complete
+
+
+@given(st.binary(max_size=300))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_any_bytes_behind_the_magic_are_bad_input(tmp_path: Path, content: bytes) -> None:
+    path = tmp_path / "noise.mcap"
+    path.write_bytes(b"\x89MCAP0\r\n" + content)
+    with pytest.raises(BadInput):
+        read(path)
+
+
+def foreign(path: Path, topic: str = "/imu", rig: bool = False) -> None:
+    with path.open("wb") as stream, Ros2Writer(stream) as writer:
+        schema = writer.register_msgdef("std_msgs/msg/Empty", "int8 nothing")
+        writer.write_message(topic, schema, {"nothing": 1}, 1)
+        if rig:
+            writer.add_metadata("rig", {"layout": schemas.LAYOUT, "json": EMPTY_RIG.model_dump_json()})
+            writer.add_metadata("run", {"software": "theirs"})
+
+
+def unindexed_json(path: Path) -> None:
+    with path.open("wb") as stream:
+        writer = Writer(stream, compression=CompressionType.NONE)
+        writer.start()
+        schema = writer.register_schema("s", "jsonschema", b"{}")
+        channel = writer.register_channel("/joint_states", "json", schema)
+        writer.add_message(channel, 1, b"{}", 1)
+        writer.finish()
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (lambda path: None, "does not exist; check the path"),
+        (lambda path: path.mkdir(), "a file expected, a folder found"),
+        (lambda path: path.touch(), "is empty"),
+        (
+            lambda path: path.write_bytes(b"time,position_1\n0,1\n"),
+            "not an MCAP file: .* expected .* b'time,pos' found",
+        ),
+        (lambda path: path.write_bytes(b"\x89MCAP0\r\n"), "cut off before its first data"),
+        (foreign, "not a recording of this program: .* rig, run, /joint_states"),
+        (lambda path: foreign(path, rig=True), "not a recording of this program: .* /joint_states"),
+        (lambda path: foreign(path, "/joint_states"), "not a recording of this program"),
+        (unindexed_json, "not a recording of this program: .*json and jsonschema found"),
+    ],
+)
+def test_files_that_are_no_recording_are_named_for_what_they_are(
+    tmp_path: Path, make: Callable[[Path], object], reason: str
+) -> None:
+    path = tmp_path / "r.mcap"
+    make(path)
+    with pytest.raises(BadInput, match=reason):
+        read(path)
+
+
+def rewritten(
+    path: Path, rig: dict[str, str], run: dict[str, str], texts: dict[str, str], names: str = "123"
+) -> None:
+    """A recording of one SYNC by another hand: uncompressed, joints in another order, and what the caller spoils."""
+    header = {"stamp": {"sec": 1, "nanosec": 0}}
+    joints = [f"joint_{name}" for name in names]
+    state = {"header": header, "name": joints, "position": [float(name) for name in names]}
+    amplifiers = {"header": header, "voltage": [1.0, 2.0, 3.0], "statusword": [1, 2, 3], "error_code": [0, 0, 0]}
+    with path.open("wb") as stream, Ros2Writer(stream, compression=CompressionType.LZ4) as writer:
+        writer.add_metadata("rig", rig)
+        writer.add_metadata("run", run)
+        for topic, (name, text) in schemas.TOPICS.items():
+            schema = writer.register_msgdef(name, texts.get(topic, text))
+            message = {"/amplifiers": amplifiers, "/events": {"msg": "hello"}}.get(topic, state)
+            writer.write_message(topic, schema, message, 10**9)
+
+
+@pytest.fixture
+def records(run: Run) -> tuple[dict[str, str], dict[str, str]]:
+    content = run.model_dump(exclude_none=True)
+    strings = {name: value if isinstance(value, str) else json.dumps(value) for name, value in content.items()}
+    return {"layout": schemas.LAYOUT, "json": EMPTY_RIG.model_dump_json()}, strings
+
+
+def test_joints_are_found_by_name_and_added_fields_do_no_harm(
+    tmp_path: Path, records: tuple[dict[str, str], dict[str, str]]
+) -> None:
+    main, rest = schemas.AMPLIFIER_STATE.split("=" * 80, 1)
+    grown = f"{main}float32[] temperature\n{'=' * 80}{rest}"
+    rewritten(tmp_path / "r.mcap", *records, {"/amplifiers": grown}, names="312")
+    recording = read(tmp_path / "r.mcap")
+    assert recording.position.tolist() == recording.command.tolist() == [[1.0, 2.0, 3.0]]
+    assert recording.voltage.tolist() == [[1.0, 2.0, 3.0]]
+    assert recording.events[0].message == "hello"
+    assert recording.rig == EMPTY_RIG
+
+
+@pytest.mark.parametrize(
+    ("spoil", "names", "reason"),
+    [
+        (lambda rig, run, texts: rig.update(layout="2"), "123", "layout 1 expected, 2 found; .* wrote it"),
+        (lambda rig, run, texts: rig.update(json="{"), "123", "'rig': JSON expected"),
+        (lambda rig, run, texts: rig.update(json='{"name": "r"}'), "123", "key 'drives' is missing"),
+        (lambda rig, run, texts: run.pop("rate"), "123", "'run': rate: Field required"),
+        (lambda rig, run, texts: run.update(simulated="perhaps"), "123", "'run': simulated: "),
+        (
+            lambda rig, run, texts: texts.update(
+                {"/amplifiers": schemas.AMPLIFIER_STATE.replace("float64 lateness", "float32 lateness")}
+            ),
+            "123",
+            "/amplifiers with lateness expected",
+        ),
+        (lambda rig, run, texts: None, "12", "3 joints expected in position of /joint_states, 2 found"),
+        (lambda rig, run, texts: None, "124", "joint_3 expected, .*joint_4"),
+    ],
+)
+def test_recordings_of_another_layout_are_refused(
+    tmp_path: Path,
+    records: tuple[dict[str, str], dict[str, str]],
+    spoil: Callable[[dict[str, str], dict[str, str], dict[str, str]], object],
+    names: str,
+    reason: str,
+) -> None:
+    texts: dict[str, str] = {}
+    spoil(*records, texts)
+    rewritten(tmp_path / "r.mcap", *records, texts, names)
+    with pytest.raises(BadInput, match=reason):
+        read(tmp_path / "r.mcap")
+
+
+def test_a_run_that_ended_before_its_first_sample_says_why(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+    with RecordingWriter(path, rig, run) as writer:
+        writer.event(0, "error", "drives", "drive 2 does not answer")
+        writer.close(1, "drive 2 does not answer")
+    with pytest.raises(BadInput, match="holds no samples, the run ended before: drive 2 does not answer"):
+        read(path)
+    assert len(read_can(path).id) == 0

@@ -1,0 +1,209 @@
+"""The writer: what other tools read from its files, when it flushes, and how it fails."""
+
+import errno
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from recordings import schemas
+from recordings.errors import BadInput, RunFailed
+from recordings.reader import read, read_can
+from recordings.recording import Run
+from recordings.rig import Rig
+from recordings.writer import RecordingWriter
+
+
+def test_rosbags_reads_every_topic(made: SimpleNamespace) -> None:
+    with AnyReader([made.path]) as reader:
+        messages = {topic: [] for topic in schemas.TOPICS}
+        for connection, log, payload in reader.messages():
+            messages[connection.topic].append((log, reader.deserialize(payload, connection.msgtype)))
+    assert {topic: len(found) for topic, found in messages.items()} == {
+        "/joint_states": made.n,
+        "/joint_commands": made.n,
+        "/amplifiers": made.n,
+        "/platform_reference": made.n,
+        "/can": 2 * made.n,
+        "/events": 3,
+    }
+    _, state = messages["/joint_states"][6]
+    assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == made.stamp[6]
+    assert state.name == ["joint_1", "joint_2", "joint_3"]
+    np.testing.assert_array_equal(state.position, made.position[6])
+    np.testing.assert_array_equal(state.effort, made.effort[6])
+    assert len(state.velocity) == 0
+    _, amplifiers = messages["/amplifiers"][6]
+    assert (amplifiers.cycle, amplifiers.repeat, amplifiers.lateness) == (6, -1, made.lateness[6])
+    np.testing.assert_array_equal(amplifiers.voltage, made.voltage[6])
+    np.testing.assert_array_equal(amplifiers.statusword, made.statusword[6])
+    np.testing.assert_array_equal(amplifiers.error_code, made.error_code[6])
+    assert [stamp.nanosec for stamp in amplifiers.voltage_stamp] == [amplifiers.header.stamp.nanosec] * 3
+    log, frame = messages["/can"][1]
+    assert (frame.header.frame_id, frame.id, frame.dlc) == ("rx", 0x181, 3)
+    assert (bytes(frame.data), log - made.stamp[0]) == (b"\x00\x02\x03\0\0\0\0\0", 700_000)
+    _, event = messages["/events"][1]
+    assert (event.level, event.name, event.msg) == (30, "cycle", "Überlänge: missed 1")
+
+
+def test_the_file_opens_by_its_index_and_carries_its_metadata(made: SimpleNamespace, rig: Rig) -> None:
+    with made.path.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        records = [(record.name, record.metadata) for record in reader.iter_metadata()]
+        summary = reader.get_summary()
+        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count == 6 * made.n + 3
+        assert reader.get_header().profile == "ros2"
+    assert [name for name, _ in records] == ["rig", "run", "run"]
+    assert Rig.model_validate_json(records[0][1]["json"]) == rig
+    assert (records[1][1]["trajectory"], records[1][1]["rate"], records[1][1]["simulated"]) == (
+        "fig5a",
+        "500.0",
+        "true",
+    )
+    assert records[2][1] == {"exit_status": "0", "reason": "trajectory done"}
+    assert {schema.encoding for schema in summary.schemas.values()} == {"ros2msg"}
+    assert {channel.message_encoding for channel in summary.channels.values()} == {"cdr"}
+    assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
+
+
+def test_the_same_calls_give_the_same_bytes(tmp_path: Path, rig: Rig, run: Run) -> None:
+    for name in ("a", "b"):
+        with RecordingWriter(tmp_path / name, rig, run) as writer:
+            for stamp in range(0, 10**9, 10**7):
+                writer.joint_states(stamp, stamp, (0.1, 0.2, 0.3))
+    assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_a_killed_program_loses_at_most_half_a_second(tmp_path: Path, rig: Rig, run: Run) -> None:
+    writer = RecordingWriter(tmp_path / "r.mcap", rig, run)
+    for stamp in range(0, 2_400_000_000, 2_000_000):
+        writer.joint_states(stamp, stamp, (0.1, 0.2, 0.3))
+        writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))
+        writer.amplifiers(stamp, stamp, 0, 0, 0.0, (1.0, 2.0, 3.0), (0, 0, 0), (0, 0, 0))
+    copy = tmp_path / "as_left_behind.mcap"
+    copy.write_bytes((tmp_path / "r.mcap").read_bytes())
+    writer.close(0, "done")
+    left = read(copy)
+    assert left.time[-1] >= 2.4 - 0.5 - 0.002
+    assert not left.complete
+    assert read(tmp_path / "r.mcap").time[-1] == pytest.approx(2.398)
+
+
+def test_an_existing_file_is_never_touched(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+    path.write_text("precious")
+    with pytest.raises(BadInput, match="exists; choose another name"):
+        RecordingWriter(path, rig, run)
+    assert path.read_text() == "precious"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [("missing/r.mcap", "does not exist; create it"), ("file/r.mcap", "Not a directory"), ("folder", "exists")],
+)
+def test_places_that_cannot_hold_a_file_are_bad_input(
+    tmp_path: Path, rig: Rig, run: Run, name: str, reason: str
+) -> None:
+    (tmp_path / "file").touch()
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(BadInput, match=reason):
+        RecordingWriter(tmp_path / name, rig, run)
+
+
+def test_an_error_in_the_context_is_the_reason_of_the_end(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+
+    def fail() -> None:
+        with RecordingWriter(path, rig, run) as writer:
+            writer.joint_states(0, 0, (0.1, 0.2, 0.3))
+            raise RunFailed("drive 2 \udcff: fault")
+
+    with pytest.raises(RunFailed):
+        fail()
+    recording = read(path)
+    assert (recording.run.exit_status, recording.run.reason) == (1, "drive 2 ?: fault")
+
+
+def test_closing_twice_keeps_the_first_reason_and_nothing_follows(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+    with RecordingWriter(path, rig, run) as writer:
+        writer.joint_states(0, 0, (0.1, 0.2, 0.3))
+        writer.close(1, "first")
+        writer.close(0, "second")
+        with pytest.raises(RunFailed, match="closed"):
+            writer.joint_states(1, 1, (0.1, 0.2, 0.3))
+    assert read(path).run.reason == "first"
+
+
+@contextmanager
+def file_size_limit(size: int) -> Iterator[None]:
+    """Beyond `size` bytes, writing to a file fails as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_ends_the_run_and_leaves_a_readable_file(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+    rng = np.random.default_rng(0)
+    written: list[np.ndarray] = []
+
+    def record() -> None:
+        with RecordingWriter(path, rig, run) as writer:
+            while len(written) < 10_000:
+                written.append(rng.normal(size=3))
+                stamp = len(written) * 2_000_000
+                writer.joint_states(stamp, stamp, written[-1])
+
+    with (
+        file_size_limit(100_000),
+        pytest.raises(RunFailed, match=r"r\.mcap cannot be written: .*; free some space") as failure,
+    ):
+        record()
+    assert isinstance(failure.value, BadInput), "a full disk is the user's to mend: exit code 2"
+    assert path.stat().st_size <= 100_000
+    left = read(path)
+    assert not left.complete
+    assert len(left.time) > 500
+    np.testing.assert_array_equal(left.position, written[: len(left.time)])
+
+
+@pytest.mark.parametrize("size", [0, 10_000])
+def test_a_disk_that_is_full_from_the_start_or_at_the_end_is_reported(
+    tmp_path: Path, rig: Rig, run: Run, size: int
+) -> None:
+    def record() -> None:
+        with RecordingWriter(tmp_path / "r.mcap", rig, run) as writer:
+            for stamp in range(0, 400_000_000, 1_000_000):
+                writer.can(stamp, stamp, stamp % 2048, stamp.to_bytes(8, "little"), sent=True)
+
+    with file_size_limit(size), pytest.raises(RunFailed, match="cannot be written") as failure:
+        record()
+    assert isinstance(failure.value.__cause__, OSError)
+    assert failure.value.__cause__.errno == errno.EFBIG
+
+
+def test_frames_carry_their_flags(tmp_path: Path, rig: Rig, run: Run) -> None:
+    path = tmp_path / "r.mcap"
+    with RecordingWriter(path, rig, run) as writer:
+        writer.can(5, 9, 0x1FFFFFFF, b"\1", sent=False, extended=True)
+        writer.can(6, 8, 0x701, b"", sent=True, rtr=True)
+        writer.can(7, 7, 0x20, bytes(8), sent=False, error=True)
+    frames = read_can(path)
+    assert frames.stamp.tolist() == [7, 6, 5], "by log time"
+    assert frames.log.tolist() == [7, 8, 9]
+    assert frames.id.tolist() == [0x20, 0x701, 0x1FFFFFFF]
+    assert frames.dlc.tolist() == [8, 0, 1]
+    assert frames.sent.tolist() == [False, True, False]
+    assert frames.rtr.tolist() == [False, True, False]
+    assert frames.extended.tolist() == [False, False, True]
+    assert frames.error.tolist() == [True, False, False]
