@@ -34,7 +34,7 @@ def read_motion(path: Path) -> Motion:
     space = _space(path, lines)
     table = np.array([_numbers(path, number, fields) for number, fields in lines[1:]]).reshape(-1, 4)
     _refuse_unusable(path, [number for number, _ in lines[1:]], table)
-    return spline.through(path.name, f"points from {path.name}", space, table[:, 0], table[:, 1:])
+    return spline.through(path.name, f"spline through {len(table)} points", space, table[:, 0], table[:, 1:])
 
 
 def _read_lines(path: Path) -> list[tuple[int, list[str]]]:

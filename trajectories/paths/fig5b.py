@@ -13,7 +13,7 @@ def motion() -> Motion:
         kind="fourier",
         description="five-pointed rosette, rising and falling (validation)",
         space="platform",
-        period=4.0,
+        period=3.0,
         centre=(0.02, -0.01, -0.68),
         cosine=((0.0, 0.15, 0.13, 0.0), (0.0, 0.0, 0.0, 0.0), (0.03, 0.0, 0.0, 0.035)),
         sine=((0.0, 0.0, 0.0, 0.0), (0.0, 0.15, -0.13, 0.0), (0.06, 0.0, 0.0, 0.0)),

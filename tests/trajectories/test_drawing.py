@@ -1,0 +1,53 @@
+"""The picture: every joint, limits where they matter, one repetition."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from recordings.rig import Limits, Rig, simulated_rig
+from trajectories import load
+from trajectories.drawing import JOINT_COLOURS, LIMIT, draw
+
+RIG = simulated_rig()
+
+
+def limited(**limits: Any) -> Rig:
+    return RIG.model_copy(update={"limits": Limits(**limits)})
+
+
+def panel(figure: Figure, title: str) -> Axes:
+    return next(axes for axes in figure.axes if axes.get_title(loc="left").startswith(title))
+
+
+@pytest.mark.parametrize(
+    ("title", "attribute"),
+    [("angle", "joint_position"), ("speed", "joint_velocity"), ("acceleration", "joint_acceleration")],
+)
+def test_each_joint_is_drawn_from_lead_in_to_the_end_of_one_repetition(title: str, attribute: str) -> None:
+    trajectory = load("fig5a", RIG)
+    axes = panel(draw(trajectory, RIG), title)
+    lines = axes.get_lines()
+    assert [line.get_color() for line in lines] == list(JOINT_COLOURS)
+    for joint, line in enumerate(lines):
+        drawn = np.asarray(line.get_ydata())
+        assert (drawn == getattr(trajectory, attribute)[: len(drawn), joint]).all()
+        assert len(drawn) == (1 + trajectory.period) * trajectory.rate + 1
+
+
+def test_limit_is_a_line_where_in_view_and_always_in_the_title() -> None:
+    trajectory = load("fig5a", RIG)
+    far, near = (panel(draw(trajectory, rig), "speed") for rig in (RIG, limited(speed=3.0)))
+    assert [line.get_ydata()[0] for line in near.get_lines() if line.get_color() == LIMIT] == [-3.0, 3.0]
+    assert LIMIT not in [line.get_color() for line in far.get_lines()]
+    assert far.get_title(loc="right").endswith("limit ±12")
+    assert near.get_title(loc="right").endswith("limit ±3")
+
+
+def test_platform_path_is_seen_from_above() -> None:
+    trajectory = load("fig5b", RIG)
+    axes = panel(draw(trajectory, RIG), "from above")
+    segments = np.array(axes.collections[0].get_segments())
+    assert segments[:, 0] == pytest.approx(1e3 * trajectory.platform[: len(segments), :2])
