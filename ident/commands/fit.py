@@ -1,0 +1,123 @@
+"""`ident fit`: find the parameters of the dynamic model from recordings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ident import discovery
+from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.estimators import Progress
+    from ident.identification import Identification
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap")
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--validate", type=FILE, metavar="FILE", help="Judge the model on a recording that the fit does not see."
+)
+@click.option("--method", type=click.Choice(discovery.names("estimators")), default="pso", show_default=True)
+@click.option(
+    "--preprocess",
+    type=click.Choice(discovery.names("preprocess")),
+    default="parallel",
+    show_default=True,
+    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike.",
+)
+@click.option("--cutoff", type=float, metavar="HZ", help="Low-pass, -3 dB.  [default: 30, or a tenth of the rate]")
+@click.option(
+    "--neighbourhood",
+    type=click.Choice(["current", "personal"]),
+    help="Best neighbour by current position, as printed, or by personal best.  [default: current]",
+)
+@click.option("--iterations", type=click.IntRange(min=1), metavar="N", help="Steps of the swarm.  [default: 1000]")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
+@click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
+@click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .plots]")
+@click.option("--force", is_flag=True, help="Replace an existing model and its pictures.")
+@click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
+def command(
+    files: tuple[Path, ...],
+    validate: Path | None,
+    method: str,
+    preprocess: str,
+    cutoff: float | None,
+    neighbourhood: str | None,
+    iterations: int | None,
+    seed: int,
+    out: Path | None,
+    plots: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Find the parameters of the dynamic model, Eq. (26), from recordings of one rig.
+
+    Writes the model and pictures beside the first recording, and says how well the model agrees with the measured
+    torque, and where it does not.
+    """
+    out = out or files[0].with_suffix(".model.json")
+    plots = plots or files[0].with_suffix(".plots")
+    if not force:
+        _refuse_overwriting(out, plots)
+
+    from ident import estimators
+    from ident.identification import Choices, identify
+
+    given = {"neighbourhood": neighbourhood, "iterations": iterations}
+    settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
+    with _progress_bar() as progress:
+        result = identify(files, validate, Choices(method, settings, seed, preprocess, cutoff), progress)
+    _write(result, out, plots)
+    _show(result, as_json)
+    click.echo(f"model: {out}\npictures: {plots}", err=True)
+
+
+def _refuse_overwriting(out: Path, plots: Path) -> None:
+    for path in (out, plots):
+        if path.exists():
+            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+
+
+@contextmanager
+def _progress_bar() -> Iterator[Progress]:
+    """A bar on stderr, if that is a terminal."""
+    from rich.console import Console
+    from rich.progress import Progress as Bar
+
+    console = Console(stderr=True)
+    with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task("reading", total=None)
+        yield lambda done, total: bar.update(task, description="fitting", completed=done, total=total)
+
+
+def _write(result: Identification, out: Path, plots: Path) -> None:
+    from ident import model
+    from ident.plots import draw
+
+    out.parent.mkdir(parents=True, exist_ok=True)
+    model.save(result.model, out)
+    plots.mkdir(parents=True, exist_ok=True)
+    draw(result, plots)
+
+
+def _show(result: Identification, as_json: bool) -> None:
+    import json
+
+    from rich.console import Console
+
+    from ident import summary
+    from ident.where import sentences
+
+    if as_json:
+        document = {**result.model.as_json(), "where": sentences(result.failures())}
+        click.echo(json.dumps(document, indent=2))
+    else:
+        summary.show(result, Console())

@@ -1,0 +1,91 @@
+"""Fitting a mechanism to data sets: search region, estimator, parameters on a bound."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+
+from ident import estimators
+from ident.dataset import Dataset
+from ident.estimators import Estimate, Progress
+from ident.mechanisms import Mechanism, Parameter
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+REACH = 10.0
+"""No single term of the model is searched beyond so many times the torque it is to explain."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Parameters of a mechanism and how they were found."""
+
+    estimate: Estimate
+    bounds: Floats
+    """(k, 2) search region."""
+    rows: int
+    """Joint samples used."""
+
+    @property
+    def parameters(self) -> Floats:
+        """(k,)"""
+        return self.estimate.parameters
+
+    @property
+    def at_bound(self) -> tuple[bool, ...]:
+        """For each parameter, whether it ended on the edge of the search region, which then decided, not the data."""
+        lowest, highest = self.bounds.T
+        margin = 1e-6 * (highest - lowest)
+        on_edge = (self.parameters <= lowest + margin) | (self.parameters >= highest - margin)
+        return tuple(bool(flag) for flag in on_edge)
+
+    def torque(self, dataset: Dataset) -> Floats:
+        """Torque (m, dof) [N m] that the model computes for `dataset`."""
+        computed: Floats = dataset.regressor @ self.parameters
+        return computed
+
+
+def fit(
+    datasets: Sequence[Dataset],
+    mechanism: Mechanism,
+    method: str,
+    settings: Any,
+    generator: Generator,
+    progress: Progress,
+) -> Fit:
+    """Find the parameters of `mechanism` from `datasets` together, by the estimator `method` with its `settings`.
+
+    Raises:
+        BadInput: the motion leaves a parameter without any effect.
+    """
+    rows = [dataset.rows() for dataset in datasets]
+    regressor = np.concatenate([row[0] for row in rows])
+    torque = np.concatenate([row[1] for row in rows])
+    bounds = search_region(mechanism.parameters, regressor, torque)
+    estimate = estimators.load(method).estimate(regressor, torque, bounds, generator, progress, settings)
+    return Fit(estimate, bounds, len(torque))
+
+
+def search_region(parameters: Sequence[Parameter], regressor: Floats, torque: Floats) -> Floats:
+    """Bounds (k, 2) for fitting torque (m,) [N m] by regressor (m, k).
+
+    A term (parameter times column) that were alone many times larger than the torque would have to be cancelled by
+    the others at every sample; so its RMS is limited to REACH times the torque's. That makes the region follow the
+    robot's size and an unknown gain. Masses and inertias stop at zero. Friction does not: (36) shows that a fit may
+    want a negative coefficient, which the user should see.
+
+    Raises:
+        BadInput: the motion leaves a parameter without any effect.
+    """
+    size = np.sqrt(np.mean(regressor**2, axis=0))
+    for parameter, column in zip(parameters, size, strict=True):
+        if column == 0:
+            raise BadInput(
+                f"every parameter needs a motion that shows it, but {parameter.name} ({parameter.meaning}) has no "
+                "effect on this one; record a richer motion"
+            )
+    highest = REACH * np.sqrt(np.mean(torque**2)) / size
+    nonnegative = np.array([parameter.nonnegative for parameter in parameters])
+    return np.stack([np.where(nonnegative, 0.0, -highest), highest], axis=1)

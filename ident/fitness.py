@@ -1,0 +1,35 @@
+"""How well a model's torque agrees with the measured one, per joint."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from recordings.recording import Floats
+
+
+@dataclass(frozen=True)
+class Fitness:
+    """One number per joint each."""
+
+    nrmse: tuple[float, ...]
+    """Eq. (41), as printed: 1 - RMS error / range of the *model's* torque; 1 is perfect."""
+    rms: tuple[float, ...]
+    """RMS of the residual [N m]."""
+    r2: tuple[float, ...]
+    """Coefficient of determination; 1 is perfect, 0 no better than the mean torque."""
+
+
+def fitness(measured: Floats, computed: Floats) -> Fitness:
+    """Agreement of `computed` with `measured`, both (m, dof) [N m]; NaN where not known.
+
+    A model whose torque does not vary has no range to compare with: Eq. (41) is minus infinity there.
+    """
+    error = computed - measured
+    usable = np.isfinite(error)
+    mean_square = np.nanmean(error**2, axis=0)
+    known = np.where(usable, measured, np.nan)
+    model = np.where(usable, computed, np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        nrmse = 1 - np.sqrt(mean_square) / (np.nanmax(model, axis=0) - np.nanmin(model, axis=0))
+        r2 = 1 - mean_square / np.nanvar(known, axis=0)
+    return Fitness(*(tuple(float(value) for value in row) for row in (nrmse, np.sqrt(mean_square), r2)))

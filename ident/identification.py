@@ -1,0 +1,132 @@
+"""From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident import mechanisms
+from ident.dataset import Dataset, build
+from ident.estimators import Progress
+from ident.fit import Fit, fit
+from ident.fitness import fitness
+from ident.mechanisms import Mechanism
+from ident.model import Agreement, FittedParameter, JointFitness, Method, Model, Preprocessing, source
+from ident.where import Joint, where
+from recordings.errors import BadInput
+from recordings.reader import read
+from recordings.recording import Recording
+from recordings.rig import Rig
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the user chose."""
+
+    method: str
+    settings: Any
+    """The estimator's."""
+    seed: int
+    preprocessing: str
+    cutoff: float | None
+    """[Hz], or the preprocessing's own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Identification:
+    """A fitted model with the data behind it."""
+
+    model: Model
+    mechanism: Mechanism
+    fit: Fit
+    train: tuple[Dataset, ...]
+    validation: Dataset | None
+
+    def failures(self) -> tuple[Joint, ...]:
+        """Where the model fails: on the validation recording if there is one, else on the training data."""
+        judged = self.train if self.validation is None else (self.validation,)
+        return where(judged, [self.fit.torque(dataset) for dataset in judged])
+
+
+def identify(files: Sequence[Path], validate: Path | None, choices: Choices, progress: Progress) -> Identification:
+    """Fit the mechanism of the rig to the recordings `files` together, and judge it on them and on `validate`.
+
+    Raises:
+        BadInput: a recording cannot be used, or they are not of the same rig.
+    """
+    recordings = [read(path) for path in (*files, *([validate] if validate else []))]
+    rig = recordings[0].rig
+    _refuse_different_rigs(recordings)
+    mechanism = mechanisms.create(rig)
+    datasets = tuple(build(recording, mechanism, choices.preprocessing, choices.cutoff) for recording in recordings)
+    train, validation = datasets[: len(files)], datasets[-1] if validate else None
+    generator = np.random.default_rng(choices.seed)
+    result = fit(train, mechanism, choices.method, choices.settings, generator, progress)
+    model = Model(
+        mechanism=rig.mechanism,
+        joints=rig.joint_names,
+        geometry=rig.geometry,
+        torque=rig.torque,
+        relative=rig.torque.gain_source == "assumed",
+        parameters=_parameters(mechanism, result),
+        method=Method(
+            name=choices.method,
+            settings=asdict(choices.settings),
+            seed=choices.seed,
+            objective=result.estimate.objective,
+            rows=result.rows,
+        ),
+        preprocessing=Preprocessing(name=choices.preprocessing, bandwidth=train[0].bandwidth, rate=train[0].rate),
+        train=_agreement(train, result),
+        validate=_agreement([validation], result) if validation else None,
+    )
+    return Identification(model, mechanism, result, train, validation)
+
+
+def _refuse_different_rigs(recordings: Sequence[Recording]) -> None:
+    """Wiring, limits and rate may differ between recordings; what torque and motion mean may not."""
+    first, *others = recordings
+    for other in others:
+        expected, found = _physics(first.rig), _physics(other.rig)
+        different = [key for key in expected if expected[key] != found[key]]
+        if different:
+            raise BadInput(
+                f"recordings of the same rig expected: {different[0]} is {expected[different[0]]} in "
+                f"{first.path.name}, {found[different[0]]} in {other.path.name}; fit them separately"
+            )
+
+
+def _physics(rig: Rig) -> dict[str, Any]:
+    parts = {"geometry": rig.geometry.model_dump(), "torque": rig.torque.model_dump()}
+    values = {f"{part}.{key}": value for part, content in parts.items() for key, value in content.items()}
+    return {"mechanism": rig.mechanism, **values}
+
+
+def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...]:
+    return tuple(
+        FittedParameter(
+            name=parameter.name,
+            value=float(value),
+            unit=parameter.unit,
+            lower=float(lower),
+            upper=float(upper),
+            at_bound=at_bound,
+            paper_value=float(parameter.paper_sign * value),
+        )
+        for parameter, value, (lower, upper), at_bound in zip(
+            mechanism.parameters, result.parameters, result.bounds, result.at_bound, strict=True
+        )
+    )
+
+
+def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:
+    measured = np.concatenate([dataset.torque for dataset in datasets])
+    computed = np.concatenate([result.torque(dataset) for dataset in datasets])
+    nominal = np.concatenate([dataset.nominal for dataset in datasets])
+    return Agreement(
+        recordings=tuple(source(dataset.recording) for dataset in datasets),
+        fitted=JointFitness.of(fitness(measured, computed)),
+        nominal=JointFitness.of(fitness(measured, nominal)),
+    )

@@ -1,0 +1,47 @@
+"""Mechanisms turn motion into regressor columns. One mechanism is one file here, named as the rig file names it.
+
+A mechanism's module holds `create(rig) -> Mechanism`. All that stands above works for any number of joints.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol, cast
+
+from ident import discovery
+from ident.motion import Motion
+from recordings.recording import Floats
+from recordings.rig import Rig
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One coefficient of a regressor column."""
+
+    name: str
+    unit: str
+    meaning: str
+    nonnegative: bool = False
+    """True for masses and inertias: the search goes no lower than zero."""
+    paper_sign: int = 1
+    """The paper prints this parameter times paper_sign."""
+
+
+class Mechanism(Protocol):
+    """A model that is linear in its parameters: torque = regressor . parameters."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The k parameters, in the order of the columns."""
+        ...
+
+    def regressor(self, motion: Motion) -> Floats:
+        """Columns (n, dof, k), each in N m per unit of its parameter; NaN where the motion is."""
+        ...
+
+    def nominal_torque(self, motion: Motion) -> Floats:
+        """Torque (n, dof) [N m] of the manufacturer's model: the one to beat."""
+        ...
+
+
+def create(rig: Rig) -> Mechanism:
+    """The mechanism of `rig`."""
+    return cast(Mechanism, discovery.load("mechanisms", rig.mechanism).create(rig))

@@ -1,0 +1,144 @@
+"""The result of a fit as a file: model.json.
+
+Deterministic: the same recordings, settings and seed give the same bytes.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from ident.fitness import Fitness
+from recordings.config import Section, validated
+from recordings.errors import BadInput
+from recordings.recording import Recording
+from recordings.rig import Geometry, Torque
+
+SCHEMA = 1
+
+
+class FittedParameter(Section):
+    """One identified parameter; friction is positive where it opposes motion."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float
+    """Search region."""
+    upper: float
+    at_bound: bool
+    paper_value: float
+    """In the form of (36), where friction has the opposite sign."""
+
+
+class Method(Section):
+    """The estimator and what it ended with."""
+
+    name: str
+    settings: dict[str, Any]
+    seed: int
+    objective: float
+    rows: int
+
+
+class Preprocessing(Section):
+    """How measured signals became rows."""
+
+    name: str
+    bandwidth: float
+    """[Hz]"""
+    rate: float
+    """Rows per second and joint [Hz]."""
+
+
+class Source(Section):
+    """A recording that was used."""
+
+    name: str
+    sha256: str
+    simulated: bool
+
+
+class JointFitness(Section):
+    """Agreement with the measured torque, one number per joint."""
+
+    nrmse: tuple[float, ...]
+    """Eq. (41)."""
+    rms: tuple[float, ...]
+    """[N m]"""
+    r2: tuple[float, ...]
+
+    @classmethod
+    def of(cls, fitness: Fitness) -> "JointFitness":
+        """The same numbers, ready for a file."""
+        return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
+
+
+class Agreement(Section):
+    """The model on some recordings, and the manufacturer's model on the same."""
+
+    recordings: tuple[Source, ...]
+    fitted: JointFitness
+    nominal: JointFitness
+
+
+class Model(Section):
+    """An identified model."""
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    software: str = Field(default_factory=lambda: version("delta-workbench"))
+    mechanism: Literal["delta"]
+    joints: tuple[str, ...]
+    geometry: Geometry
+    torque: Torque
+    relative: bool
+    """True where the torque gain is assumed: all parameters are then known up to one common factor."""
+    parameters: tuple[FittedParameter, ...]
+    method: Method
+    preprocessing: Preprocessing
+    train: Agreement
+    validate_: Agreement | None = Field(None, alias="validate")
+
+    def as_json(self) -> Mapping[str, Any]:
+        """As it stands in the file."""
+        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
+        return document
+
+
+def source(recording: Recording) -> Source:
+    """Name and digest of a recording's file."""
+    with recording.path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return Source(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
+
+
+def save(model: Model, path: Path) -> None:
+    """Write `model` to `path`, replacing it in one step."""
+    partial = path.with_name(path.name + ".part")
+    partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    partial.replace(path)
+
+
+def load(path: Path) -> Model:
+    """Read a model file.
+
+    Raises:
+        BadInput: the file is missing, is not JSON, is of a newer schema, of an unknown mechanism, or incomplete.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInput(f"model file {path} does not exist; check the path") from None
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
+        raise BadInput(f"model file {path}: a key 'schema' with a whole number expected, none found; is it a model?")
+    if content["schema"] > SCHEMA:
+        raise BadInput(
+            f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
+        )
+    return validated(content, Model, f"model file {path}")

@@ -1,0 +1,104 @@
+"""Pictures of a fit: measured against computed torque (Figures 3 and 6), residual, convergence."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from ident.dataset import Dataset
+from ident.identification import Identification
+from recordings.recording import Floats
+
+# Okabe and Ito's palette, which stays distinct for colour-blind readers.
+MEASURED, COMPUTED, NOMINAL = "#000000", "#0072B2", "#E69F00"
+LONGEST = 4.0
+"""Seconds that are drawn at most where curves must be told apart."""
+STYLE: Any = {
+    "font.size": 10,
+    "axes.grid": True,
+    "grid.alpha": 0.3,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+}
+
+
+def draw(result: Identification, folder: Path) -> None:
+    """Draw into `folder`: torque and residual of every recording, named by its role, and the convergence."""
+    model = result.model
+    roles = [(f"train_{i}", dataset) for i, dataset in enumerate(result.train, start=1)]
+    if result.validation:
+        roles.append(("validate", result.validation))
+    for role, dataset in roles:
+        computed = result.fit.torque(dataset)
+        title = f"{role.partition('_')[0]}: {dataset.recording.path.name}, {dataset.bandwidth:g} Hz bandwidth"
+        if dataset.recording.run.simulated:
+            title += ", SIMULATED"
+        torque(folder / f"{role}_torque.png", title, dataset, computed)
+        residual(folder / f"{role}_residual.png", title, dataset, computed)
+    history = result.fit.estimate.history
+    if len(history) > 1:
+        ended = f"{model.method.name}, seed {model.method.seed}: objective ended at {history[-1]:.6g}"
+        convergence(folder / "convergence.png", ended, history)
+
+
+def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
+    """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
+    with _figure(path, title, dataset.torque.shape[1]) as axes:
+        shown = _first_repetition(dataset)
+        time = dataset.time[shown]
+        for joint, axis in enumerate(axes):
+            axis.plot(time, dataset.nominal[shown, joint], color=NOMINAL, lw=1.2, ls="--", label="Table 1 in Eq. (1)")
+            axis.plot(time, dataset.torque[shown, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+            axis.plot(time, computed[shown, joint], color=COMPUTED, lw=1.2, label="fitted model")
+            axis.margins(x=0)
+            axis.set_ylabel(f"joint {joint + 1}\ntorque [N m]")
+        axes[-1].set_xlabel("time [s]")
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+
+
+def residual(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
+    """Draw measured minus computed torque (m, dof) [N m] over the whole recording, with its RMS."""
+    left = dataset.torque - computed
+    limit = 1.1 * float(np.nanmax(np.abs(left)))
+    with _figure(path, title, left.shape[1]) as axes:
+        for joint, axis in enumerate(axes):
+            rms = float(np.sqrt(np.nanmean(left[:, joint] ** 2)))
+            axis.plot(dataset.time, left[:, joint], color=COMPUTED, lw=0.6)
+            axis.axhspan(-rms, rms, color=NOMINAL, alpha=0.35, lw=0, zorder=3, label=f"± RMS, {rms:.3g} N m")
+            axis.set(ylim=(-limit, limit), ylabel=f"joint {joint + 1}\nresidual [N m]")
+            axis.margins(x=0)
+            axis.legend(loc="lower right", bbox_to_anchor=(1, 0.97), frameon=False, borderpad=0)
+        axes[-1].set_xlabel("time [s]")
+
+
+def convergence(path: Path, title: str, history: Floats) -> None:
+    """Draw how the best objective fell, as its excess over where it ended."""
+    with _figure(path, title, 1) as (axis,):
+        excess = history / history[-1] - 1
+        falling = excess > 0
+        axis.semilogy(np.flatnonzero(falling), excess[falling], color=COMPUTED, lw=1.6)
+        axis.set(xlabel="iteration", ylabel="objective above its\nfinal value, relative")
+        axis.set_xlim(0, len(history) - 1)
+
+
+@contextmanager
+def _figure(path: Path, title: str, rows: int) -> Iterator[list[Any]]:
+    """Axes one below the other; saved at the end."""
+    with mpl.rc_context(STYLE):
+        figure = Figure(figsize=(10.0, 1.6 + 2.2 * rows), layout="constrained")
+        FigureCanvasAgg(figure)
+        figure.suptitle(title, fontsize=11)
+        yield list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+        figure.savefig(path, dpi=110)
+
+
+def _first_repetition(dataset: Dataset) -> slice:
+    """The first usable samples, one period of the motion or LONGEST, whichever is shorter."""
+    seconds = min(dataset.recording.run.period or LONGEST, LONGEST)
+    first = int(np.argmax(np.isfinite(dataset.torque).any(axis=1)))
+    return slice(first, first + int(seconds * dataset.rate) + 1)

@@ -1,0 +1,88 @@
+"""Zero-phase filters and differentiation that respect gaps.
+
+All filters are symmetric and finite: an output is the weighted sum of the inputs within half a filter's length,
+so a gap (NaN), or the end of the recording, spoils exactly the outputs whose weights reach it, and nothing else.
+"""
+
+import numpy as np
+
+from recordings.recording import Floats
+
+_STOPBAND = 6.0
+"""Kaiser's beta: about 63 dB of attenuation."""
+
+# Central differences of order eight, right half of an odd and of an even stencil. At 30 Hz and 500 samples a
+# second their error is below 1e-6, that of the three-point ones above 1 %.
+_FIRST = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
+_SECOND = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
+
+
+def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
+    """Weighted sums of `x` (n, ...) along time, centred on the samples 0, step, 2 step, ...: (ceil(n / step), ...).
+
+    `taps` is odd in number and given in the order of convolution. NaN where the taps reach a gap or an end.
+    """
+    from scipy.signal import upfirdn
+
+    half = len(taps) // 2
+    before = half + (-2 * half) % step
+    ends = [(before, half)] + [(0, 0)] * (x.ndim - 1)
+    first = (before + half) // step
+    sums = upfirdn(taps, np.pad(x, ends, constant_values=np.nan), down=step, axis=0)
+    centred: Floats = sums[first : first - (-len(x) // step)]
+    return centred
+
+
+def low_pass(cutoff: float, rate: float) -> Floats:
+    """Taps of a low-pass that is 3 dB down at `cutoff` [Hz] as a whole, for `rate` samples a second.
+
+    A sinc under a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
+    """
+    from scipy.optimize import brentq
+
+    half = int(np.ceil(1.5 * rate / cutoff))
+    at_cutoff = np.cos(2 * np.pi * cutoff / rate * np.arange(-half, half + 1))
+
+    def excess(corner: float) -> float:
+        return float(_windowed_sinc(corner / rate, half) @ at_cutoff - np.sqrt(0.5))
+
+    return _windowed_sinc(brentq(excess, cutoff, min(2 * cutoff, rate / 2)) / rate, half)
+
+
+def _windowed_sinc(corner: float, half: int) -> Floats:
+    """`corner` in cycles per sample."""
+    taps = np.sinc(2 * corner * np.arange(-half, half + 1)) * np.kaiser(2 * half + 1, _STOPBAND)
+    normalised: Floats = taps / taps.sum()
+    return normalised
+
+
+def first_derivative(x: Floats, rate: float) -> Floats:
+    """Time derivative of `x` (n, ...), by central differences of order eight."""
+    right = np.array(_FIRST)
+    return convolve(x, np.concatenate([right[::-1], [0.0], -right]) * rate)
+
+
+def second_derivative(x: Floats, rate: float) -> Floats:
+    """Second time derivative of `x` (n, ...), by central differences of order eight."""
+    right = np.array(_SECOND)
+    return convolve(x, np.concatenate([right[::-1], [-2 * right.sum()], right]) * rate**2)
+
+
+def mean_sign(velocity: Floats) -> Floats:
+    """sgn of `velocity` (n, dof), averaged over the interval of half a sample to either side of each instant.
+
+    Between samples the velocity is taken as linear. Over a straight line from a to b the mean of sgn is
+    (|b| - |a|) / (b - a), because sgn is the derivative of the absolute value.
+    """
+    between = (velocity[1:] + velocity[:-1]) / 2
+    unknown = np.full_like(velocity[:1], np.nan)
+    before = _mean_sign_between(np.concatenate([unknown, between]), velocity)
+    after = _mean_sign_between(velocity, np.concatenate([between, unknown]))
+    return (before + after) / 2
+
+
+def _mean_sign_between(a: Floats, b: Floats) -> Floats:
+    rise = b - a
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean: Floats = np.where(rise == 0, np.sign(a), (np.abs(b) - np.abs(a)) / rise)
+    return mean

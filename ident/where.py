@@ -1,0 +1,130 @@
+"""Plain words on where a model fails: which joint, and in which phase of its motion."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ident.dataset import Dataset
+from recordings.recording import Floats
+
+Bools = NDArray[np.bool_]
+
+PHASES = ("standstill", "reversal", "acceleration", "cruise")
+LOOK_AT = {
+    "standstill": "look at friction at rest and at constant torques (gravity, offset)",
+    "reversal": "look at friction near standstill, and at play",
+    "acceleration": "look at inertia, elasticity, and a delay between voltage and position",
+    "cruise": "look at friction over speed, and at what depends on position",
+}
+
+SLOW = 0.05
+"""A joint is slow below this share of its RMS speed."""
+NEAR = 0.05
+"""A reversal is near within this time before and after it [s]."""
+STANDS_OUT = 1.5
+"""A residual that is larger than elsewhere by this factor is worth a sentence."""
+LEAST_SHARE = 0.02
+"""A phase that takes less of the time than this is not judged."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """The residual of one joint in one phase."""
+
+    time_share: float
+    """Share of the samples, 0 to 1."""
+    error_share: float
+    """Share of the residual's sum of squares, 0 to 1."""
+    times_elsewhere: float
+    """RMS residual in this phase over that in all others."""
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The residual of one joint."""
+
+    number: int
+    rms: float
+    """[N m]"""
+    share: float
+    """RMS residual over RMS torque."""
+    phases: Mapping[str, Phase]
+    """By name, those that occur."""
+
+
+def where(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[Joint, ...]:
+    """The residual of each joint over all `datasets`, given the torque (m, dof) [N m] computed for each."""
+    residual = np.concatenate([dataset.torque - torque for dataset, torque in zip(datasets, computed, strict=True)])
+    torque = np.concatenate([dataset.torque for dataset in datasets])
+    phase = np.concatenate([phases(dataset) for dataset in datasets])
+    return tuple(_joint(i + 1, residual[:, i], torque[:, i], phase[:, i]) for i in range(residual.shape[1]))
+
+
+def phases(dataset: Dataset) -> NDArray[np.str_]:
+    """(m, dof) phase of each joint's motion: near a reversal, standing still, accelerating, or else cruising."""
+    from scipy.ndimage import maximum_filter1d, minimum_filter1d
+
+    velocity, acceleration = (np.nan_to_num(x) for x in (dataset.motion.velocity, dataset.motion.acceleration))
+    slow = SLOW * np.sqrt(np.mean(velocity**2, axis=0))
+    window = 2 * max(1, round(NEAR * dataset.rate)) + 1
+    fastest, slowest = maximum_filter1d(velocity, window, axis=0), minimum_filter1d(velocity, window, axis=0)
+    names: NDArray[np.str_] = np.select(
+        [
+            (fastest > slow) & (slowest < -slow),
+            np.abs(velocity) < slow,
+            np.abs(acceleration) > np.sqrt(np.mean(acceleration**2, axis=0)),
+        ],
+        ["reversal", "standstill", "acceleration"],
+        "cruise",
+    )
+    return names
+
+
+def sentences(joints: Sequence[Joint]) -> tuple[str, ...]:
+    """What stands out, in words; what to look at is a hint, no finding."""
+    worst = max(joints, key=lambda joint: joint.share)
+    others = [joint.share for joint in joints if joint is not worst]
+    lines = [
+        f"Residual, in percent of the torque: {', '.join(f'joint {j.number} {100 * j.share:.1f}' for j in joints)}."
+    ]
+    if others and worst.share > STANDS_OUT * float(np.median(others)):
+        lines.append(f"Joint {worst.number} stands out: look at what is particular to it.")
+    for joint in joints:
+        name, phase = max(joint.phases.items(), key=lambda item: _prominence(item[1]))
+        if _prominence(phase) > STANDS_OUT:
+            lines.append(
+                f"Joint {joint.number}: {phase.times_elsewhere:.1f} times larger in phase '{name}' than elsewhere "
+                f"({100 * phase.time_share:.0f} % of the time, {100 * phase.error_share:.0f} % of the squared "
+                f"error): {LOOK_AT[name]}."
+            )
+    if len(lines) == 1:
+        lines.append("No joint and no phase of the motion stands out.")
+    return tuple(lines)
+
+
+def _prominence(phase: Phase) -> float:
+    return phase.times_elsewhere if phase.time_share >= LEAST_SHARE else 0.0
+
+
+def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_]) -> Joint:
+    usable = np.isfinite(residual)
+    square, phase = residual[usable] ** 2, phase[usable]
+    rms = float(np.sqrt(square.mean()))
+    occurring = {name: phase == name for name in PHASES if (phase == name).any() and (phase != name).any()}
+    return Joint(
+        number,
+        rms,
+        share=rms / float(np.sqrt(np.mean(torque[usable] ** 2))),
+        phases={name: _phase(square, inside) for name, inside in occurring.items()},
+    )
+
+
+def _phase(square: Floats, inside: Bools) -> Phase:
+    elsewhere = square[~inside].mean()
+    return Phase(
+        time_share=float(inside.mean()),
+        error_share=float(square[inside].sum() / square.sum()) if square.any() else 0.0,
+        times_elsewhere=float(np.sqrt(square[inside].mean() / elsewhere)) if elsewhere else 1.0,
+    )
