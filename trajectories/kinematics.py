@@ -13,6 +13,9 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Geometry
 
+_silent = np.errstate(invalid="ignore", divide="ignore")
+"""Unknown and singular rows give NaN or infinity, which the caller masks; a warning would add nothing."""
+
 
 class Unreachable(BadInput):
     """The mechanism does not close at one instant.
@@ -32,6 +35,7 @@ class Unreachable(BadInput):
         return error
 
 
+@_silent
 def forward(geometry: Geometry, theta: Floats) -> Floats:
     """Platform position (n, 3) [m] at the joint angles theta (n, 3) [rad]: Appendix A in closed form.
 
@@ -42,16 +46,15 @@ def forward(geometry: Geometry, theta: Floats) -> Floats:
     Raises:
         Unreachable: the spheres do not meet.
     """
-    with np.errstate(invalid="ignore", divide="ignore"):
-        first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
-        a, b = second - first, third - first
-        normal = np.cross(a, b)
-        aa, bb, nn = _dot(a, a), _dot(b, b), _dot(normal, normal)
-        radius_squared = aa * bb * _dot(a - b, a - b) / (4 * nn)
-        _refuse_open(geometry, radius_squared)
-        to_centre = np.cross(aa[:, None] * b - bb[:, None] * a, normal) / (2 * nn)[:, None]
-        below = np.copysign(np.sqrt((geometry.L2**2 - radius_squared) / nn), normal[:, 2])
-        platform: Floats = first + to_centre - below[:, None] * normal
+    first, second, third = np.moveaxis(_sphere_centres(geometry, theta), 1, 0)
+    a, b = second - first, third - first
+    normal = np.cross(a, b)
+    aa, bb, nn = _dot(a, a), _dot(b, b), _dot(normal, normal)
+    radius_squared = aa * bb * _dot(a - b, a - b) / (4 * nn)
+    _refuse_open(geometry, radius_squared)
+    to_centre = np.cross(aa[:, None] * b - bb[:, None] * a, normal) / (2 * nn)[:, None]
+    below = np.copysign(np.sqrt((geometry.L2**2 - radius_squared) / nn), normal[:, 2])
+    platform: Floats = first + to_centre - below[:, None] * normal
     return platform
 
 
@@ -80,12 +83,14 @@ def inverse(geometry: Geometry, P: Floats) -> Floats:
     return theta
 
 
+@_silent
 def jacobian(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     """J (n, 3, 3) [m/rad] with P_dot = J theta_dot, Eq. (16). Infinite or NaN where the rods are coplanar."""
     inverse_rods = _inverse(_rods(geometry, theta, P))
     return inverse_rods * _arm_leverage(geometry, theta, P)[:, None, :]
 
 
+@_silent
 def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, J: Floats) -> Floats:
     """Time derivative (n, 3, 3) [m/(rad s)] of J = `jacobian(geometry, theta, P)` at theta_dot (n, 3) [rad/s].
 
@@ -99,6 +104,7 @@ def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot:
     return derivative
 
 
+@_silent
 def joint_motion(
     geometry: Geometry, theta: Floats, P: Floats, P_dot: Floats, P_ddot: Floats
 ) -> tuple[Floats, Floats]:
@@ -107,14 +113,14 @@ def joint_motion(
     Not finite where an arm and its rod are aligned.
     """
     rods, leverage = _rods(geometry, theta, P), _arm_leverage(geometry, theta, P)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        theta_dot: Floats = np.einsum("nij,nj->ni", rods, P_dot) / leverage
-        curvature = np.einsum("nij,nj->ni", _rod_rates(geometry, theta, theta_dot, P_dot), P_dot)
-        curvature -= _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot) * theta_dot
-        theta_ddot: Floats = (np.einsum("nij,nj->ni", rods, P_ddot) + curvature) / leverage
+    theta_dot: Floats = np.einsum("nij,nj->ni", rods, P_dot) / leverage
+    curvature = np.einsum("nij,nj->ni", _rod_rates(geometry, theta, theta_dot, P_dot), P_dot)
+    curvature -= _arm_leverage_rate(geometry, theta, P, theta_dot, P_dot) * theta_dot
+    theta_ddot: Floats = (np.einsum("nij,nj->ni", rods, P_ddot) + curvature) / leverage
     return theta_dot, theta_ddot
 
 
+@_silent
 def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     """Distance from the nearest singularity (n,), dimensionless: 0 on one, 1 as far as can be.
 
@@ -182,8 +188,7 @@ def _inverse(rows: Floats) -> Floats:
     """Inverse (n, 3, 3) of matrices given by their rows: its columns are cross products of the rows."""
     a, b, c = np.moveaxis(rows, 1, 0)
     columns = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        columns /= _dot(a, columns[:, :, 0])[:, None, None]
+    columns /= _dot(a, columns[:, :, 0])[:, None, None]
     return columns
 
 

@@ -164,6 +164,15 @@ def test_nan_rows_pass_through_silently() -> None:
         assert gap.tolist() == [False, True, False]
 
 
+def test_singular_rows_are_not_finite_and_silent() -> None:
+    theta, level = np.zeros((1, 3)), np.zeros((1, 3))
+    J = kinematics.jacobian(GEOMETRY, theta, level)
+    assert not np.isfinite(J).any()
+    assert not np.isfinite(kinematics.jacobian_derivative(GEOMETRY, theta, level, theta + 1, J)).any()
+    speed, _ = kinematics.joint_motion(GEOMETRY, theta, level, theta + 1, theta)
+    assert not np.isfinite(speed).any()
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_inverse_refuses_what_is_not_finite(value: float) -> None:
     P = poses(0, 4)
