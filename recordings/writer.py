@@ -68,6 +68,7 @@ class RecordingWriter:
             self._mcap.add_metadata("run", _strings(run))
             self._stream.flush()
         except OSError as error:
+            path.unlink(missing_ok=True)  # holds nothing, and would only be in the way of the next run
             self._fail(error)
 
     def joint_states(
@@ -217,8 +218,7 @@ class RecordingWriter:
         self._stream.raw.close()
         self._open = False
         raise RecordingFailed(
-            f"recording {self._path} cannot be written: {error.strerror or error}; free some space and record again "
-            f"(what was recorded up to here can be read)"
+            f"recording {self._path} cannot be written: {error.strerror or error}; free some space and record again"
         ) from error
 
 

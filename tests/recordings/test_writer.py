@@ -177,9 +177,9 @@ def test_a_full_disk_ends_the_run_and_leaves_a_readable_file(tmp_path: Path, rig
     np.testing.assert_array_equal(left.position, written[: len(left.time)])
 
 
-@pytest.mark.parametrize("size", [0, 10_000])
+@pytest.mark.parametrize(("size", "left_behind"), [(0, False), (10_000, True)])
 def test_a_disk_that_is_full_from_the_start_or_at_the_end_is_reported(
-    tmp_path: Path, rig: Rig, run: Run, size: int
+    tmp_path: Path, rig: Rig, run: Run, size: int, left_behind: bool
 ) -> None:
     def record() -> None:
         with RecordingWriter(tmp_path / "r.mcap", rig, run) as writer:
@@ -190,6 +190,7 @@ def test_a_disk_that_is_full_from_the_start_or_at_the_end_is_reported(
         record()
     assert isinstance(failure.value.__cause__, OSError)
     assert failure.value.__cause__.errno == errno.EFBIG
+    assert (tmp_path / "r.mcap").exists() == left_behind
 
 
 def test_frames_carry_their_flags(tmp_path: Path, rig: Rig, run: Run) -> None:

@@ -1,0 +1,125 @@
+"""`daq info`: what a recording holds."""
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from recordings.recording import CanFrames, Recording
+
+
+@click.command(epilog="Example: daq info run.mcap")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--json", "as_json", is_flag=True, help="One JSON document instead of a table.")
+def command(file: Path, as_json: bool) -> None:
+    """Show what a recording holds: the run, its timing, gaps, bus frames and events."""
+    from recordings.reader import read, read_can
+
+    figures = _figures(read(file), read_can(file))
+    if as_json:
+        import json
+
+        click.echo(json.dumps(figures, indent=2, allow_nan=False))
+    else:
+        _show(figures)
+
+
+def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
+    run, time = recording.run, recording.time
+    return {
+        "schema": 1,
+        "file": str(recording.path),
+        "rig": recording.rig.name,
+        "simulated": run.simulated,
+        "pace": run.pace,
+        "seed": run.seed,
+        "software": run.software,
+        "start": run.start,
+        "trajectory": run.trajectory,
+        "trajectory_digest": run.trajectory_digest,
+        "rate_hz": run.rate,
+        "cycles": run.cycles,
+        "period_s": run.period,
+        "duration_s": float(time[-1] - time[0]),
+        "samples": len(time),
+        "gaps": recording.gaps.tolist(),
+        "lateness_s": _lateness(recording),
+        "frames": {"sent": int(frames.sent.sum()), "received": int((~frames.sent).sum())},
+        "events": [
+            {"time_s": event.time, "level": event.level, "source": event.source, "message": event.message}
+            for event in recording.events
+            if event.level in ("warning", "error", "fatal")
+        ],
+        "complete": recording.complete,
+        "exit_status": run.exit_status,
+        "reason": run.reason,
+    }
+
+
+def _lateness(recording: "Recording") -> dict[str, float] | None:
+    import numpy as np
+
+    known = recording.lateness[np.isfinite(recording.lateness)]
+    if not known.size:
+        return None
+    p50, p99 = np.percentile(known, (50, 99))
+    return {"p50": float(p50), "p99": float(p99), "max": float(known.max())}
+
+
+def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    gaps, frames, late = figures["gaps"], figures["frames"], figures["lateness_s"]
+    drives = "SIMULATED: no real robot moved" if figures["simulated"] else "real"
+    seed = "" if figures["seed"] is None else f", seed {figures['seed']}"
+    return [
+        ("recording", figures["file"]),
+        ("rig", figures["rig"]),
+        ("drives", drives),
+        ("pace", f"{figures['pace']}{seed}"),
+        ("start", figures["start"]),
+        ("software", figures["software"]),
+        ("trajectory", f"{figures['trajectory']} ({figures['trajectory_digest'][:12]})"),
+        ("rate", f"{figures['rate_hz']:g} Hz"),
+        ("duration", f"{figures['duration_s']:.3f} s"),
+        ("cycles", f"{figures['cycles']} of {figures['period_s']:g} s"),
+        ("samples", str(figures["samples"])),
+        ("gaps", ", ".join(f"joint {i}: {gap}" for i, gap in enumerate(gaps, 1)) if any(gaps) else "none"),
+        ("lateness", "not recorded" if late is None else ", ".join(f"{k} {v * 1e3:.3f} ms" for k, v in late.items())),
+        ("bus frames", f"{frames['sent']} sent, {frames['received']} received"),
+        ("ended", _ending(figures)),
+    ]
+
+
+def _ending(figures: dict[str, Any]) -> str:
+    if not figures["complete"]:
+        return "INTERRUPTED: the recording has no end; what it holds is intact"
+    outcome = "done" if figures["exit_status"] == 0 else "FAILED"
+    return f"{outcome}, exit status {figures['exit_status']}: {figures['reason']}"
+
+
+def is_terminal() -> bool:
+    """Whether a person looks at the output."""
+    return sys.stdout.isatty()
+
+
+def _show(figures: dict[str, Any]) -> None:
+    rows = _rows(figures)
+    rows += [
+        (event["level"], f"{event['time_s']:.3f} s {event['source']}: {event['message']}")
+        for event in figures["events"]
+    ]
+    if not is_terminal():
+        for name, value in rows:
+            click.echo(f"{name}: {value}")
+        return
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(show_header=False)
+    for name, value in rows:
+        loud = name in ("error", "fatal") or value.startswith(("SIMULATED", "INTERRUPTED", "FAILED"))
+        # As text: what stands in a recording is not markup.
+        table.add_row(name, Text(value, style="bold red" if loud else ""))
+    Console().print(table)

@@ -1,0 +1,134 @@
+"""`daq info` on recordings that are whole, interrupted and none at all."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from daq.commands.info import command
+from recordings.errors import BadInput
+from recordings.recording import Run
+from recordings.rig import simulated_rig
+from recordings.writer import RecordingWriter
+
+Record = Callable[..., Path]
+
+
+@pytest.fixture
+def record(tmp_path: Path) -> Record:
+    """Write a recording of 101 SYNCs with a gap, frames and events."""
+
+    def write(simulated: bool = True, exit_status: int = 0) -> Path:
+        run = Run(
+            trajectory="fig5a",
+            trajectory_digest="d1f0",
+            period=0.1,
+            cycles=2,
+            rate=500.0,
+            software="0.1.0",
+            simulated=simulated,
+            pace="realtime",
+            start="2023-11-14T22:13:20+00:00",
+        )
+        path = tmp_path / "run.mcap"
+        with RecordingWriter(path, simulated_rig(), run) as writer:
+            for k in range(101):
+                stamp = k * 2_000_000
+                writer.can(stamp, stamp, 0x80, b"", sent=True)
+                for node in (1, 2, 3):
+                    writer.can(stamp, stamp, 0x180 + node, bytes(8), sent=False)
+                writer.joint_states(stamp, stamp, (0.1, np.nan if k == 7 else 0.2, 0.3))
+                writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))
+                writer.amplifiers(stamp, stamp, k, 0, k * 1e-5, (1.0, 2.0, 3.0), (7, 7, 7), (0, 0, 0))
+            writer.event(stamp, "info", "daq", "all is well")
+            writer.event(stamp, "warning", "daq", "[bold]missed[/bold] a cycle")
+            writer.close(exit_status, "following error of joint 2" if exit_status else "done")
+        return path
+
+    return write
+
+
+def test_json_holds_the_figures_and_nothing_else(record: Record) -> None:
+    path = record()
+    result = CliRunner().invoke(command, [str(path), "--json"], catch_exceptions=False)
+    assert json.loads(result.stdout) == {
+        "schema": 1,
+        "file": str(path),
+        "rig": "simulated delta robot",
+        "simulated": True,
+        "pace": "realtime",
+        "seed": None,
+        "software": "0.1.0",
+        "start": "2023-11-14T22:13:20+00:00",
+        "trajectory": "fig5a",
+        "trajectory_digest": "d1f0",
+        "rate_hz": 500.0,
+        "cycles": 2,
+        "period_s": 0.1,
+        "duration_s": 0.2,
+        "samples": 101,
+        "gaps": [0, 1, 0],
+        "lateness_s": {"p50": pytest.approx(5e-4), "p99": pytest.approx(9.9e-4), "max": pytest.approx(1e-3)},
+        "frames": {"sent": 101, "received": 303},
+        "events": [
+            {"time_s": 0.2, "level": "warning", "source": "daq", "message": "[bold]missed[/bold] a cycle"},
+        ],
+        "complete": True,
+        "exit_status": 0,
+        "reason": "done",
+    }
+
+
+def test_piped_output_is_plain_lines(record: Record) -> None:
+    lines = CliRunner().invoke(command, [str(record())], catch_exceptions=False).stdout.splitlines()
+    assert "drives: SIMULATED: no real robot moved" in lines
+    assert "gaps: joint 1: 0, joint 2: 1, joint 3: 0" in lines
+    assert "lateness: p50 0.500 ms, p99 0.990 ms, max 1.000 ms" in lines
+    assert "bus frames: 101 sent, 303 received" in lines
+    assert "warning: 0.200 s daq: [bold]missed[/bold] a cycle" in lines
+    assert "ended: done, exit status 0: done" in lines
+
+
+def test_a_terminal_gets_a_table(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daq.commands.info.is_terminal", lambda: True)
+    output = CliRunner().invoke(command, [str(record())], catch_exceptions=False).stdout
+    assert "│ bus frames │ 101 sent, 303 received" in output
+    assert "[bold]missed[/bold] a cycle" in output, "the recording's words are not markup"
+
+
+def test_real_drives_and_failure_are_said(record: Record) -> None:
+    output = CliRunner().invoke(command, [str(record(simulated=False, exit_status=1))], catch_exceptions=False).stdout
+    assert "SIMULATED" not in output
+    assert "ended: FAILED, exit status 1: following error of joint 2" in output
+
+
+def test_an_interrupted_recording_is_shown_and_named_so(record: Record, tmp_path: Path) -> None:
+    whole = record().read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[: whole.rindex(b"exit_status")])
+    result = CliRunner().invoke(command, [str(path)], catch_exceptions=False)
+    assert "ended: INTERRUPTED" in result.stdout
+    assert "samples: 101" in result.stdout
+    figures = json.loads(CliRunner().invoke(command, [str(path), "--json"], catch_exceptions=False).stdout)
+    assert (figures["complete"], figures["exit_status"], figures["reason"]) == (False, None, None)
+
+
+def test_a_file_that_is_no_recording_is_bad_input(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="does not exist"):
+        CliRunner().invoke(command, [str(tmp_path / "none.mcap")], catch_exceptions=False)
+
+
+def test_the_program_exits_with_2_and_one_line_on_bad_input(tmp_path: Path) -> None:
+    path = tmp_path / "noise.mcap"
+    path.write_bytes(b"noise")
+    program = [sys.executable, "-c", "from daq.cli import main; main()", "info", str(path)]
+    result = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert result.returncode == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith(f"error: {path} is not an MCAP file")
+    assert result.stderr.count("\n") == 1

@@ -1,0 +1,95 @@
+"""The frame of the command lines: commands found by file name, errors turned into exit codes."""
+
+import errno
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+import click
+import pytest
+from click.testing import CliRunner
+
+from recordings.command_line import CommandFolder, run
+from recordings.errors import BadInput, RunFailed
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """A package of commands: one good, one that is no command, one whose import must not happen."""
+    folder = tmp_path / "some_commands"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "say_hello.py").write_text(
+        "import click\n\n@click.command(short_help='Greet.')\ndef command():\n    click.echo('hello')\n"
+    )
+    (folder / "wrong.py").write_text("command = 'not a click command'\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    import some_commands
+
+    yield some_commands
+    for name in [name for name in sys.modules if name.partition(".")[0] == "some_commands"]:
+        del sys.modules[name]
+
+
+def test_a_command_is_a_file(package: ModuleType) -> None:
+    program = CommandFolder(package, name="some")
+    assert program.list_commands(click.Context(program)) == ["say-hello", "wrong"]
+    assert CliRunner().invoke(program, ["say-hello"]).output == "hello\n"
+    assert "some_commands.wrong" not in sys.modules, "only the command that is needed is imported"
+
+
+def test_an_unknown_command_is_bad_usage(package: ModuleType) -> None:
+    result = CliRunner().invoke(CommandFolder(package, name="some"), ["sing"])
+    assert result.exit_code == 2
+    assert "No such command 'sing'" in result.output
+
+
+def test_a_file_without_a_command_is_named(package: ModuleType) -> None:
+    program = CommandFolder(package, name="some")
+    with pytest.raises(TypeError, match=r"some_commands\.wrong\.command must be a click.Command, not str"):
+        program.get_command(click.Context(program), "wrong")
+
+
+def failing(error: BaseException) -> Callable[..., None]:
+    def program(standalone_mode: bool) -> None:
+        raise error
+
+    return program
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "said"),
+    [
+        (BadInput("no such rig"), 2, "error: no such rig\n"),
+        (RunFailed("drive 2: fault"), 1, "error: drive 2: fault\n"),
+        (click.UsageError("try --help"), 2, "try --help"),
+        (click.exceptions.Exit(3), 3, ""),
+        (click.Abort(), 1, "interrupted\n"),
+        (KeyboardInterrupt(), 1, "interrupted\n"),
+        (PermissionError(errno.EACCES, "Permission denied", "plot.png"), 2, "error: plot.png: Permission denied\n"),
+        (OSError("odd"), 2, "error: odd\n"),
+    ],
+)
+def test_errors_become_exit_codes(
+    error: BaseException, code: int, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        run(failing(error))
+    assert exit_.value.code == code
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert said in output.err
+    assert "Traceback" not in output.err
+
+
+def test_success_is_zero(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as exit_:
+        run(lambda standalone_mode: None)
+    assert exit_.value.code == 0
+    assert capsys.readouterr().err == ""
+
+
+def test_our_own_mistakes_keep_their_traceback() -> None:
+    with pytest.raises(ZeroDivisionError):
+        run(failing(ZeroDivisionError()))

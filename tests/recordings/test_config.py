@@ -1,0 +1,66 @@
+"""Reading TOML: every way in which a file can be wrong gives one line a person can act on."""
+
+from pathlib import Path
+
+import pytest
+
+from recordings.config import Section, read_toml, validated
+from recordings.errors import BadInput
+
+
+class Inner(Section):
+    size: float = 1.0
+
+
+class Outer(Section):
+    inner: Inner = Inner()
+    pair: tuple[int, int] = (1, 2)
+
+
+def read(path: Path) -> Outer:
+    return read_toml(path, Outer, "test file")
+
+
+def test_integers_are_floats_and_arrays_are_tuples(tmp_path: Path) -> None:
+    path = tmp_path / "t.toml"
+    path.write_text("pair = [3, 4]\n[inner]\nsize = 2\n")
+    assert read(path) == Outer(inner=Inner(size=2.0), pair=(3, 4))
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"[inner]\nsise = 2\n", "unknown key 'inner.sise'"),
+        (b"[inner]\nsize = '2'\n", "'inner.size': .*found '2'"),
+        (b"[inner]\nsize = inf\n", "'inner.size'"),
+        (b"pair = [1]\n", r"'pair(\.1)?'"),
+        (b"pair = [1.5, 'x']\n[inner]\nsise = 1\n", r"\(and 2 more\)"),
+        (b"pair = 1979-05-27\n", "'pair'"),
+        (b"pair = [", "not valid TOML"),
+        (b"name = '\xff'", "cannot be read"),
+    ],
+)
+def test_wrong_content_names_file_and_key(tmp_path: Path, content: bytes, reason: str) -> None:
+    path = tmp_path / "t.toml"
+    path.write_bytes(content)
+    with pytest.raises(BadInput, match=reason) as error:
+        read(path)
+    assert str(error.value).startswith(f"test file {path}")
+    assert "\n" not in str(error.value)
+
+
+def test_missing_files_and_folders_are_told_apart(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="does not exist; check the path"):
+        read(tmp_path / "none.toml")
+    with pytest.raises(BadInput, match="cannot be read"):
+        read(tmp_path)
+
+
+def test_descriptions_cannot_be_changed() -> None:
+    with pytest.raises(ValueError, match="frozen"):
+        Outer().pair = (3, 4)  # type: ignore[misc]
+
+
+def test_validated_names_where_the_content_is_from() -> None:
+    with pytest.raises(BadInput, match=r"^the answer: 'pair'"):
+        validated({"pair": "12"}, Outer, "the answer")

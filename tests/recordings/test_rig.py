@@ -1,0 +1,72 @@
+"""The rig description: what is refused, and what travels unchanged."""
+
+import math
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from recordings.errors import BadInput
+from recordings.rig import Drive, Rig, load_rig, simulated_rig
+
+DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+
+
+def load(folder: Path, text: str) -> Rig:
+    path = folder / "rig.toml"
+    path.write_text(text, encoding="utf-8")
+    return load_rig(path)
+
+
+def test_a_short_rig_file_means_the_defaults(tmp_path: Path) -> None:
+    rig = load(tmp_path, 'name = "simulated delta robot"\n' + DRIVES)
+    assert rig == simulated_rig()
+    assert rig.dof == 3
+    assert rig.joint_names == ("joint_1", "joint_2", "joint_3")
+    assert (rig.geometry.L2, rig.geometry.L2_source) == (0.8, "assumed")
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ('name = "r"\nspeed = 1\n' + DRIVES, "unknown key 'speed'"),
+        (DRIVES, "key 'name' is missing"),
+        ('name = "r"\nrate = "fast"\n' + DRIVES, "'rate': .*found 'fast'"),
+        ('name = "r"\nrate = 0\n' + DRIVES, "'rate': .*greater than 0.*found 0"),
+        ('name = "r"\n[limits]\nspeed = nan\n' + DRIVES, "'limits.speed'"),
+        ('name = "r"\n' + DRIVES.replace("2", "1"), "node_id, 1 stands in two"),
+        ('name = "r"\n' + DRIVES.replace("3", "128"), r"'drives\.2\.node_id': .*127.*found 128"),
+        ('name = "r"\n[[drives]]\nnode_id = 1\n', "three .*drives.*, 1 found"),
+        ('name = "r"\n' + DRIVES + "[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 3 numbers, 2 found"),
+        ('name = "r"\n' + DRIVES + "[geometry]\nL2 = 0.4\n", "too short to close .*L2 = 0.4 m found"),
+        ('name = "r"\n' + DRIVES + "[limits]\njoint_min = 2.0\n", "joint_min < joint_max expected, 2 and 1.4 found"),
+        ('name = "r"\n' + DRIVES + "[limits]\nworkspace_z = [-0.4, -1.0]\n", r"\[lowest, highest\] expected"),
+        ("name = ", "not valid TOML"),
+    ],
+)
+def test_a_wrong_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -> None:
+    with pytest.raises(BadInput, match=reason) as error:
+        load(tmp_path, text)
+    assert "rig.toml" in str(error.value)
+
+
+@given(
+    st.floats(0.1, 1e6),
+    st.lists(st.floats(-math.pi, math.pi), min_size=3, max_size=3),
+    st.lists(st.sampled_from([1, -1]), min_size=3, max_size=3),
+)
+def test_a_rig_survives_its_way_through_a_recording(rated: float, zeros: list[float], signs: list[int]) -> None:
+    drives = tuple(
+        Drive(node_id=i + 1, rated_torque=rated, zero_offset=zero, sign=sign)
+        for i, (zero, sign) in enumerate(zip(zeros, signs, strict=True))
+    )
+    rig = Rig(name="Größe", drives=drives)
+    assert Rig.model_validate_json(rig.model_dump_json()) == rig
+
+
+def test_counts_per_radian_follow_gear_and_sign() -> None:
+    assert Drive(node_id=1).counts_per_radian == pytest.approx(8192 * 21 / math.tau)
+    assert Drive(node_id=1, counts_per_turn=1000, gear=2.0, sign=-1).counts_per_radian * math.tau == pytest.approx(
+        -2000
+    )
