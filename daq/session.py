@@ -17,7 +17,7 @@ from daq.recorder import Recorder
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
 from drivers.bus import Link, open_bus
-from drivers.canopen_drive import CanopenDrives, bus_load, only_from_master
+from drivers.canopen_drive import CanopenDrives, only_from_master, refuse_unworkable
 from drivers.protocol import Identity, Report
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Run
@@ -59,7 +59,7 @@ def check_beforehand(order: Order) -> None:
     """Refuse what is known to fail before anything is opened or moves.
 
     Raises:
-        BadInput: the file exists, its folder does not, the disk is too full, or the bus too slow.
+        BadInput: the file exists, its folder does not, the disk is full, or the rate does not suit bus or drives.
     """
     folder = order.out.resolve().parent
     if order.out.exists():
@@ -70,14 +70,7 @@ def check_beforehand(order: Order) -> None:
     free = shutil.disk_usage(folder).free
     if free < needed:
         raise BadInput(f"disk full: {needed / 1e6:.1f} MB needed in {folder}, {free / 1e6:.1f} MB free; make room")
-    rig = order.rig
-    load = bus_load(rig, rig.rate)
-    if load > rig.bus.max_load:
-        highest = rig.rate * rig.bus.max_load / load
-        raise BadInput(
-            f"at {rig.rate:g} Hz the cycle would take up to {load:.0%} of the bus, bus.max_load allows "
-            f"{rig.bus.max_load:.0%}; choose --rate {highest:.0f} or less, or a higher bitrate"
-        )
+    refuse_unworkable(order.rig)
 
 
 class Session:

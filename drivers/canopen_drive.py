@@ -32,6 +32,18 @@ def bus_load(rig: Rig, rate: float) -> float:
     return bits * rate / rig.bus.bitrate
 
 
+def refuse_unworkable(rig: Rig) -> None:
+    """Raise BadInput where the rig's rate is too high for its bus, or one that the drives cannot be told."""
+    canopen_setup.interpolation_period(rig.rate)
+    load = bus_load(rig, rig.rate)
+    if load > rig.bus.max_load:
+        highest = rig.rate * rig.bus.max_load / load
+        raise BadInput(
+            f"at {rig.rate:g} Hz the cycle would take up to {load:.0%} of the bus, bus.max_load allows "
+            f"{rig.bus.max_load:.0%}; choose --rate {highest:.0f} or less, or a higher bitrate"
+        )
+
+
 def only_from_master(arbitration_id: int) -> bool:
     """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
     function = arbitration_id & 0x780

@@ -3,6 +3,7 @@
 canopen's LocalNode serves the object dictionary; the rest (PDOs, NMT states, boot-up, watchdog) it does not do.
 """
 
+import logging
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,8 @@ class SimulatedDrive:
         self.state = State.SWITCH_ON_DISABLED
         self._send = send
         self._lockstep = lockstep
+        # canopen logs every request that it also refuses over the bus.
+        logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.generator = SetpointGenerator(dt)
         self._boot(0.0)
 
@@ -54,6 +57,8 @@ class SimulatedDrive:
         self._node: Any = canopen.LocalNode(self.drive.node_id, str(EDS))
         self._decoded: dict[tuple[int, int], int] = {}
         self._node.sdo.network = self._node.emcy.network = _SendOnly(self._send)
+        # canopen's server cannot refuse a segment that no transfer has announced unless these are numbers.
+        self._node.sdo._index = self._node.sdo._subindex = 0
         # canopen's heartbeat runs on the host's clock; ours on simulated time, see `update`.
         self._node.nmt.start_heartbeat = lambda milliseconds: None
         self._node.add_read_callback(self._on_read)

@@ -1,0 +1,49 @@
+"""What all rooms' tests share: running the programs as a user does."""
+
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+
+@dataclass(frozen=True)
+class Finished:
+    """What a command left behind."""
+
+    code: int
+    out: str
+    err: str
+
+
+Runner = Callable[..., Finished]
+
+
+def launcher(program: str) -> list[str]:
+    """The start of a command line that runs `daq` or `ident` of this checkout."""
+    return [sys.executable, "-W", "error", "-c", f"from {program}.cli import main; main()"]
+
+
+def _runner(program: str, folder: Path) -> Runner:
+    def run(*arguments: object, timeout: float = 300) -> Finished:
+        done = subprocess.run(
+            [*launcher(program), *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout
+        )
+        assert "Traceback" not in done.stderr, done.stderr
+        return Finished(done.returncode, done.stdout, done.stderr)
+
+    return run
+
+
+@pytest.fixture
+def daq(tmp_path: Path) -> Runner:
+    """Run `daq` in a folder of its own."""
+    return _runner("daq", tmp_path)
+
+
+@pytest.fixture
+def ident(tmp_path: Path) -> Runner:
+    """Run `ident` in a folder of its own."""
+    return _runner("ident", tmp_path)

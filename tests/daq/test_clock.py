@@ -1,0 +1,36 @@
+import time
+
+import pytest
+
+from daq.clock import HostClock, LockstepClock
+
+
+def test_lockstep_time_is_the_index_times_the_period() -> None:
+    clock = LockstepClock(500.0)
+    assert [clock.wait(k) for k in range(4)] == [0.0] * 4
+    assert clock.now() == clock.stamp(3) == 6_000_000
+    assert clock.overdue(3) == 0.0
+
+
+def test_host_stamps_are_evenly_spaced_however_late_the_host_is() -> None:
+    clock = HostClock(1000.0)
+    clock.wait(0)
+    time.sleep(0.005)
+    late = clock.wait(1)
+    assert late > 0.003
+    assert clock.stamp(2) - clock.stamp(1) == clock.stamp(1) - clock.stamp(0) == 1_000_000
+
+
+def test_host_deadlines_do_not_drift() -> None:
+    clock = HostClock(1000.0)
+    before = time.perf_counter()
+    clock.wait(0)
+    time.sleep(0.003)
+    for k in range(1, 21):
+        clock.wait(k)
+    # Twenty periods after the first, although three of them were slept away.
+    assert time.perf_counter() - before == pytest.approx(0.020 + clock.overdue(20), abs=2e-3)
+
+
+def test_nothing_is_overdue_before_the_first_cycle() -> None:
+    assert HostClock(500.0).overdue(0) == 0.0

@@ -1,0 +1,199 @@
+"""`daq record` as a user runs it, on the simulated rig."""
+
+import json
+import os
+import signal
+import subprocess
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings.reader import read, read_can
+from tests.conftest import Runner, launcher
+
+RIG = """
+name = "bench"
+[[drives]]
+node_id = 1
+[[drives]]
+node_id = 2
+[[drives]]
+node_id = 3
+"""
+
+
+def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runner, tmp_path: Path) -> None:
+    for out in ("a.mcap", "b.mcap"):
+        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--out", out, "--json")
+        assert done.code == 0, done.err
+        assert "SIMULATED RIG" in done.err
+    figures = json.loads(done.out)
+    assert (figures["answers_lost"], figures["cycles_missed"], figures["simulated"]) == (0, 0, True)
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+    recording = read(tmp_path / "a.mcap")
+    assert recording.complete
+    assert recording.run.simulated
+    assert recording.run.exit_status == 0
+    assert len(recording.time) == figures["cycles"]
+    np.testing.assert_allclose(np.diff(recording.time), 1 / 250, rtol=1e-9)
+    assert not np.isnan(recording.position).any()
+    assert not np.isnan(recording.voltage).any()
+    assert (recording.repeat == 0).sum() == 1000
+
+    frames = read_can(tmp_path / "a.mcap")
+    syncs = (frames.id == 0x80).sum()
+    assert syncs == figures["cycles"]
+    for node in (1, 2, 3):
+        assert ((frames.id == 0x180 + node) & ~frames.sent).sum() == syncs
+
+
+def test_another_seed_gives_other_noise_on_the_same_motion(daq: Runner, tmp_path: Path) -> None:
+    for seed in (0, 1):
+        assert daq("record", "--traj", "fig5b", "--cycles", 1, "--seed", seed, "--out", f"{seed}.mcap").code == 0
+    one, other = (read(tmp_path / f"{seed}.mcap") for seed in (0, 1))
+    np.testing.assert_array_equal(one.command, other.command)
+    assert 0.005 < np.std(one.voltage - other.voltage) < 0.05
+
+
+def test_the_measured_position_follows_the_command_one_cycle_later(daq: Runner, tmp_path: Path) -> None:
+    assert daq("record", "--traj", "fig5a", "--cycles", 1).code == 0
+    recording = read(tmp_path / "fig5a.mcap")
+    moving = np.flatnonzero(recording.repeat == 0)
+    error = recording.position[moving + 1] - recording.command[moving]
+    assert np.abs(error).max() < 0.01
+
+
+def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runner, tmp_path: Path) -> None:
+    from drivers.simulated.effect import discover
+    from drivers.simulated.seal import unseal
+
+    done = daq("record", "--traj", "fig5a", "--cycles", 1, "--hidden", 7, "--out", "blind.mcap")
+    assert done.code == 0, done.err
+    truth = unseal(tmp_path / "blind.sealed.json")
+    assert truth["seed"] == 7
+    (effect,) = truth["effects"]
+    recording = read(tmp_path / "blind.mcap")
+    told = done.out + done.err + recording.run.model_dump_json() + "".join(e.message for e in recording.events)
+    raw = (tmp_path / "blind.mcap").read_bytes() + (tmp_path / "blind.sealed.json").read_bytes()
+    for name in discover():
+        assert name not in told
+        assert name.encode() not in raw
+    assert 0.004 < effect["size"] < 0.11
+
+
+BAD = {
+    "unknown trajectory": (["--traj", "fig9"], "unknown trajectory 'fig9'"),
+    "unreachable path": (["--traj", "far.csv"], "limb"),
+    "speed over limit": (["--traj", "fig5a", "--rig", "slow.toml"], "speed"),
+    "missing rig file": (["--traj", "fig5a", "--rig", "none.toml"], "none.toml does not exist"),
+    "unknown key": (["--traj", "fig5a", "--rig", "unknown.toml"], "unknown key 'colour'"),
+    "wrong type": (["--traj", "fig5a", "--rig", "type.toml"], "'rate'"),
+    "one node id twice": (["--traj", "fig5a", "--rig", "twice.toml"], "node_id, 2 stands in two"),
+    "not TOML": (["--traj", "fig5a", "--rig", "far.csv"], "not valid TOML"),
+    "rate too high for the bus": (["--traj", "fig5a", "--rate", "1250"], "choose --rate"),
+    "rate the drives cannot be told": (["--traj", "fig5a", "--rate", "333"], "choose a rate such as"),
+    "rate that is none": (["--traj", "fig5a", "--rate", "-1"], "--rate"),
+    "output exists": (["--traj", "fig5a", "--out", "there.mcap"], "exists and recordings are never overwritten"),
+    "no such folder": (["--traj", "fig5a", "--out", "no/such/folder.mcap"], "does not exist"),
+    "sim file with an unknown effect": (["--traj", "fig5a", "--sim", "effect.toml"], "magic"),
+    "interface that is not there": (["--traj", "fig5a", "--rig", "nocan.toml"], "cannot be opened"),
+    "hidden effect with a real rig": (["--traj", "fig5a", "--rig", "nocan.toml", "--hidden", "1"], "daq sim"),
+    "no trajectory at all": ([], "--traj"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runner, tmp_path: Path) -> None:
+    (tmp_path / "far.csv").write_text("time,x,y,z\n" + "".join(f"{k / 10},2.0,0,-0.7\n" for k in range(50)))
+    (tmp_path / "slow.toml").write_text(RIG + "[limits]\nspeed = 0.5\n")
+    (tmp_path / "unknown.toml").write_text('colour = "red"\n' + RIG)
+    (tmp_path / "type.toml").write_text('rate = "fast"\n' + RIG)
+    (tmp_path / "twice.toml").write_text(RIG.replace("node_id = 3", "node_id = 2"))
+    (tmp_path / "effect.toml").write_text('[[effects]]\nname = "magic"\n')
+    (tmp_path / "nocan.toml").write_text(RIG + '[bus]\ninterface = "socketcan"\nchannel = "nocan7"\n')
+    (tmp_path / "there.mcap").write_bytes(b"precious")
+    before = sorted(tmp_path.iterdir())
+    arguments, expected = BAD[name]
+    done = daq("record", *arguments)
+    assert done.code == 2
+    assert expected in done.err
+    assert sorted(tmp_path.iterdir()) == before
+    assert (tmp_path / "there.mcap").read_bytes() == b"precious"
+
+
+def test_disk_that_fills_up_during_the_run(tmp_path: Path) -> None:
+    """The file may grow to 300 kB only, as on a full disk; the motion is led to rest and the drives are disabled."""
+    limited = (
+        "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
+        f"resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)); {launcher('daq')[-1]}"
+    )
+    command = [*launcher("daq")[:-1], limited, "record", "--traj", "fig5a", "--cycles", "1"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 2, done.stderr
+    assert "fig5a.mcap" in done.stderr
+    assert "Traceback" not in done.stderr
+    recording = read(tmp_path / "fig5a.mcap")
+    assert not recording.complete
+    assert len(recording.time) > 500
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_in_mid_motion_ends_in_disabled_drives_and_a_whole_file(number: int, tmp_path: Path) -> None:
+    command = [*launcher("daq"), "record", "--traj", "fig5a", "--pace", "realtime"]
+    process = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    time.sleep(6.0)
+    process.send_signal(number)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 1
+    assert f"stopped by the operator ({signal.Signals(number).name})" in err
+    recording = read(tmp_path / "fig5a.mcap")
+    assert recording.complete
+    assert recording.run.exit_status == 1
+    # Ramped to rest: no step of the command beyond what the motion itself has; the last status is without power.
+    command_speed = np.abs(np.diff(recording.command, axis=0)) * recording.run.rate
+    assert np.nanmax(command_speed) < 5.0
+    last = recording.statusword[-1]
+    assert all(word & 0x6F == 0x40 for word in last)
+
+
+@pytest.mark.slow
+def test_twenty_seconds_in_real_time_account_for_every_frame(daq: Runner, tmp_path: Path) -> None:
+    done = daq("record", "--traj", "fig5a", "--pace", "realtime", "--json")
+    assert done.code == 0, done.err
+    _assert_accounted_for(tmp_path / "fig5a.mcap", json.loads(done.out))
+
+
+@pytest.mark.slow
+def test_twenty_seconds_between_two_processes_account_for_every_frame(daq: Runner, tmp_path: Path) -> None:
+    port = 20000 + os.getpid() % 20000
+    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {port}\n'
+    (tmp_path / "udp.toml").write_text(RIG + bus)
+    simulation = subprocess.Popen(
+        [*launcher("daq"), "sim", "--rig", "udp.toml"], cwd=tmp_path, stdout=subprocess.PIPE, text=True
+    )
+    try:
+        assert simulation.stdout is not None
+        assert "simulated drives (nodes 1, 2, 3)" in simulation.stdout.readline()
+        done = daq("record", "--traj", "fig5a", "--rig", "udp.toml", "--json")
+        assert done.code == 0, done.err
+    finally:
+        simulation.send_signal(signal.SIGTERM)
+        assert simulation.wait(timeout=20) == 0
+        simulation.stdout.close()
+    _assert_accounted_for(tmp_path / "fig5a.mcap", json.loads(done.out))
+
+
+def _assert_accounted_for(path: Path, figures: dict[str, int]) -> None:
+    recording, frames = read(path), read_can(path)
+    assert recording.run.exit_status == 0
+    assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
+    assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
+    assert (frames.id == 0x80).sum() == figures["cycles"]
+    answers = sum(int((frames.id == 0x180 + node).sum()) for node in (1, 2, 3))
+    # An answer that came after its cycle is in /can, but it is a gap in the samples.
+    assert 3 * figures["cycles"] - figures["answers_lost"] <= answers <= 3 * figures["cycles"]
+    assert figures["answers_lost"] < 0.02 * 3 * figures["cycles"]

@@ -1,0 +1,47 @@
+"""A CAN bus that plays a dialogue: what must be sent, and what is answered to it."""
+
+from collections import deque
+from typing import Any
+
+import can
+
+Frame = tuple[int, str]
+"""Arbitration id and data in hex."""
+
+
+class ScriptedBus(can.BusABC):
+    """Fails the test when something else is sent than the script says."""
+
+    def __init__(self, script: list[tuple[Frame, list[Frame]]]) -> None:
+        super().__init__("script")
+        self._is_shutdown = True  # nothing is held that python-can would have to warn about
+        self._script = deque(script)
+        self._inbox: deque[Frame] = deque()
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        sent = (msg.arbitration_id, bytes(msg.data).hex(" "))
+        assert self._script, f"nothing more expected, sent {sent[0]:03X} {sent[1]}"
+        expected, answers = self._script.popleft()
+        assert sent == expected, f"expected {expected[0]:03X} {expected[1]}, sent {sent[0]:03X} {sent[1]}"
+        self._inbox.extend(answers)
+
+    def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if not self._inbox:
+            return None, False
+        arbitration_id, data = self._inbox.popleft()
+        return can.Message(arbitration_id=arbitration_id, data=bytes.fromhex(data), is_extended_id=False), False
+
+    def receive_first(self, *frames: Frame) -> None:
+        """Let frames arrive that nobody asked for."""
+        self._inbox.extend(frames)
+
+    def assert_finished(self) -> None:
+        assert not self._script, f"{len(self._script)} expected frames were never sent: {self._script[0]}"
+
+    @property
+    def channel_info(self) -> Any:
+        return "script"
+
+    @channel_info.setter
+    def channel_info(self, value: Any) -> None:
+        pass

@@ -1,0 +1,81 @@
+import pytest
+
+from drivers.bus import Link
+from drivers.sdo import Sdo
+from recordings.errors import RunFailed
+from tests.drivers.scripted import Frame, ScriptedBus
+
+
+def sdo(script: list[tuple[Frame, list[Frame]]], others: list[Frame] | None = None) -> tuple[Sdo, ScriptedBus]:
+    bus = ScriptedBus(script)
+    seen = [] if others is None else others
+    link = Link(bus, own_ids=lambda arbitration_id: False)
+    return Sdo(2, "joint 2 (node 2)", link, lambda i, data: seen.append((i, data.hex(" ")))), bus
+
+
+def test_read_expedited() -> None:
+    client, bus = sdo([((0x602, "40 41 60 00 00 00 00 00"), [(0x582, "4b 41 60 00 37 12 00 00")])])
+    assert client.read(0x6041, 0, "<H") == 0x1237
+    bus.assert_finished()
+
+
+def test_read_text_in_segments() -> None:
+    client, bus = sdo(
+        [
+            ((0x602, "40 08 10 00 00 00 00 00"), [(0x582, "41 08 10 00 0a 00 00 00")]),
+            ((0x602, "60 00 00 00 00 00 00 00"), [(0x582, "00 73 65 72 76 6f 20 64")]),
+            ((0x602, "70 00 00 00 00 00 00 00"), [(0x582, "19 72 76 65 00 00 00 00")]),
+        ]
+    )
+    assert client.read_text(0x1008) == "servo drve"
+    bus.assert_finished()
+
+
+def test_write_is_read_back() -> None:
+    client, bus = sdo(
+        [
+            ((0x602, "2f 60 60 00 08 00 00 00"), [(0x582, "60 60 60 00 00 00 00 00")]),
+            ((0x602, "40 60 60 00 00 00 00 00"), [(0x582, "4f 60 60 00 08 00 00 00")]),
+        ]
+    )
+    client.write(0x6060, 0, "<b", 8)
+    bus.assert_finished()
+
+
+def test_value_that_reads_back_otherwise_is_an_error() -> None:
+    client, _ = sdo(
+        [
+            ((0x602, "2f 60 60 00 08 00 00 00"), [(0x582, "60 60 60 00 00 00 00 00")]),
+            ((0x602, "40 60 60 00 00 00 00 00"), [(0x582, "4f 60 60 00 07 00 00 00")]),
+        ]
+    )
+    with pytest.raises(RunFailed, match="6060:00 was written 0x8 and reads back 0x7"):
+        client.write(0x6060, 0, "<b", 8)
+
+
+def test_abort_names_drive_and_object() -> None:
+    client, _ = sdo([((0x602, "40 00 22 01 00 00 00 00"), [(0x582, "80 00 22 01 00 00 02 06")])])
+    with pytest.raises(RunFailed, match=r"joint 2 \(node 2\) refuses to read object 2200:01: .*does not exist"):
+        client.read(0x2200, 1, "<h")
+
+
+def test_silence_says_what_to_check() -> None:
+    client, _ = sdo([((0x602, "40 41 60 00 00 00 00 00"), []), ((0x602, "80 00 00 00 00 00 04 05"), [])])
+    client._client.RESPONSE_TIMEOUT = 0.01
+    with pytest.raises(RunFailed, match=r"does not answer .*check its power"):
+        client.read(0x6041, 0, "<H")
+
+
+def test_frames_for_others_are_passed_on() -> None:
+    others: list[Frame] = []
+    client, _ = sdo(
+        [
+            (
+                (0x602, "40 41 60 00 00 00 00 00"),
+                [(0x701, "05"), (0x582, "40"), (0x582, "4b 41 60 00 40 02 00 00")],
+            )
+        ],
+        others,
+    )
+    assert client.read(0x6041, 0, "<H") == 0x240
+    assert others == [(0x701, "05"), (0x582, "40")]
