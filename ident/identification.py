@@ -14,7 +14,7 @@ from ident.fit import Fit, fit
 from ident.fitness import fitness
 from ident.mechanisms import Mechanism
 from ident.model import Agreement, FittedParameter, JointFitness, Method, Model, Preprocessing, source
-from ident.where import Joint, where
+from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
@@ -44,10 +44,15 @@ class Identification:
     train: tuple[Dataset, ...]
     validation: Dataset | None
 
-    def failures(self) -> tuple[Joint, ...]:
-        """Where the model fails: on the validation recording if there is one, else on the training data."""
-        judged = self.train if self.validation is None else (self.validation,)
-        return where(judged, [self.fit.torque(dataset) for dataset in judged])
+    def where(self) -> tuple[str, ...]:
+        """Where the model fails, in words: on the validation recording if there is one, else on the training data."""
+        trained = self._residuals(self.train)
+        if self.validation is None:
+            return sentences(trained)
+        return sentences(self._residuals([self.validation]), trained)
+
+    def _residuals(self, datasets: Sequence[Dataset]) -> tuple[Joint, ...]:
+        return joints(datasets, [self.fit.torque(dataset) for dataset in datasets])
 
 
 def identify(files: Sequence[Path], validate: Path | None, choices: Choices, progress: Progress) -> Identification:

@@ -5,7 +5,6 @@ from rich.table import Table
 
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
-from ident.where import sentences
 
 
 def show(result: Identification, console: Console) -> None:
@@ -17,7 +16,7 @@ def show(result: Identification, console: Console) -> None:
     console.print(_agreements(model))
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
-    for sentence in sentences(result.failures()):
+    for sentence in result.where():
         console.print(f"  {sentence}", highlight=False)
 
 

@@ -1,6 +1,6 @@
 """Plain words on where a model fails: which joint, and in which phase of its motion."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -54,7 +54,7 @@ class Joint:
     """By name, those that occur."""
 
 
-def where(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[Joint, ...]:
+def joints(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[Joint, ...]:
     """The residual of each joint over all `datasets`, given the torque (m, dof) [N m] computed for each."""
     residual = np.concatenate([dataset.torque - torque for dataset, torque in zip(datasets, computed, strict=True)])
     torque = np.concatenate([dataset.torque for dataset in datasets])
@@ -82,30 +82,45 @@ def phases(dataset: Dataset) -> NDArray[np.str_]:
     return names
 
 
-def sentences(joints: Sequence[Joint]) -> tuple[str, ...]:
-    """What stands out, in words; what to look at is a hint, no finding."""
+def sentences(judged: Sequence[Joint], trained: Sequence[Joint] = ()) -> tuple[str, ...]:
+    """What stands out in the residuals `judged`, in words; what to look at is a hint, no finding.
+
+    `trained` are the residuals of the data that the fit saw, where those judged are of another recording.
+    """
+    shares = ", ".join(f"joint {joint.number} {100 * joint.share:.1f}" for joint in judged)
+    standing_out = [*_worst_joint(judged), *_worst_phases(judged), *_transfer(judged, trained)]
+    return (
+        f"Residual, in percent of the torque: {shares}.",
+        *(standing_out or ["No joint and no phase of the motion stands out."]),
+    )
+
+
+def _worst_joint(joints: Sequence[Joint]) -> Iterator[str]:
     worst = max(joints, key=lambda joint: joint.share)
     others = [joint.share for joint in joints if joint is not worst]
-    lines = [
-        f"Residual, in percent of the torque: {', '.join(f'joint {j.number} {100 * j.share:.1f}' for j in joints)}."
-    ]
     if others and worst.share > STANDS_OUT * float(np.median(others)):
-        lines.append(f"Joint {worst.number} stands out: look at what is particular to it.")
+        yield f"Joint {worst.number} leaves most: look at what is particular to it."
+
+
+def _worst_phases(joints: Sequence[Joint]) -> Iterator[str]:
     for joint in joints:
-        name, phase = max(joint.phases.items(), key=lambda item: _prominence(item[1]))
-        if _prominence(phase) > STANDS_OUT:
-            lines.append(
+        judged = {name: phase for name, phase in joint.phases.items() if phase.time_share >= LEAST_SHARE}
+        name, phase = max(judged.items(), key=lambda item: item[1].times_elsewhere, default=("", None))
+        if phase and phase.times_elsewhere > STANDS_OUT:
+            yield (
                 f"Joint {joint.number}: {phase.times_elsewhere:.1f} times larger in phase '{name}' than elsewhere "
                 f"({100 * phase.time_share:.0f} % of the time, {100 * phase.error_share:.0f} % of the squared "
                 f"error): {LOOK_AT[name]}."
             )
-    if len(lines) == 1:
-        lines.append("No joint and no phase of the motion stands out.")
-    return tuple(lines)
 
 
-def _prominence(phase: Phase) -> float:
-    return phase.times_elsewhere if phase.time_share >= LEAST_SHARE else 0.0
+def _transfer(judged: Sequence[Joint], trained: Sequence[Joint]) -> Iterator[str]:
+    growth = [one.share / other.share for one, other in zip(judged, trained, strict=False) if other.share]
+    if growth and float(np.median(growth)) > STANDS_OUT:
+        yield (
+            f"Against the training data the residual has grown {np.median(growth):.1f} times: the parameters do not "
+            "carry over to this motion, as when a physical effect is missing."
+        )
 
 
 def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_]) -> Joint:

@@ -114,10 +114,9 @@ def _show(result: Identification, as_json: bool) -> None:
     from rich.console import Console
 
     from ident import summary
-    from ident.where import sentences
 
     if as_json:
-        document = {**result.model.as_json(), "where": sentences(result.failures())}
+        document = {**result.model.as_json(), "where": result.where()}
         click.echo(json.dumps(document, indent=2))
     else:
         summary.show(result, Console())

@@ -1,0 +1,138 @@
+"""The command as a user types it, on recordings written to disk."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from ident.cli import program
+from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+from recordings.rig import Geometry, simulated_rig
+
+BRIEF = ["--iterations", "150"]
+
+
+@pytest.fixture(scope="module")
+def recorded(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    """A folder with a.mcap, b.mcap, and other.mcap of another rig."""
+    folder = tmp_path_factory.mktemp("recorded")
+    write(make("fig5a", cycles=1, noise=0.01, path=folder / "a.mcap"))
+    write(make("fig5b", cycles=1, noise=0.01, path=folder / "b.mcap"))
+    other = simulated_rig().model_copy(update={"geometry": Geometry(L2=0.81)})
+    write(make("fig5a", cycles=1, rig=other, path=folder / "other.mcap"))
+    return folder
+
+
+@pytest.fixture
+def folder(recorded: Path, tmp_path: Path) -> Path:
+    shutil.copytree(recorded, tmp_path, dirs_exist_ok=True)
+    return tmp_path
+
+
+def fit(*arguments: object) -> Result:
+    return CliRunner().invoke(program, ["fit", *map(str, arguments)], catch_exceptions=True)
+
+
+def test_writes_model_and_pictures_and_says_what_they_mean(folder: Path, truth: Floats) -> None:
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF)
+    assert result.exit_code == 0, result.output
+    for text in (
+        "SIMULATED",
+        "RELATIVE",
+        "L2 = 0.8 m is assumed",
+        "m_p",
+        "Eq. (41)",
+        "validation",
+        "Where the model",
+    ):
+        assert text in result.stdout
+    content = json.loads((folder / "a.model.json").read_text())
+    np.testing.assert_allclose([one["value"] for one in content["parameters"]], truth, rtol=0.01)
+    assert min(content["validate"]["fitted"]["nrmse"]) > 0.99 > max(content["validate"]["nominal"]["nrmse"])
+    pictures = sorted(path.name for path in (folder / "a.plots").iterdir())
+    assert pictures == [
+        "convergence.png",
+        "train_1_residual.png",
+        "train_1_torque.png",
+        "validate_residual.png",
+        "validate_torque.png",
+    ]
+
+
+def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
+    out = [folder / f"{i}.json" for i in range(3)]
+    for path, seed in zip(out, (5, 5, 6), strict=True):
+        result = fit(folder / "a.mcap", *BRIEF, "--seed", seed, "-o", path, "--plots", path.with_suffix(".plots"))
+        assert result.exit_code == 0, result.output
+    assert out[0].read_bytes() == out[1].read_bytes() != out[2].read_bytes()
+
+
+def test_json_is_one_document_and_nothing_else(folder: Path) -> None:
+    result = fit(folder / "a.mcap", folder / "b.mcap", *BRIEF, "--json")
+    document = json.loads(result.stdout)
+    assert [one["name"] for one in document["train"]["recordings"]] == ["a.mcap", "b.mcap"]
+    assert document["schema"] == 1
+    assert document["where"]
+
+
+def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
+    model = folder / "a.model.json"
+    model.write_text("mine")
+    refused = fit(folder / "a.mcap", *BRIEF)
+    assert isinstance(refused.exception, BadInput)
+    assert "--force" in str(refused.exception)
+    assert model.read_text() == "mine"
+    assert fit(folder / "a.mcap", *BRIEF, "--force").exit_code == 0
+    assert json.loads(model.read_text())["schema"] == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["other.mcap"], r"geometry.L2 is 0.8 in a.mcap, 0.81 in other.mcap"),
+        (["--validate", "other.mcap"], r"geometry.L2"),
+        (["none.mcap"], r"none.mcap"),
+        (["--cutoff", "400"], r"a fifth of the rate"),
+        (["--cutoff", "20", "--preprocess", "central"], r"no cut-off"),
+    ],
+)
+def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list[str], message: str) -> None:
+    before = sorted(folder.iterdir())
+    paths = [folder / argument if argument.endswith("mcap") else argument for argument in arguments]
+    result = fit(folder / "a.mcap", *paths, *BRIEF)
+    assert isinstance(result.exception, BadInput)
+    assert re.search(message, str(result.exception))
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_held_joint_is_refused(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    made = make(cycles=1, path=tmp_path / "held.mcap")
+    made.position[:, 1] = 0.2
+    result = fit(write(replace(made)), *BRIEF)
+    assert isinstance(result.exception, BadInput)
+    assert "joint 2" in str(result.exception)
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["fit", "--help"]])
+def test_help_is_instant(arguments: list[str]) -> None:
+    """It must not import what only a fit needs."""
+    code = (
+        f"import sys; from ident.cli import program; program({arguments!r}, standalone_mode=False); "
+        "print([name for name in ('numpy', 'scipy', 'numba', 'matplotlib', 'pydantic') if name in sys.modules])"
+    )
+    shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert shown.stdout.splitlines()[-1] == "[]"
+    assert "Example: ident fit" in shown.stdout

@@ -1,0 +1,101 @@
+"""Recordings made from known parameters, without any simulator: motion of fig5a and fig5b, torque of Eq. (26)."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident import mechanisms
+from ident.motion import Motion
+from ident.signals import mean_sign
+from recordings.recording import Floats, Recording, Run
+from recordings.rig import Rig, simulated_rig
+from recordings.writer import RecordingWriter
+from trajectories import library
+
+PAPER = np.array([4.3963, 5.3480, 0.3823, 0.3237, 0.3047, 3.2111, 1.1688, 3.1343, -9.1037, -7.6127, -9.2628])
+"""Eq. (36), as printed."""
+TRUTH = PAPER * np.repeat([1, -1], [5, 6])
+"""Eq. (36) with friction positive where it opposes motion."""
+
+
+def make_recording(
+    trajectory: str = "fig5a",
+    *,
+    rig: Rig | None = None,
+    rate: float = 500.0,
+    cycles: int = 2,
+    parameters: Floats = TRUTH,
+    noise: float = 0.0,
+    seed: int = 0,
+    path: Path = Path("made.mcap"),
+) -> Recording:
+    """A recording whose torque is exactly Eq. (26) with `parameters`, plus white `noise` [V] on the voltage."""
+    rig = rig or simulated_rig()
+    reference = library.load(trajectory, rig, cycles, rate)
+    direction = np.nan_to_num(mean_sign(reference.joint_velocity))  # at rest at both ends
+    motion = Motion(reference.joint_position, reference.joint_velocity, reference.joint_acceleration, direction)
+    torque = mechanisms.create(rig).regressor(motion) @ parameters
+    n, dof = torque.shape
+    voltage = np.sign(torque) * np.sqrt(np.abs(torque) / np.array(rig.torque.gain))
+    voltage += np.random.default_rng(seed).normal(0.0, noise, voltage.shape)
+    return Recording(
+        path=path,
+        rig=rig,
+        run=Run(
+            trajectory=trajectory,
+            trajectory_digest=reference.digest,
+            period=reference.period,
+            cycles=cycles,
+            rate=rate,
+            software="0",
+            simulated=True,
+            pace="lockstep",
+            start="1970-01-01T00:00:00Z",
+            exit_status=0,
+        ),
+        time=np.arange(n) / rate,
+        position=reference.joint_position.copy(),
+        command=reference.joint_position.copy(),
+        voltage=voltage,
+        velocity=None,
+        effort=None,
+        statusword=np.zeros((n, dof), np.int64),
+        error_code=np.zeros((n, dof), np.int64),
+        repeat=reference.repeat,
+        lateness=np.zeros(n),
+        events=(),
+    )
+
+
+def write_recording(made: Recording) -> Path:
+    """Write `made` to its path as MCAP, closed properly unless its run has no exit status."""
+    with RecordingWriter(made.path, made.rig, made.run.model_copy(update={"exit_status": None})) as writer:
+        for k, stamp in enumerate(np.rint(made.time * 1e9).astype(np.int64).tolist()):
+            writer.joint_states(stamp, stamp, made.position[k])
+            writer.joint_commands(stamp, stamp, made.command[k])
+            zeros = [0] * made.rig.dof
+            writer.amplifiers(stamp, stamp, k, made.repeat[k], 0.0, made.voltage[k], zeros, zeros)
+    return made.path
+
+
+@pytest.fixture(scope="session")
+def make() -> Callable[..., Recording]:
+    return make_recording
+
+
+@pytest.fixture(scope="session")
+def write() -> Callable[[Recording], Path]:
+    return write_recording
+
+
+@pytest.fixture(scope="session")
+def truth() -> Floats:
+    return TRUTH
+
+
+@pytest.fixture(scope="session")
+def recording() -> Recording:
+    """Two cycles of fig5a without noise."""
+    return make_recording()

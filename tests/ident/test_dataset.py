@@ -1,0 +1,90 @@
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ident import mechanisms
+from ident.dataset import Dataset, build
+from recordings.errors import BadInput
+from recordings.recording import Recording
+
+
+def built(recording: Recording) -> Dataset:
+    return build(recording, mechanisms.create(recording.rig), "parallel", None)
+
+
+def with_column(recording: Recording, signal: str, joint: int, value: float) -> Recording:
+    values = getattr(recording, signal).copy()
+    values[:, joint] = value
+    return replace(recording, **{signal: values})
+
+
+def test_rows_are_the_repeated_motion_only(recording: Recording) -> None:
+    dataset = built(recording)
+    usable = np.isfinite(dataset.torque).all(axis=1)
+    repeated = recording.time[recording.repeat >= 0]
+    assert dataset.time[usable][0] == pytest.approx(repeated[0], abs=1 / dataset.rate)
+    assert dataset.time[usable][-1] == pytest.approx(repeated[-1], abs=1 / dataset.rate)
+    regressor, torque = dataset.rows()
+    assert regressor.shape == (3 * usable.sum(), 11)
+    assert np.isfinite(regressor).all()
+    assert np.isfinite(torque).all()
+
+
+def test_without_repetitions_all_samples_are_used(recording: Recording) -> None:
+    everything = replace(recording, repeat=np.full_like(recording.repeat, -1))
+    assert len(built(everything).rows()[1]) > len(built(recording).rows()[1])
+
+
+def test_an_unanswered_sync_is_a_gap(recording: Recording) -> None:
+    there = np.delete(np.arange(len(recording.time)), [900, 901])
+    signals = ("time", "position", "voltage", "repeat")
+    shorter = replace(recording, **{name: getattr(recording, name)[there] for name in signals})
+    dataset, whole = built(shorter), built(recording)
+    assert dataset.time[-1] == whole.time[-1]
+    lost = np.isnan(dataset.torque) & np.isfinite(whole.torque)
+    assert lost.any()
+    np.testing.assert_array_equal(dataset.torque[~lost], whole.torque[~lost])
+
+
+def interrupted_early(recording: Recording) -> Recording:
+    run = recording.run.model_copy(update={"exit_status": None})
+    return replace(recording, run=run, repeat=np.full_like(recording.repeat, -1))
+
+
+def backwards(recording: Recording) -> Recording:
+    return replace(recording, time=recording.time[::-1])
+
+
+def short(recording: Recording) -> Recording:
+    signals = ("time", "position", "voltage", "repeat")
+    return replace(recording, **{name: getattr(recording, name)[:600] for name in signals})
+
+
+@pytest.mark.parametrize("n", [1, 2, 7, 40])
+@pytest.mark.parametrize("method", ["central", "parallel"])
+def test_a_handful_of_samples_is_refused(recording: Recording, n: int, method: str) -> None:
+    signals = ("time", "position", "voltage", "repeat")
+    few = replace(recording, **{name: getattr(recording, name)[1000 : 1000 + n] for name in signals})
+    few = replace(few, time=few.time - few.time[0])
+    with pytest.raises(BadInput, match=r"expected|constant"):
+        build(few, mechanisms.create(few.rig), method, None)
+
+
+BAD: list[tuple[str, Callable[[Recording], Recording]]] = [
+    ("joint 2 should move, but its position is constant", lambda made: with_column(made, "position", 1, 0.3)),
+    ("joint 3 should move", lambda made: with_column(made, "position", 2, np.nan)),
+    ("joint 1 is 0 V throughout", lambda made: with_column(made, "voltage", 0, 0.0)),
+    ("joint 1 is never received", lambda made: with_column(made, "voltage", 0, np.nan)),
+    ("interrupted before", interrupted_early),
+    ("steps from", backwards),
+    ("at least 110 usable samples per joint expected after preprocessing, 16 of 600", short),
+]
+
+
+@pytest.mark.parametrize(("message", "spoil"), BAD, ids=[message for message, _ in BAD])
+def test_a_useless_recording_is_refused(recording: Recording, message: str, spoil: Any) -> None:
+    with pytest.raises(BadInput, match=message):
+        built(spoil(recording))

@@ -1,0 +1,57 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ident import discovery, estimators, mechanisms
+from ident.dataset import build
+from ident.estimators import Estimate
+from ident.fit import Fit, fit, search_region
+from ident.mechanisms import Parameter
+from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+
+
+@pytest.mark.parametrize("preprocessing", discovery.names("preprocess"))
+def test_the_values_of_eq_36_are_found_within_one_percent(
+    make: Callable[..., Recording], truth: Floats, preprocessing: str
+) -> None:
+    made = make(cycles=3, noise=0.02)
+    mechanism = mechanisms.create(made.rig)
+    dataset = build(made, mechanism, preprocessing, None)
+    settings = estimators.settings("pso", {"iterations": 300})
+    found = fit([dataset], mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
+    np.testing.assert_allclose(found.parameters, truth, rtol=0.01)
+    assert not any(found.at_bound)
+
+
+def test_recordings_are_fitted_together(make: Callable[..., Recording], truth: Floats) -> None:
+    made = [make("fig5a", cycles=1), make("fig5b", cycles=1)]
+    mechanism = mechanisms.create(made[0].rig)
+    datasets = [build(recording, mechanism, "parallel", None) for recording in made]
+    settings = estimators.settings("pso", {"iterations": 300})
+    found = fit(datasets, mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
+    assert found.rows == sum(len(dataset.rows()[1]) for dataset in datasets)
+    np.testing.assert_allclose(found.parameters, truth, rtol=0.01)
+
+
+def test_the_search_region_follows_an_unknown_gain() -> None:
+    rng = np.random.default_rng(0)
+    regressor, torque = rng.normal(size=(100, 2)), rng.normal(size=100)
+    parameters = (Parameter("mass", "kg", "a mass", nonnegative=True), Parameter("c", "N m", "friction"))
+    bounds = search_region(parameters, regressor, torque)
+    assert bounds[0, 0] == 0
+    assert bounds[1, 0] == -bounds[1, 1]
+    np.testing.assert_allclose(search_region(parameters, regressor, 7 * torque), 7 * bounds)
+
+
+def test_a_parameter_without_effect_is_named() -> None:
+    parameters = (Parameter("mass", "kg", "a mass"), Parameter("drag", "N m", "what the air does"))
+    with pytest.raises(BadInput, match="drag \\(what the air does\\)"):
+        search_region(parameters, np.array([[1.0, 0.0], [2.0, 0.0]]), np.ones(2))
+
+
+def test_a_parameter_on_the_edge_of_the_region_is_flagged() -> None:
+    bounds = np.array([[0.0, 10.0]] * 3)
+    estimate = Estimate(np.array([1e-9, 5.0, 10.0]), 0.0, np.zeros(1))
+    assert Fit(estimate, bounds, rows=1).at_bound == (True, False, True)

@@ -1,0 +1,52 @@
+import numba
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ident import l1_kernel
+from ident.l1_kernel import L1Objective
+from recordings.recording import Floats
+
+
+def problem(m: int, k: int, n: int) -> tuple[Floats, Floats, Floats]:
+    rng = np.random.default_rng(m)
+    return rng.normal(size=(m, k)), rng.normal(size=m), rng.normal(size=(n, k))
+
+
+@settings(deadline=None)
+@given(m=st.integers(1, 200), n=st.integers(1, 70))
+def test_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
+    regressor, torque, particles = problem(m, 11, n)
+    expected = np.abs(torque - particles @ regressor.T).sum(axis=1)
+    np.testing.assert_allclose(L1Objective(regressor, torque)(particles), expected, rtol=1e-12)
+
+
+def test_number_of_threads_and_neighbours_in_the_block_change_no_bit() -> None:
+    regressor, torque, particles = problem(5000, 11, 300)
+    objective = L1Objective(regressor, torque)
+    together = objective(particles)
+    threads = numba.get_num_threads()
+    numba.set_num_threads(1)
+    try:
+        np.testing.assert_array_equal(objective(particles), together)
+    finally:
+        numba.set_num_threads(threads)
+    alone = np.concatenate([objective(particle[None]) for particle in particles[:20]])
+    np.testing.assert_array_equal(alone, together[:20])
+
+
+def test_works_where_nothing_can_be_cached(monkeypatch: pytest.MonkeyPatch) -> None:
+    compile_ = numba.njit
+
+    def nowhere_to_write(*, cache: bool = False, **options: object) -> object:
+        if cache:
+            raise RuntimeError("cannot cache function: no locator available")
+        return compile_(**options)
+
+    monkeypatch.setattr(numba, "njit", nowhere_to_write)
+    l1_kernel._kernel.cache_clear()
+    regressor, torque, particles = problem(10, 3, 4)
+    expected = np.abs(torque - particles @ regressor.T).sum(axis=1)
+    np.testing.assert_allclose(L1Objective(regressor, torque)(particles), expected)
+    l1_kernel._kernel.cache_clear()
