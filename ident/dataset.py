@@ -58,7 +58,10 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
     torque = _on_every_sync(torque_from_voltage(recording.voltage, recording.rig.torque), sync)
     prepared = preprocess.load(method)(_on_every_sync(recording.position, sync), torque, rate, cutoff)
     keep = slice(None, None, prepared.step)
-    regressor = prepared.condition(mechanism.regressor(prepared.motion))
+    try:
+        regressor = prepared.condition(mechanism.regressor(prepared.motion))
+    except BadInput as error:  # say, angles at which the mechanism does not close
+        raise BadInput(f"{recording.path.name}: {error}") from None
     usable = prepared.mask & np.isfinite(regressor).all(axis=2)
     if (recording.repeat >= 0).any():
         usable &= _on_every_sync(recording.repeat[:, None] >= 0, sync)[keep] == 1
