@@ -127,20 +127,10 @@ def build(spec: EffectSpec) -> Effect:
     Raises:
         BadInput: no such effect, an unknown parameter, or one out of its bounds.
     """
-    kind = find(spec.name)
-    return validated({"joints": spec.joints, **spec.parameters}, kind, f"effect {spec.name}")
-
-
-def find(name: str) -> type[Effect]:
-    """The effect of that name.
-
-    Raises:
-        BadInput: there is none.
-    """
-    try:
-        return discover()[name]
-    except KeyError:
-        raise BadInput(f"one of the effects {', '.join(sorted(discover()))} expected, '{name}' found") from None
+    if spec.name not in discover():
+        raise BadInput(f"one of the effects {', '.join(sorted(discover()))} expected, '{spec.name}' found")
+    content = {"joints": spec.joints, **spec.parameters}
+    return validated(content, discover()[spec.name], f"effect {spec.name}")
 
 
 def overrides(effect: Effect, hook: str) -> bool:

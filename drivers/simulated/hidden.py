@@ -21,14 +21,15 @@ def draw(seed: int, rig: Rig, config: SimConfig) -> tuple[EffectSpec, ...]:
     rng = np.random.default_rng(seed)
     ruler = Ruler(rig, config)
     while True:
-        effect = _draw(rng)
+        effect = draw_effect(rng)
         wanted = math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST)))
         found, size = ruler.nearest(effect, wanted)
         if size >= 0.9 * SMALLEST:
             return (found.spec(),)
 
 
-def _draw(rng: np.random.Generator) -> Effect:
+def draw_effect(rng: np.random.Generator) -> Effect:
+    """An effect with joints and shape as they might be found; of its strength only the sign means something."""
     kinds = discover()
     kind = kinds[sorted(kinds)[rng.integers(len(kinds))]]
     shape = kind.draw_shape(rng)

@@ -14,8 +14,6 @@ from recordings.errors import BadInput
 from recordings.rig import Rig
 
 _JOINTS = range(3)
-_SETTLING = 0.5
-"""Time that elastic joints get to come to rest under the brakes [s]."""
 Counts = tuple[int, int, int]
 
 
@@ -75,8 +73,7 @@ class Machine:
         self.plant.set_friction(self._friction)
         self._torque = [0.0, 0.0, 0.0]
         if self._elastic:
-            for _ in range(round(_SETTLING / self.dt)):
-                self.plant.step(self._torque)
+            self.plant.settle()
         self._setpoint: Sequence[float] = self.plant.motor_angles()
         for axis, delay in zip(self._axes, self._delays, strict=True):
             axis.torque = 0.0

@@ -18,9 +18,6 @@ GRAVITY = 9.81
 
 # A body must have some inertia of its own; these are far below what the torque could show.
 _SPIN_INERTIA = 1e-6
-_SHAFT = '<inertial pos="0 0 0" mass="1e-3" diaginertia="1e-6 1e-6 1e-6"/>'
-_FLANGE_INERTIA = 0.004
-"""Taken from the motor's inertia for every shaft piece between two couplings [kg m^2]."""
 
 
 @dataclass(frozen=True)
@@ -81,20 +78,23 @@ def model_xml(
 
 
 def _limb(i: int, geometry: Geometry, links: Links, couplings: Sequence[Coupling], dt: float) -> str:
-    """One limb: motor shaft, couplings in series, arm, rod."""
-    arm = _arm(i, geometry, links)
+    """One limb: motor, couplings in series, arm, rod.
+
+    n couplings stand between n pieces of shaft, which share the motor's inertia, and the arm. Where there is none,
+    the inertia is the armature of the arm's own joint.
+    """
     frame = f'pos="{_xyz(geometry.R, geometry.phi[i])}" euler="0 0 {geometry.phi[i]}"'
-    armature = links.motor_inertia - _FLANGE_INERTIA * max(len(couplings) - 1, 0)
-    motor = f'<joint name="motor_{i}" axis="0 -1 0" armature="{armature}" {_friction(dt)}/>'
-    joints = [motor] + [_twist(i, k, coupling, dt) for k, coupling in enumerate(couplings)]
-    # The last joint turns the arm itself, those before it a piece of shaft each.
-    opening, closing = "", ""
-    for number, joint in enumerate(joints):
-        flange = joint.replace("/>", f' armature="{_FLANGE_INERTIA}"/>') if 0 < number < len(couplings) else joint
-        content = arm if number == len(couplings) else _SHAFT
-        opening += f"<body {frame if number == 0 else ''}>{flange}{content}"
-        closing += "</body>"
-    return opening + closing
+    armature = 0.0 if couplings else links.motor_inertia
+    joints = [f'name="motor_{i}" armature="{armature}" {_friction(dt)}']
+    joints += [f'name="twist_{i}_{k}" {_coupling(coupling, dt)}' for k, coupling in enumerate(couplings)]
+    share = links.motor_inertia / max(len(couplings), 1)
+    text = _arm(i, geometry, links)
+    for number, joint in reversed(list(enumerate(joints))):
+        if number < len(couplings):
+            text = f'<inertial pos="0 0 0" mass="1e-3" diaginertia="{share} {share} {share}"/>{text}'
+        place = frame if number == 0 else ""
+        text = f'<body {place}><joint axis="0 -1 0" {joint}/>{text}</body>'
+    return text
 
 
 def _arm(i: int, geometry: Geometry, links: Links) -> str:
@@ -111,13 +111,12 @@ def _arm(i: int, geometry: Geometry, links: Links) -> str:
 </body>"""
 
 
-def _twist(i: int, k: int, coupling: Coupling, dt: float) -> str:
+def _coupling(coupling: Coupling, dt: float) -> str:
     limit = ""
     if coupling.gap is not None:
         stiff = f'solreflimit="{2 * dt} 1" solimplimit="0.9999 0.9999 1"'
         limit = f'range="{-coupling.gap} {coupling.gap}" {stiff}'
-    spring = f'stiffness="{coupling.stiffness}" damping="{coupling.damping}"'
-    return f'<joint name="twist_{i}_{k}" axis="0 -1 0" {spring} {limit}/>'
+    return f'stiffness="{coupling.stiffness}" damping="{coupling.damping}" {limit}'
 
 
 def _friction(dt: float) -> str:

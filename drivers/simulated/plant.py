@@ -19,6 +19,10 @@ _LEAST_FRICTION = 1e-9
 """Keeps the friction row of every joint in that list, whatever its level [N m]."""
 _SOFTNESS = 0.01
 """Of the friction constraint, as a share of the least that MuJoCo offers."""
+_SETTLING = 0.5
+"""Time that elastic joints, critically damped for once, get to come to rest [s]."""
+_SWINGING = 0.2
+"""Inertia that swings on them, roughly [kg m^2]."""
 
 
 class Plant:
@@ -70,6 +74,14 @@ class Plant:
         """One time step with these torques of the motors [N m]."""
         self._applied[self._motor] = torque
         mujoco.mj_step(self.model, self.data)
+
+    def settle(self) -> None:
+        """Let elastic joints come to rest under the friction that is set, without torque."""
+        damping = self.model.dof_damping.copy()
+        self.model.dof_damping += 2 * np.sqrt(_SWINGING * self.model.jnt_stiffness)
+        for _ in range(round(_SETTLING / self.model.opt.timestep)):
+            self.step((0.0, 0.0, 0.0))
+        self.model.dof_damping[:] = damping
 
     def motor_angles(self) -> list[float]:
         """[rad]."""

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import Effect, build, find
+from drivers.simulated.effect import Effect, build
 from drivers.simulated.machine import Machine
 from drivers.simulated.remainder import Motion, Remainder, remainder
 from recordings.errors import BadInput
@@ -19,7 +19,7 @@ from recordings.rig import Rig
 from trajectories.library import load
 
 _FIT_EVERY = 20
-_TRIALS = 10
+_TRIALS = 7
 _CLOSE_ENOUGH = 0.01
 """Relative error of a size that was asked for."""
 _LONGEST_STRIDE = math.log(10)
@@ -55,18 +55,23 @@ class Ruler:
         Secant steps on the logarithms of strength and size, where most effects are straight lines.
         """
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
+
+        def scaled(x: float) -> Effect:
+            # The exponential of a logarithm may miss the bound by its last bit.
+            return effect.scaled(sign * min(math.exp(x), effect.largest()))
+
         goal, most = math.log(wanted), math.log(effect.largest())
         tried: list[tuple[float, float]] = []
         x = math.log(effect.largest() / 10)
         for _ in range(_TRIALS):
-            size = self.size(effect.scaled(sign * math.exp(x)))
+            size = self.size(scaled(x))
             tried.append((x, math.log(max(size, 1e-9))))
             if abs(tried[-1][1] - goal) < _CLOSE_ENOUGH or (x == most and tried[-1][1] < goal):
                 break
             stride = (goal - tried[-1][1]) / _slope(tried)
             x = min(x + min(max(stride, -_LONGEST_STRIDE), _LONGEST_STRIDE), most)
         x, reached = min(tried, key=lambda trial: abs(trial[1] - goal))
-        return effect.scaled(sign * math.exp(x)), math.exp(reached)
+        return scaled(x), math.exp(reached)
 
     def _remainder(self, effects: Sequence[Effect]) -> Remainder:
         specs = tuple(effect.spec() for effect in effects)
@@ -88,19 +93,21 @@ def resolve(rig: Rig, config: SimConfig) -> SimConfig:
     Raises:
         BadInput: an effect is not valid or cannot be that large on this robot.
     """
+    effects = [build(spec) for spec in config.effects]
+    for spec, effect in zip(config.effects, effects, strict=True):
+        if spec.size is not None and effect.strength() in spec.parameters:
+            raise BadInput(f"effect {spec.name}: a size or '{effect.strength()}' expected, both found; remove one")
     if all(spec.size is None for spec in config.effects):
         return config
     ruler = Ruler(rig, config)
-    return config.model_copy(update={"effects": tuple(_resolved(ruler, spec) for spec in config.effects)})
+    resolved = tuple(_resolved(ruler, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
+    return config.model_copy(update={"effects": resolved})
 
 
-def _resolved(ruler: Ruler, spec: EffectSpec) -> EffectSpec:
+def _resolved(ruler: Ruler, spec: EffectSpec, effect: Effect) -> EffectSpec:
     if spec.size is None:
         return spec
-    strength = find(spec.name).strength()
-    if strength in spec.parameters:
-        raise BadInput(f"effect {spec.name}: a size or '{strength}' expected, both found; remove one")
-    effect, size = ruler.nearest(build(spec.model_copy(update={"size": None})), spec.size)
+    effect, size = ruler.nearest(effect, spec.size)
     if abs(size / spec.size - 1) > 2 * _CLOSE_ENOUGH:
         raise BadInput(
             f"effect {spec.name}: a size of {spec.size:g} cannot be had on joints {list(spec.joints)}, "

@@ -1,5 +1,7 @@
 """A gear that gives way."""
 
+import math
+
 from drivers.simulated.effect import Effect, parameter
 from drivers.simulated.model_xml import Coupling
 
@@ -7,16 +9,18 @@ from drivers.simulated.model_xml import Coupling
 class JointElasticity(Effect):
     """A spring of stiffness k = 1 / compliance between motor, where the encoder sits, and arm."""
 
-    compliance: float = parameter(2e-4, "rad/(N m)", "1/k: twist per torque", ge=0, le=3e-3)
+    compliance: float = parameter(2e-4, "rad/(N m)", "1/k: twist per torque", ge=0, le=1.5e-3)
 
     def couplings(self) -> tuple[Coupling, ...]:
         if self.compliance < _RIGID:
             return ()
         stiffness = 1 / self.compliance
-        return (Coupling(stiffness=stiffness, damping=_DAMPING_TIME * stiffness),)
+        return (Coupling(stiffness=stiffness, damping=2 * _DAMPING_RATIO * math.sqrt(stiffness * _LIMB_INERTIA)),)
 
 
 _RIGID = 1e-5
 """Below this compliance the spring would swing faster than the plant's time steps [rad/(N m)]."""
-_DAMPING_TIME = 2e-4
-"""Damping over stiffness [s]: steel and grease, a damping ratio of a few percent."""
+_DAMPING_RATIO = 0.03
+"""Steel and grease."""
+_LIMB_INERTIA = 0.2
+"""What swings on the spring, roughly [kg m^2]."""

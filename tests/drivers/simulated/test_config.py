@@ -1,0 +1,60 @@
+from pathlib import Path
+
+import pytest
+
+from drivers.simulated.config import EffectSpec, Links, SimConfig, load_sim
+from recordings.errors import BadInput
+
+
+def _file(folder: Path, text: str) -> Path:
+    path = folder / "sim.toml"
+    path.write_text(text)
+    return path
+
+
+def test_shoulder_inertia_of_the_defaults_is_the_papers() -> None:
+    links = Links()
+    assert links.arm_inertia + links.arm_mass * links.arm_com**2 + links.motor_inertia == pytest.approx(
+        0.2156, abs=5e-5
+    )
+
+
+def test_empty_file_is_the_default_machine(tmp_path: Path) -> None:
+    assert load_sim(_file(tmp_path, "")) == SimConfig()
+
+
+def test_file_is_read(tmp_path: Path) -> None:
+    text = """
+    voltage_noise = 0.002
+    torque_gain = [1.1, 1.0, 0.9]
+    [links]
+    platform_mass = 0.5
+    [friction]
+    coulomb = [0, 0, 0]
+    [[effects]]
+    name = "stribeck"
+    joints = [1, 3]
+    size = 0.03
+    parameters = { v_s = 1 }
+    """
+    config = load_sim(_file(tmp_path, text))
+    assert config.links.platform_mass == 0.5
+    assert config.torque_gain == (1.1, 1.0, 0.9)
+    assert config.friction.coulomb == (0.0, 0.0, 0.0)
+    assert config.effects == (EffectSpec(name="stribeck", joints=(1, 3), size=0.03, parameters={"v_s": 1.0}),)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("voltage_nois = 0.1", "unknown key 'voltage_nois'"),
+        ("voltage_noise = -1", "voltage_noise"),
+        ("[links]\nplatform_mass = 0", "links.platform_mass"),
+        ("[[effects]]\njoints = [1]", "effects.0.name"),
+        ('[[effects]]\nname = "cogging"\njoints = [4]', "effects.0.joints.0"),
+        ('[[effects]]\nname = "cogging"\nsize = 3', "effects.0.size"),
+    ],
+)
+def test_bad_file_is_explained(tmp_path: Path, text: str, complaint: str) -> None:
+    with pytest.raises(BadInput, match=complaint):
+        load_sim(_file(tmp_path, text))

@@ -1,0 +1,108 @@
+"""Backlash and elasticity between motor and arm."""
+
+import numpy as np
+import pytest
+
+from drivers.simulated.config import EffectSpec, Links, Servo, SimConfig
+from drivers.simulated.machine import Machine
+from drivers.simulated.model_xml import Coupling
+from drivers.simulated.plant import Plant
+from recordings.rig import simulated_rig
+from tests.drivers.simulated.exact_delta import exact_torque
+
+RIG = simulated_rig()
+B, COMPLIANCE = 0.004, 5e-4
+BACKLASH = EffectSpec(name="backlash", joints=(2,), parameters={"b": B})
+ELASTICITY = EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": COMPLIANCE})
+
+
+def _machine(*effects: EffectSpec) -> Machine:
+    return Machine(RIG, SimConfig(servo=Servo(brake_torque=1e4), effects=effects), np.random.default_rng(0))
+
+
+def _twist(machine: Machine) -> np.ndarray:
+    return machine.plant.arm_angles() - machine.position()
+
+
+def _rest(machine: Machine, seconds: float = 0.5) -> None:
+    machine.advance([machine.position()] * round(seconds / machine.dt))
+
+
+def _weight_on_joint_2(machine: Machine) -> float:
+    arms, still = machine.plant.arm_angles()[None], np.zeros((1, 3))
+    return float(exact_torque(RIG.geometry, Links(), arms, still, still)[0, 1])
+
+
+def test_rigid_joint_does_not_twist() -> None:
+    assert np.all(_twist(_machine()) == 0.0)
+
+
+def test_arm_rests_on_either_side_of_the_gap_while_the_encoder_stands() -> None:
+    machine = _machine(BACKLASH)
+    start = machine.position()[1]
+    assert _twist(machine) == pytest.approx([0.0, -B, 0.0], abs=1e-6)
+    machine.plant.model.opt.gravity = (0.0, 0.0, 9.81)
+    _rest(machine)
+    assert _twist(machine) == pytest.approx([0.0, B, 0.0], abs=1e-6)
+    assert machine.position()[1] == pytest.approx(start, abs=1e-6)
+
+
+def test_motor_crosses_the_gap_while_the_arm_stands() -> None:
+    machine = _machine(BACKLASH)
+    machine.plant.model.opt.gravity = (0.0, 0.0, 0.0)
+    _rest(machine, 0.1)
+    plant = machine.plant
+    plant.set_friction((45.0, 0.0, 45.0))
+    arm, motor = plant.arm_angles()[1], plant.motor_angles()[1]
+    gap_left = 2 * B - (arm - motor + B)
+    while plant.motor_angles()[1] > motor - 0.9 * gap_left:
+        plant.step((0.0, -0.5, 0.0))
+    assert plant.arm_angles()[1] == pytest.approx(arm, abs=0.02 * B)
+    for _ in range(500):
+        plant.step((0.0, -0.5, 0.0))
+    assert plant.arm_angles()[1] < arm - B
+    assert _twist(machine)[1] == pytest.approx(B, abs=1e-5)
+
+
+def test_spring_gives_way_in_proportion_to_the_torque() -> None:
+    machine = _machine(ELASTICITY)
+    _rest(machine)
+    weight = _weight_on_joint_2(machine)
+    assert weight > 3.0
+    assert _twist(machine) == pytest.approx([0.0, -weight * COMPLIANCE, 0.0], rel=1e-3, abs=1e-9)
+
+
+def test_elastic_motor_keeps_its_inertia() -> None:
+    """Pushed faster than the spring answers, the motor moves alone."""
+    machine = _machine(EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": 1.5e-3}))
+    plant = machine.plant
+    plant.set_friction((45.0, 0.0, 45.0))
+    held = [0.0, _weight_on_joint_2(machine), 0.0]
+    plant.step(held)
+    still = plant.motor_accelerations()[1]
+    plant.step([0.0, held[1] + 20.0, 0.0])
+    assert plant.motor_accelerations()[1] - still == pytest.approx(20.0 / Links().motor_inertia, rel=0.01)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_couplings_leave_the_inertia_as_it_is(number: int) -> None:
+    stiff = (Coupling(stiffness=2e5, damping=10.0),) * number
+    rigid, chain = Plant(RIG.geometry, Links()), Plant(RIG.geometry, Links(), (stiff, stiff, stiff))
+    for plant in (rigid, chain):
+        plant.place((0.0, 0.0, -0.8))
+        plant.model.opt.gravity = (0.0, 0.0, 0.0)
+        for _ in range(500):
+            plant.step((0.5, 0.5, 0.5))
+    assert chain.motor_speeds() == pytest.approx(rigid.motor_speeds(), rel=2e-3)
+
+
+def test_gap_and_spring_add_up() -> None:
+    machine = _machine(BACKLASH, ELASTICITY)
+    _rest(machine)
+    expected = -B - _weight_on_joint_2(machine) * COMPLIANCE
+    assert _twist(machine) == pytest.approx([0.0, expected, 0.0], rel=1e-3, abs=1e-9)
+
+
+def test_stiffer_than_the_time_step_allows_is_rigid() -> None:
+    barely = EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": 1e-7})
+    assert np.all(_twist(_machine(barely)) == 0.0)

@@ -1,0 +1,135 @@
+"""What every hidden effect must satisfy, over all that are found."""
+
+import importlib
+import inspect
+
+import numpy as np
+import pytest
+
+from drivers.simulated.config import EffectSpec, SimConfig
+from drivers.simulated.effect import Effect, build, discover, overrides
+from drivers.simulated.machine import Machine
+from recordings.errors import BadInput
+from recordings.rig import simulated_rig
+
+LISTED = {
+    "stribeck",
+    "torque_offset",
+    "asymmetric_viscous",
+    "quadratic_friction",
+    "load_dependent_friction",
+    "presliding_hysteresis",
+    "backlash",
+    "joint_elasticity",
+    "cogging",
+    "joint_spring",
+    "base_tilt",
+    "payload_change",
+    "rod_inertia",
+    "arm_com_offset",
+    "arm_mass_mismatch",
+    "air_drag",
+    "thermal_drift",
+    "actuation_delay",
+    "back_emf",
+    "torque_gain_mismatch",
+    "torque_map_exponent",
+    "amplifier_deadband",
+    "amplifier_saturation",
+    "encoder_zero_offset",
+    "encoder_eccentricity",
+    "geometry_error",
+}
+"""The names that the diagnosis uses, too."""
+
+HOOKS = ("torque", "friction", "added_mass", "tilt", "lag", "couplings")
+every = pytest.mark.parametrize("kind", [pytest.param(kind, id=name) for name, kind in sorted(discover().items())])
+
+
+def test_the_first_ten_are_there() -> None:
+    wanted = """stribeck torque_offset cogging joint_spring base_tilt payload_change load_dependent_friction
+        actuation_delay backlash joint_elasticity"""
+    assert set(wanted.split()) <= set(discover())
+
+
+@every
+def test_name_is_a_listed_one(kind: type[Effect]) -> None:
+    assert kind.name() in LISTED
+
+
+@every
+def test_is_documented(kind: type[Effect]) -> None:
+    assert inspect.getdoc(importlib.import_module(kind.__module__))
+    assert kind.__doc__
+    assert kind.__doc__ != Effect.__doc__
+
+
+@every
+def test_parameters_have_meaning_unit_and_bounds(kind: type[Effect]) -> None:
+    parameters = {name: field for name, field in kind.model_fields.items() if name != "joints"}
+    for field in parameters.values():
+        assert field.description
+        assert isinstance(field.json_schema_extra, dict)
+        assert field.json_schema_extra["unit"]
+    for name in parameters:
+        with pytest.raises(BadInput, match=f"effect {kind.name()}: '{name}'"):
+            build(EffectSpec(name=kind.name(), parameters={name: 1e9}))
+
+
+@every
+def test_does_something_of_its_own(kind: type[Effect]) -> None:
+    assert any(overrides(kind(), hook) for hook in HOOKS)
+    assert not any(overrides(Effect(), hook) for hook in HOOKS)
+
+
+@every
+def test_spec_and_effect_are_the_same_thing(kind: type[Effect]) -> None:
+    effect = build(EffectSpec(name=kind.name(), parameters=kind.draw_shape(np.random.default_rng(5))))
+    assert build(effect.spec()) == effect
+
+
+@every
+def test_zero_strength_is_the_base_machine(kind: type[Effect]) -> None:
+    assert _moved(kind().scaled(0.0)) == pytest.approx(_moved(), abs=1e-9)
+
+
+@every
+def test_default_strength_is_not(kind: type[Effect]) -> None:
+    assert _moved(kind().at(0.05)) != pytest.approx(_moved(), abs=1e-6)
+
+
+def test_all_at_once_still_run() -> None:
+    assert np.all(np.abs(_moved(*(kind() for kind in discover().values()))) < 20.0)
+
+
+def _moved(*effects: Effect) -> list[float]:
+    """Positions and torques after a move of a fifth of a second, load reversal of no joint."""
+    config = SimConfig(effects=tuple(effect.spec() for effect in effects))
+    machine = Machine(simulated_rig(), config, np.random.default_rng(0))
+    machine.enabled, machine.brake = [True] * 3, [False] * 3
+    start = np.array(machine.position())
+    ease = 0.5 - 0.5 * np.cos(np.linspace(0.0, 3.0, 1000))
+    machine.advance((start + ease[:, None] * np.array([0.2, 0.1, -0.1])).tolist())
+    return machine.position() + machine.commanded_torque()
+
+
+@pytest.mark.parametrize(
+    ("spec", "complaint"),
+    [
+        (EffectSpec(name="stribek"), "stribeck.*'stribek' found"),
+        (EffectSpec(name="stribeck", parameters={"vs": 1.0}), "unknown key 'vs'"),
+        (EffectSpec(name="stribeck", parameters={"a": -1.0}), "'a'"),
+        (EffectSpec(name="base_tilt", joints=(1,)), "whole robot"),
+        (EffectSpec(name="cogging", joints=()), "joints"),
+        (EffectSpec(name="cogging", joints=(2, 2)), "joints"),
+    ],
+)
+def test_bad_effect_is_explained(spec: EffectSpec, complaint: str) -> None:
+    with pytest.raises(BadInput, match=complaint):
+        build(spec)
+
+
+def test_machine_wants_sizes_resolved() -> None:
+    config = SimConfig(effects=(EffectSpec(name="cogging", size=0.02),))
+    with pytest.raises(BadInput, match="size"):
+        Machine(simulated_rig(), config, np.random.default_rng(0))

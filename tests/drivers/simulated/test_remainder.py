@@ -1,0 +1,72 @@
+import numpy as np
+import pytest
+
+from drivers.simulated.config import Links
+from drivers.simulated.remainder import BANDWIDTH, Motion, base_columns, remainder
+from recordings.recording import Floats
+from recordings.rig import Geometry
+from tests.drivers.simulated.exact_delta import exact_torque
+
+GEOMETRY = Geometry()
+DT = 1e-3
+TIME = np.arange(4000) * DT
+INSIDE = slice(500, -500)
+
+
+def _motion() -> Motion:
+    """Two harmonics per joint, torque of the exact robot without friction."""
+    position, velocity, acceleration = (np.zeros((len(TIME), 3)) for _ in range(3))
+    for joint, harmonics in enumerate([(1, 3), (2, 3), (1, 4)]):
+        for harmonic in harmonics:
+            w = 2 * np.pi * harmonic / 2
+            position[:, joint] += 0.15 * np.sin(w * TIME + joint)
+            velocity[:, joint] += 0.15 * w * np.cos(w * TIME + joint)
+            acceleration[:, joint] -= 0.15 * w**2 * np.sin(w * TIME + joint)
+    torque = exact_torque(GEOMETRY, Links(), position, velocity, acceleration)
+    return Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
+
+
+def _with(motion: Motion, extra: Floats) -> Motion:
+    return Motion(motion.position, motion.velocity, motion.acceleration, motion.torque + extra)
+
+
+def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
+    motion, links = _motion(), Links()
+    half = links.rod_mass / 2
+    inertia = links.motor_inertia + links.arm_inertia + links.arm_mass * links.arm_com**2 + half * GEOMETRY.L1**2
+    weight = 9.81 * (links.arm_mass * links.arm_com + half * GEOMETRY.L1)
+    parameters = [inertia] * 3 + [weight, links.platform_mass + 3 * half] + [0.0] * 6 + [links.rod_mass]
+    assert base_columns(GEOMETRY, motion) @ parameters == pytest.approx(motion.torque, abs=2e-4)
+
+
+def test_base_model_leaves_nothing_of_itself() -> None:
+    motion = _motion()
+    friction = np.array([0.3, 0.5, 0.1]) * motion.velocity + np.array([0.9, 0.2, 0.4]) * np.sign(motion.velocity)
+    left = remainder(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
+    assert np.all(np.sqrt(left.residual) < 1e-4 * np.sqrt(left.torque))
+
+
+def test_what_it_cannot_explain_is_left() -> None:
+    ripple = np.zeros((len(TIME), 3))
+    ripple[:, 1] = np.sin(2 * np.pi * 17.3 * TIME)
+    left = remainder(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    through = 1 / (1 + (np.sqrt(2) - 1) * (17.3 / BANDWIDTH) ** 4)
+    assert np.sqrt(2 * left.residual[1]) == pytest.approx(through, rel=0.02)
+    assert np.sqrt(left.residual[[0, 2]]).max() < 0.05
+
+
+def test_bandwidth_is_where_three_decibels_are_lost() -> None:
+    ripple = np.zeros((len(TIME), 3))
+    ripple[:, 0] = np.sin(2 * np.pi * BANDWIDTH * TIME)
+    left = remainder(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    assert np.sqrt(2 * left.residual[0]) == pytest.approx(np.sqrt(0.5), rel=0.02)
+
+
+def test_a_joint_at_rest_does_no_harm() -> None:
+    motion = _motion()
+    still = Motion(
+        motion.position * [1, 1, 0], motion.velocity * [1, 1, 0], motion.acceleration * [1, 1, 0], motion.torque
+    )
+    torque = exact_torque(GEOMETRY, Links(), still.position, still.velocity, still.acceleration)
+    left = remainder(GEOMETRY, Motion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5)
+    assert np.all(np.sqrt(left.residual) < 1e-4 * np.sqrt(left.torque.mean()))
