@@ -14,8 +14,14 @@ $(READY): pyproject.toml requirements.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $@
 
+# Records the paper's two motions on the simulated rig, in which an effect unknown to the model is hidden, fits the
+# model to the first and validates it on the second.
+DEMO := runs/demo
 demo: $(READY)
-	$(BIN)/python -m benchmarks.demo
+	rm -rf $(DEMO) && mkdir -p $(DEMO)
+	$(BIN)/daq record --traj fig5a --hidden 9 --out $(DEMO)/fig5a.mcap
+	$(BIN)/daq record --traj fig5b --hidden 9 --out $(DEMO)/fig5b.mcap
+	$(BIN)/ident fit $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap
 
 test: lint test-fast test-slow
 
@@ -32,8 +38,11 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 # The two sample recordings, made anew (lockstep: the same bytes every time).
+SAMPLES := recordings/samples
 samples: $(READY)
-	$(BIN)/python -m recordings.samples
+	mkdir -p $(SAMPLES) && rm -f $(SAMPLES)/*.mcap
+	$(BIN)/daq record --traj fig5a --cycles 2 --rate 250 --out $(SAMPLES)/fig5a.mcap
+	$(BIN)/daq record --traj fig5b --cycles 2 --rate 250 --out $(SAMPLES)/fig5b.mcap
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

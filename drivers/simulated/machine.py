@@ -13,15 +13,14 @@ from drivers.simulated.servo import Axis
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
+LONGEST_STEP = 2e-4
+"""Of the plant [s]; stiff joints need it this short."""
 _JOINTS = range(3)
 Counts = tuple[int, int, int]
 
 
 class Machine:
     """Three servo axes on the plant. The same generator state and the same calls give the same bits."""
-
-    dt = 2e-4
-    """Step of plant and servo loops [s]."""
 
     def __init__(self, rig: Rig, config: SimConfig, rng: np.random.Generator) -> None:
         """`rng` makes the noise.
@@ -32,6 +31,8 @@ class Machine:
         """
         self._rig, self._config, self._rng = rig, config, rng
         effects = _effects(config)
+        self.dt = step(rig.rate)
+        """Of plant and servo loops [s]."""
         self._gain = config.torque_gain or rig.torque.gain
         on_joint = [[effect for effect in effects if joint + 1 in effect.joints] for joint in _JOINTS]
         couplings = [tuple(part for effect in own for part in effect.couplings()) for own in on_joint]
@@ -174,6 +175,11 @@ class Machine:
         drive = self._rig.drives[joint]
         count = round(drive.sign * (volts + noise) / drive.voltage.scale)
         return min(max(count, -0x8000), 0x7FFF)
+
+
+def step(rate: float) -> float:
+    """Longest step [s] up to LONGEST_STEP of which the cycles at `rate` [Hz] are whole multiples."""
+    return 1 / (rate * math.ceil(1 / (rate * LONGEST_STEP) - 1e-9))
 
 
 def _effects(config: SimConfig) -> list[Effect]:

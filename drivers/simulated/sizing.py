@@ -12,7 +12,7 @@ import numpy as np
 
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import Effect, build
-from drivers.simulated.machine import Machine
+from drivers.simulated.machine import Machine, step
 from drivers.simulated.remainder import Motion, Remainder, remainder
 from recordings.errors import BadInput
 from recordings.rig import Rig
@@ -37,14 +37,15 @@ class Ruler:
         """
         self._rig = rig
         self._config = config.model_copy(update={"effects": ()})
-        self._trajectory = load(trajectory, rig, cycles=1, rate=1 / Machine.dt)
+        self._dt = step(rig.rate)
+        self._trajectory = load(trajectory, rig, cycles=1, rate=1 / self._dt)
         repeating = np.flatnonzero(self._trajectory.repeat >= 0)
         self._window = slice(int(repeating[0]), int(repeating[-1]) + 1)
         self._bare = self._remainder(())
 
     def size(self, effect: Effect) -> float:
         """The effect's size. What happens at some instant is made to happen in the middle of the motion."""
-        middle = (self._window.start + self._window.stop) / 2 * Machine.dt
+        middle = (self._window.start + self._window.stop) / 2 * self._dt
         joints = [joint - 1 for joint in effect.joints]
         excess = self._remainder((effect.at(middle),)).residual[joints] - self._bare.residual[joints]
         return math.sqrt(max(float(excess.sum()), 0.0) / float(self._bare.torque[joints].sum()))
@@ -84,7 +85,7 @@ class Ruler:
             rows.append((machine.position(), machine.velocity(), machine.acceleration(), machine.commanded_torque()))
         position, velocity, acceleration, torque = np.moveaxis(np.array(rows), 1, 0)
         motion = Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
-        return remainder(self._rig.geometry, motion, Machine.dt, self._window, _FIT_EVERY)
+        return remainder(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
 
 
 def resolve(rig: Rig, config: SimConfig) -> SimConfig:

@@ -1,0 +1,45 @@
+"""Reading a document as a user does: its console blocks are commands with the output they are said to have."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+_BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
+
+
+@dataclass(frozen=True)
+class Example:
+    """One `$ command` and the output shown below it; a line `...` stands for any number of lines."""
+
+    command: str
+    output: str
+
+
+def examples(document: Path) -> list[Example]:
+    """The examples of a Markdown document, in its order."""
+    found = []
+    for block in _BLOCK.findall(document.read_text(encoding="utf-8")):
+        for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+            command, _, output = part.partition("\n")
+            found.append(Example(command.strip(), output))
+    return found
+
+
+def agrees(shown: str, printed: str, tolerance: float = 0.05) -> bool:
+    """Whether `printed` is what the document shows: the same words, numbers within a relative `tolerance` (another
+    processor rounds otherwise), any lines where it shows `...`."""
+    pieces = re.split(r"^\.\.\.$\n?", shown, flags=re.MULTILINE)
+    pattern = r"[\s\S]*?".join(_words(piece) for piece in pieces)
+    match = re.fullmatch(rf"\s*{pattern}\s*", printed)
+    if match is None:
+        return False
+    expected = [float(number) for piece in pieces for number in _NUMBER.findall(piece)]
+    found = [float(number) for number in match.groups()]
+    return all(abs(a - b) <= tolerance * max(abs(a), abs(b)) + 2e-4 for a, b in zip(expected, found, strict=True))
+
+
+def _words(piece: str) -> str:
+    parts = _NUMBER.split(piece)
+    escaped = [r"\s+".join(re.escape(word) for word in re.split(r"\s+", part)) for part in parts]
+    return rf"({_NUMBER.pattern})".join(escaped)

@@ -1,0 +1,64 @@
+"""README is true: its commands run and print what it shows, and the commands and files it names exist."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.readme import agrees, examples
+
+ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
+
+
+@pytest.mark.slow
+def test_commands_print_what_is_shown(tmp_path: Path) -> None:
+    shutil.copytree(ROOT / "recordings" / "samples", tmp_path / "recordings" / "samples")
+    scripts = Path(sys.executable).parent
+    shown = examples(README)
+    assert len(shown) >= 4
+    for example in shown:
+        done = subprocess.run(
+            ["/bin/sh", "-c", f"PATH={scripts}:$PATH; {example.command}"],
+            cwd=tmp_path,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=300,
+        )
+        assert agrees(example.output, done.stdout), f"$ {example.command}\n{done.stdout}"
+
+
+def test_every_command_is_in_the_readme() -> None:
+    text = README.read_text(encoding="utf-8")
+    for program in ("daq", "ident"):
+        for file in (ROOT / program / "commands").glob("[a-z]*.py"):
+            command = f"{program} {file.stem.replace('_', '-')}"
+            assert command in text, f"README says nothing of `{command}`"
+
+
+def test_every_make_target_and_file_named_exists() -> None:
+    text = README.read_text(encoding="utf-8")
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    for target in re.findall(r"`make ([a-z-]+)`", text):
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"make {target}"
+    for link in re.findall(r"\]\(([^)#:]+)\)", text):
+        assert (ROOT / link).exists(), link
+
+
+@pytest.mark.parametrize(
+    ("shown", "printed", "expected"),
+    [
+        ("cycles 120\n", "cycles   121\n", True),
+        ("cycles 120\n", "cycles 140\n", False),
+        ("a 1\n...\nz\n", "a 1\nb\nc\nz\n", True),
+        ("a 1\n...\nz\n", "a 1\nb\nc\n", False),
+        ("error: -0.35 V\n", "error: 0.35 V\n", False),
+        ("x\n", "x y\n", False),
+    ],
+)
+def test_comparison_can_fail(shown: str, printed: str, expected: bool) -> None:
+    assert agrees(shown, printed) is expected
