@@ -16,9 +16,9 @@ from daq.clock import Clock, HostClock, LockstepClock
 from daq.recorder import Recorder
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
-from drivers.bus import Link, open_bus
-from drivers.canopen_drive import CanopenDrives, only_from_master, refuse_unworkable
+from drivers import transports
 from drivers.protocol import Identity, Report
+from drivers.transports import Tap
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Run
 from recordings.rig import Rig
@@ -70,7 +70,7 @@ def check_beforehand(order: Order) -> None:
     free = shutil.disk_usage(folder).free
     if free < needed:
         raise BadInput(f"disk full: {needed / 1e6:.1f} MB needed in {folder}, {free / 1e6:.1f} MB free; make room")
-    refuse_unworkable(order.rig)
+    transports.of(order.rig).check(order.rig)
 
 
 class Session:
@@ -82,6 +82,7 @@ class Session:
         self._clock: Clock = LockstepClock(order.rig.rate) if order.pace == "lockstep" else HostClock(order.rig.rate)
         # What passes before the file is open: it can be opened only when the drives have said what they are.
         self._early: list[tuple[int, can.Message, bool]] = []
+        self._write_frame: Tap = lambda *frame: self._early.append(frame)
         self._recorder: Recorder | None = None
         self.progress = Progress()
 
@@ -92,14 +93,14 @@ class Session:
             RunFailed: the motion was not completed, or the file not written to its end.
             BadInput: the bus or the file cannot be opened.
         """
-        link = self._open_link()
-        drives = CanopenDrives(self._order.rig, link, self._report)
+        clock = self._clock.now if self._order.pace == "lockstep" else None
+        drives = transports.of(self._order.rig).connect(self._order.rig, self._report, self._tap, clock)
         status, reason = 1, "the program was interrupted"
         try:
             identities = drives.discover()
             self._refuse_false_pace(identities)
             self._recorder = self._open_recorder(identities)
-            link.tap = self._recorder.frame
+            self._write_frame = self._recorder.frame
             with StopRequest() as stop, display(self.progress):
                 drives.configure()
                 stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
@@ -112,16 +113,6 @@ class Session:
             drives.close()
             self._close(status, reason)
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
-
-    def _open_link(self) -> Link:
-        bus = self._order.rig.bus
-        # Only this interface gives everybody his own frames back.
-        echoes = only_from_master if bus.interface == "udp_multicast" else (lambda arbitration_id: False)
-        link = Link(open_bus(bus), own_ids=echoes)
-        if self._order.pace == "lockstep":
-            link.clock = self._clock.now
-        link.tap = lambda *frame: self._early.append(frame)
-        return link
 
     def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
         order = self._order
@@ -146,6 +137,9 @@ class Session:
             text = f"{identity.device}, vendor 0x{identity.vendor_id:X}, product 0x{identity.product_code:X}"
             recorder.event(self._clock.now(), "info", f"joint {identity.joint}", f"{identity.address}: {text}")
         return recorder
+
+    def _tap(self, time_ns: int, message: can.Message, sent: bool) -> None:
+        self._write_frame(time_ns, message, sent)
 
     def _refuse_false_pace(self, identities: tuple[Identity, ...]) -> None:
         lockstep = {identity.lockstep for identity in identities}

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import canopen_setup, cia402, emcy
-from drivers.bus import Link, frame_bits
+from drivers.bus import Link
 from drivers.protocol import Goal, Identity, Power, Report, Sample
 from drivers.sdo import Sdo
 from recordings.errors import BadInput, RunFailed
@@ -24,24 +24,6 @@ _TPDO = struct.Struct("<Hih")
 _CONTROLWORD = struct.Struct("<H")
 _SIMULATED_NAME = "delta-workbench simulated drive"
 _PACE_OBJECT = 0x2F00
-
-
-def bus_load(rig: Rig, rate: float) -> float:
-    """Worst-case share of the bus that the cycle takes at `rate` [Hz]: SYNC and two PDOs per drive."""
-    bits = frame_bits(0) + rig.dof * (frame_bits(6) + frame_bits(8))
-    return bits * rate / rig.bus.bitrate
-
-
-def refuse_unworkable(rig: Rig) -> None:
-    """Raise BadInput where the rig's rate is too high for its bus, or one that the drives cannot be told."""
-    canopen_setup.interpolation_period(rig.rate)
-    load = bus_load(rig, rig.rate)
-    if load > rig.bus.max_load:
-        highest = rig.rate * rig.bus.max_load / load
-        raise BadInput(
-            f"at {rig.rate:g} Hz the cycle would take up to {load:.0%} of the bus, bus.max_load allows "
-            f"{rig.bus.max_load:.0%}; choose --rate {highest:.0f} or less, or a higher bitrate"
-        )
 
 
 def only_from_master(arbitration_id: int) -> bool:

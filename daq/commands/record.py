@@ -46,10 +46,11 @@ def command(
     Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.
     """
     from daq.session import check_beforehand
+    from drivers import transports
     from recordings.errors import BadInput
 
     rig = _rig(rig_file, rate)
-    simulated = rig.bus.interface == "virtual"
+    simulated = transports.of(rig).simulated_here(rig)
     if not simulated and (sim_file or hidden is not None):
         raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
     order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
@@ -102,9 +103,11 @@ def _simulate(order: "Order", sim_file: Path | None, hidden: int | None) -> "Res
 def _run(order: "Order") -> "Result":
     from daq.display import ProgressBar
     from daq.session import Session
+    from drivers import transports
 
     run = f"{order.trajectory.name}, {len(order.trajectory.repeat) / order.rig.rate:.1f} s at {order.rig.rate:g} Hz"
-    _say(f"{order.rig.name} on {order.rig.bus.interface} '{order.rig.bus.channel}': {run}, {order.pace}")
+    _say(f"{order.rig.name}: {run}, {order.pace}")
+    _say(transports.of(order.rig).describe(order.rig))
     return Session(order, _log).run(ProgressBar)
 
 

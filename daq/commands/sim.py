@@ -26,11 +26,12 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
     CAN interface. Record from another terminal with `daq record --rig` and the same file.
     """
     from daq.simulation import configured, simulated
+    from drivers import transports
     from recordings.errors import BadInput
     from recordings.rig import load_rig
 
     rig = load_rig(rig_file)
-    if rig.bus.interface == "virtual":
+    if transports.of(rig).simulated_here(rig):
         raise BadInput("the virtual bus ends at this program; set bus.interface to udp_multicast or socketcan")
     config = configured(rig, sim_file, hidden, truth)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.bus import Link
-from drivers.canopen_drive import CanopenDrives, bus_load, only_from_master, refuse_unworkable
+from drivers.canopen_drive import CanopenDrives, only_from_master
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput
-from recordings.rig import Drive, Rig, simulated_rig
+from recordings.rig import Drive, Rig
 from tests.drivers.scripted import Frame, ScriptedBus
 
 RIG = Rig(
@@ -169,16 +169,6 @@ def test_encoded_targets_read_back_within_half_a_count(targets: list[tuple[float
         for drive, angle, data in zip(RIG.drives, row, setpoint, strict=True):
             counts = int.from_bytes(data, "little", signed=True)
             assert drive.zero_offset + counts / drive.counts_per_radian == pytest.approx(angle, abs=0.51e-3)
-
-
-def test_bus_load_of_the_default_cycle() -> None:
-    # SYNC 55 bit, 6 bytes 115 bit, 8 bytes 135 bit, at worst.
-    assert bus_load(simulated_rig(), 500.0) == pytest.approx(805 * 500 / 1e6)
-
-
-def test_rate_too_high_for_the_bus_is_refused_with_the_highest_that_fits() -> None:
-    with pytest.raises(BadInput, match="choose --rate 994 or less"):
-        refuse_unworkable(simulated_rig().at_rate(2000.0))
 
 
 @pytest.mark.parametrize("arbitration_id", [0x000, 0x080, 0x201, 0x603, 0x77F])

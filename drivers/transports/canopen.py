@@ -1,0 +1,52 @@
+"""CANopen: CiA 402 drives on a CAN bus."""
+
+from drivers import canopen_setup
+from drivers.bus import Link, frame_bits, open_bus
+from drivers.canopen_drive import CanopenDrives, only_from_master
+from drivers.protocol import Amplifiers, Report
+from drivers.transports import Clock, Tap
+from recordings.errors import BadInput
+from recordings.rig import Rig
+
+
+def bus_load(rig: Rig, rate: float) -> float:
+    """Worst-case share of the bus that the cycle takes at `rate` [Hz]: SYNC and two PDOs per drive."""
+    bits = frame_bits(0) + rig.dof * (frame_bits(6) + frame_bits(8))
+    return bits * rate / rig.bus.bitrate
+
+
+def highest_rate(rig: Rig) -> float:
+    """The rate [Hz] at which the cycle takes the share of the bus that the rig allows."""
+    return rig.bus.max_load / bus_load(rig, 1.0)
+
+
+def check(rig: Rig) -> None:
+    """See `Transport`."""
+    canopen_setup.interpolation_period(rig.rate)
+    if rig.rate > highest_rate(rig):
+        raise BadInput(
+            f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "
+            f"allows {rig.bus.max_load:.0%}; choose --rate {highest_rate(rig):.0f} or less, or a higher bitrate"
+        )
+
+
+def describe(rig: Rig) -> str:
+    """See `Transport`."""
+    return (
+        f"{rig.bus.interface} '{rig.bus.channel}', {rig.bus.bitrate / 1000:g} kbit/s, at worst "
+        f"{bus_load(rig, rig.rate):.0%} loaded; highest rate {highest_rate(rig):.0f} Hz"
+    )
+
+
+def simulated_here(rig: Rig) -> bool:
+    """See `Transport`: a virtual bus ends at this program, so nobody else can be on it."""
+    return rig.bus.interface == "virtual"
+
+
+def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
+    """See `Transport`."""
+    # Only this interface gives everybody his own frames back.
+    echoes = only_from_master if rig.bus.interface == "udp_multicast" else (lambda arbitration_id: False)
+    link = Link(open_bus(rig.bus), own_ids=echoes)
+    link.tap, link.clock = tap, clock
+    return CanopenDrives(rig, link, report)
