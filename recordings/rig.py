@@ -83,6 +83,16 @@ class Voltage(Section):
     scale: Positive = 0.0005
     """V per count."""
     kind: Literal["motor", "dc_link"] = "motor"
+    transfer: Literal["pdo", "sdo"] = "pdo"
+    """With SYNC, or polled where a drive cannot map the object: slower, each value with a stamp of its own."""
+
+
+class HomedBit(Section):
+    """An object that tells whether a drive has found its zero: homed where `(object & mask) != 0`."""
+
+    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
+    sub: Annotated[int, Field(ge=0, le=254)] = 0
+    mask: Annotated[int, Field(gt=0)] = 1
 
 
 class Drive(Section):
@@ -98,6 +108,16 @@ class Drive(Section):
     zero_offset: float = 0.0
     """Joint angle at encoder position zero [rad]."""
     voltage: Voltage = Voltage()
+    mode: Literal["cyclic", "interpolated"] = "cyclic"
+    """Cyclic synchronous position (mode 8), or interpolated position (mode 7) where a drive has only that."""
+    torque_actual: bool = False
+    """Record object 6077 too, in a second TPDO."""
+    homed: HomedBit | None = None
+    """Where the drive tells that its zero is valid; None: it always is (absolute encoder)."""
+    dcf: str | None = None
+    """Device configuration file (CiA 306) whose parameter values are written first; relative to the working folder."""
+    emcy: dict[str, str] = {}
+    """The manufacturer's texts of its own error codes, e.g. { "FF01" = "brake resistor too hot" }."""
     rated_torque: Positive = 20.0
     """Joint torque at rated current [N m]; the unit of object 6077 is a thousandth of it."""
 
@@ -125,6 +145,10 @@ class Limits(Section):
     """Platform height [m]."""
     following_error: Positive = 0.05
     """Commanded minus measured joint angle [rad]."""
+    silence: Positive = 0.05
+    """A drive may leave this long unanswered [s]."""
+    host_stall: Positive = 0.05
+    """The host may be late by this much [s]."""
     singularity_margin: Positive = 0.05
     """Least allowed singularity margin (see trajectories.kinematics), dimensionless."""
 
