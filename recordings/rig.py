@@ -8,12 +8,15 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.config import Section, read_toml, validated
+from recordings.errors import BadInput
 
 Positive = Annotated[float, Field(gt=0)]
 NodeId = Annotated[int, Field(ge=1, le=127)]
+Mechanism = Literal["delta", "axes"]
+JointType = Literal["revolute", "prismatic"]
 
 
 class Geometry(Section):
@@ -56,10 +59,18 @@ class Torque(Section):
 
     map: Literal["square", "linear"] = "square"
     gain: tuple[Positive, ...] = (1.0, 1.0, 1.0)
-    """N m / V^2 or N m / V, one per joint."""
+    """N m / V^2 or N m / V (N instead of N m for a prismatic joint), one per joint; 1.0 each if left out."""
     gain_source: Literal["calibrated", "assumed"] = "assumed"
     gain_uncertainty: Annotated[float, Field(ge=0, lt=1)] = 0.1
     """Relative standard uncertainty of the gain."""
+
+
+class Axis(Section):
+    """One joint of the mechanism "axes": n joints that move independently of each other."""
+
+    type: JointType = "revolute"
+    gravity: bool = False
+    """True where weight loads the joint; a revolute one then needs a torque that depends on its angle."""
 
 
 class Bus(Section):
@@ -162,35 +173,74 @@ class Limits(Section):
 
 
 class Rig(Section):
-    """The whole rig."""
+    """The whole rig. `geometry`, `nominal` and the limits of the platform mean something for a delta robot only."""
 
     name: str
-    mechanism: Literal["delta"] = "delta"
+    mechanism: Mechanism = "delta"
     rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
     """Cycles (SYNC) per second [Hz]."""
+    axes: tuple[Axis, ...] = ()
+    """The joints of the mechanism "axes", in the order of the drives; a delta robot's are known."""
     geometry: Geometry = Geometry()
     nominal: Nominal = Nominal()
-    torque: Torque = Torque()
+    torque: Torque = Field(default=Torque(), validate_default=True)
     bus: Bus = Bus()
     limits: Limits = Limits()
-    drives: tuple[Drive, ...]
+    drives: tuple[Drive, ...] = ()
+    """One per joint; none where the rig is only described, not driven (an imported recording)."""
+
+    @field_validator("torque")
+    @classmethod
+    def _one_gain_per_axis(cls, torque: Torque, info: ValidationInfo) -> Torque:
+        if "gain" in torque.model_fields_set or info.data.get("mechanism") != "axes":
+            return torque
+        return torque.model_copy(update={"gain": (1.0,) * len(info.data.get("axes", ()))})
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
-        if len(self.drives) != 3:
-            raise ValueError(f"a delta robot has three [[drives]], {len(self.drives)} found")
+        if self.mechanism == "axes":
+            self._refuse_delta_sections()
+        elif self.axes:
+            raise ValueError(
+                '[[axes]] belong to the mechanism "axes", "delta" found; remove them or set the mechanism'
+            )
+        if len(self.drives) not in (0, self.dof):
+            robot = "a delta robot has three" if self.mechanism == "delta" else f"{self.dof} [[axes]] have as many"
+            raise ValueError(f"{robot} [[drives]], {len(self.drives)} found")
         ids = [drive.node_id for drive in self.drives]
         for node_id in ids:
             if ids.count(node_id) > 1:
                 raise ValueError(f"every drive needs its own node_id, {node_id} stands in two [[drives]]")
-        if len(self.torque.gain) != len(self.drives):
-            raise ValueError(f"torque.gain needs {len(self.drives)} numbers, {len(self.torque.gain)} found")
+        if len(self.torque.gain) != self.dof:
+            raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
         return self
+
+    def _refuse_delta_sections(self) -> None:
+        if not self.axes:
+            raise ValueError('the mechanism "axes" needs an [[axes]] section for each joint, none found')
+        for name in ("geometry", "nominal"):
+            if getattr(self, name) != Rig.model_fields[name].default:
+                raise ValueError(f'[{name}] describes a delta robot, mechanism "axes" found; remove it')
 
     @property
     def dof(self) -> int:
         """Number of joints."""
-        return len(self.drives)
+        return len(self.joint_types)
+
+    @property
+    def joint_types(self) -> tuple[JointType, ...]:
+        """What kind of joint each one is."""
+        return tuple(axis.type for axis in self.axes) if self.mechanism == "axes" else ("revolute",) * 3
+
+    @property
+    def position_units(self) -> tuple[str, ...]:
+        """Of each joint: rad or m."""
+        return tuple("rad" if joint == "revolute" else "m" for joint in self.joint_types)
+
+    @property
+    def effort_units(self) -> tuple[str, ...]:
+        """Of each joint's effort: N m or N."""
+        return tuple("N m" if joint == "revolute" else "N" for joint in self.joint_types)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -211,10 +261,13 @@ def simulated_rig() -> Rig:
     return Rig(name="simulated delta robot", drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
 
 
-def load_rig(path: Path) -> Rig:
-    """Read a rig file.
+def load_rig(path: Path, *, driven: bool = True) -> Rig:
+    """Read a rig file; `driven` where its drives will be needed.
 
     Raises:
-        BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
+        BadInput: the file is missing, is not TOML, a key is unknown, missing or of the wrong type, or no drives.
     """
-    return read_toml(path, Rig, "rig file")
+    rig = read_toml(path, Rig, "rig file")
+    if driven and not rig.drives:
+        raise BadInput(f"rig file {path}: one of [[drives]] for each of {rig.dof} joints expected, none found")
+    return rig

@@ -38,7 +38,7 @@ def command(
 
     if out:
         _refuse_output(name_or_file, out, force)
-    rig = load_rig(rig_file) if rig_file else simulated_rig()
+    rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     loaded = [load(name, rig, cycles) for name in ([name_or_file] if name_or_file else names())]
     figures = [_figures(trajectory, rig) for trajectory in loaded]
     if out:

@@ -250,7 +250,7 @@ def test_joints_are_found_by_name_and_added_fields_do_no_harm(
     [
         (lambda rig, run, texts: rig.update(layout="2"), "123", "layout 1 expected, 2 found; .* wrote it"),
         (lambda rig, run, texts: rig.update(json="{"), "123", "'rig': JSON expected"),
-        (lambda rig, run, texts: rig.update(json='{"name": "r"}'), "123", "key 'drives' is missing"),
+        (lambda rig, run, texts: rig.update(json='{"rate": 5.0}'), "123", "key 'name' is missing"),
         (lambda rig, run, texts: run.pop("rate"), "123", "'run': rate: Field required"),
         (lambda rig, run, texts: run.update(simulated="perhaps"), "123", "'run': simulated: "),
         (

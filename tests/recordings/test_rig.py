@@ -12,6 +12,8 @@ from recordings.rig import Drive, Rig, load_rig, simulated_rig
 
 DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
+AXES = 'name = "r"\nmechanism = "axes"\n'
+
 
 def load(folder: Path, text: str) -> Rig:
     path = folder / "rig.toml"
@@ -43,6 +45,13 @@ def test_a_short_rig_file_means_the_defaults(tmp_path: Path) -> None:
         ('name = "r"\n' + DRIVES + "[limits]\njoint_min = 2.0\n", "joint_min < joint_max expected, 2 and 1.4 found"),
         ('name = "r"\n' + DRIVES + "[limits]\nworkspace_z = [-0.4, -1.0]\n", r"\[lowest, highest\] expected"),
         ("name = ", "not valid TOML"),
+        ('name = "r"\n', "one of .*drives.* for each of 3 joints expected, none found"),
+        ('name = "r"\n[[axes]]\n' + DRIVES, 'belong to the mechanism "axes", "delta" found'),
+        (AXES, r'mechanism "axes" needs an \[\[axes\]\] section'),
+        (AXES + "[[axes]]\n" + DRIVES, r"1 \[\[axes\]\] have as many \[\[drives\]\], 3 found"),
+        (AXES + "[[axes]]\n[geometry]\nL2 = 0.9\n", r"\[geometry\] describes a delta robot"),
+        (AXES + '[[axes]]\ntype = "screw"\n', r"'axes\.0\.type'.*screw"),
+        (AXES + "[[axes]]\n[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 1 numbers, 2 found"),
     ],
 )
 def test_a_wrong_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -> None:
@@ -70,3 +79,15 @@ def test_counts_per_radian_follow_gear_and_sign() -> None:
     assert Drive(node_id=1, counts_per_turn=1000, gear=2.0, sign=-1).counts_per_radian * math.tau == pytest.approx(
         -2000
     )
+
+
+def test_axes_are_described_without_drives(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(AXES + '[torque]\nmap = "linear"\n[[axes]]\n[[axes]]\ntype = "prismatic"\n')
+    rig = load_rig(path, driven=False)
+    assert (rig.dof, rig.torque.gain) == (2, (1.0, 1.0))
+    assert rig.position_units == ("rad", "m")
+    assert rig.effort_units == ("N m", "N")
+    assert Rig.model_validate_json(rig.model_dump_json()) == rig
+    with pytest.raises(BadInput, match="for each of 2 joints expected, none found"):
+        load_rig(path)
