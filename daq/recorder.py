@@ -65,9 +65,17 @@ class Recorder:
             writer.joint_commands(stamp_ns, log_ns, command)
             if platform is not None:
                 writer.platform_reference(stamp_ns, log_ns, platform)
-            writer.joint_states(stamp_ns, log_ns, sample.position)
+            writer.joint_states(stamp_ns, log_ns, sample.position, effort=sample.effort)
             writer.amplifiers(
-                stamp_ns, log_ns, index, repeat, lateness, sample.voltage, sample.statusword, sample.error_code
+                stamp_ns,
+                log_ns,
+                index,
+                repeat,
+                lateness,
+                sample.voltage,
+                sample.statusword,
+                sample.error_code,
+                sample.voltage_stamp,
             )
 
         self._queue.put(write)

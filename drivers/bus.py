@@ -49,6 +49,7 @@ class Link:
         self.tap: Tap | None = None
         self.clock: Callable[[], int] | None = None
         """Simulated time [ns]; None: the host's clock."""
+        self.on_error_frame: Callable[[can.Message], None] | None = None
 
     def send(self, arbitration_id: int, data: bytes) -> None:
         """Send one frame.
@@ -58,7 +59,7 @@ class Link:
         """
         message = can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False, check=False)
         if self.tap is not None:
-            self.tap(self._now(), message, True)
+            self.tap(self.now(), message, True)
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
@@ -84,10 +85,13 @@ class Link:
             if self.tap is not None:
                 arrival = round(message.timestamp * 1e9) if self.clock is None else self.clock()
                 self.tap(arrival, message, False)
+            if message.is_error_frame and self.on_error_frame is not None:
+                self.on_error_frame(message)
             if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
                 return message.arbitration_id, bytes(message.data)
 
-    def _now(self) -> int:
+    def now(self) -> int:
+        """Present time [ns]."""
         return time.time_ns() if self.clock is None else self.clock()
 
     def close(self) -> None:

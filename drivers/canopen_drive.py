@@ -1,55 +1,43 @@
-"""The CANopen driver: CiA 402 drives in cyclic synchronous position, one RPDO and one TPDO per drive and SYNC.
+"""The CANopen driver: CiA 402 drives that follow position targets, with PDOs on SYNC.
 
 Single-threaded: whoever calls also receives. Nothing is sent or read behind the caller's back, so the order of
 frames is the order of calls.
 """
 
-import math
 import struct
 import time
 from collections.abc import Callable, Sequence
 from functools import partial
 
+import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers import canopen_setup, cia402, emcy
+from drivers import can_errors, canopen_setup, cia402
 from drivers.bus import Link
-from drivers.protocol import Goal, Identity, Power, Report, Sample
-from drivers.sdo import Sdo
+from drivers.canopen_axis import Axis
+from drivers.canopen_poll import VoltagePoll
+from drivers.protocol import Goal, Identity, Report, Sample
+from drivers.sdo import Sdo, pretty
 from recordings.errors import BadInput, RunFailed
-from recordings.rig import Drive, Rig
+from recordings.rig import Rig
 
-_TPDO = struct.Struct("<Hih")
 _CONTROLWORD = struct.Struct("<H")
+_POSITION = struct.Struct("<i")
 _SIMULATED_NAME = "delta-workbench simulated drive"
 _PACE_OBJECT = 0x2F00
+_INTERPOLATE = 0x10
+"""Controlword bit 4 in interpolated position mode."""
+_HEARTBEAT_SILENCE = 3.5 * canopen_setup.DRIVE_HEARTBEAT_MS / 1000
+"""After this time without a heartbeat a drive counts as lost [s]."""
+_PATIENCE = 0.1
+"""How long an enabled drive may take to begin to follow its target [s]."""
 
 
 def only_from_master(arbitration_id: int) -> bool:
     """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
     function = arbitration_id & 0x780
     return arbitration_id in (0, 0x80, 0x700 + canopen_setup.MASTER_ID) or function in (0x200, 0x600)
-
-
-class _Axis:
-    """What is known of one drive."""
-
-    def __init__(self, joint: int, drive: Drive, sdo: Sdo) -> None:
-        self.name = f"joint {joint} (node {drive.node_id})"
-        self.joint = joint
-        self.drive = drive
-        self.sdo = sdo
-        self.scale = 1.0 / drive.counts_per_radian
-        self.counts: int | None = None
-        self.statusword = 0
-        self.state: cia402.State | None = None
-        self.error_code = 0
-        self.error_text = ""
-
-    @property
-    def power(self) -> Power:
-        return Power.UNKNOWN if self.state is None else cia402.POWER[self.state]
 
 
 class CanopenDrives:
@@ -61,17 +49,24 @@ class CanopenDrives:
         self._link = link
         self._report = report
         self._cycle = 0
-        self._heartbeat_every = max(1, round(canopen_setup.MASTER_HEARTBEAT * rig.rate))
+        self._heartbeat_every = self._cycles(canopen_setup.MASTER_HEARTBEAT)
         self._operational = False
+        self._bus_trouble: str | None = None
+        self._bus_warnings: set[str] = set()
+        link.on_error_frame = self._on_error_frame
         self._axes = [
-            _Axis(i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch))
+            Axis(i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch))
             for i, drive in enumerate(rig.drives)
         ]
+        self._poll = VoltagePoll([axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"], link)
         self._handlers: dict[int, Callable[[bytes], None]] = {}
         for axis in self._axes:
             self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
+            self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take, axis)
             self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
-        self._answers = {0x180 + axis.drive.node_id: axis for axis in self._axes}
+        self._answers = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
+
+    # Before the cycle
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
@@ -79,12 +74,12 @@ class CanopenDrives:
         silent = [axis.name for axis in self._axes if not axis.sdo.answers()]
         if silent:
             raise RunFailed(
-                f"no answer from {', '.join(silent)} on {self._rig.bus.interface} '{self._rig.bus.channel}'; check "
-                "power, cable, termination, bit rate and the node ids in the rig file"
+                f"no answer from {', '.join(silent)}; check power, cable, termination, bit rate and the node ids "
+                "in the rig file"
             )
         return tuple(self._identify(axis) for axis in self._axes)
 
-    def _identify(self, axis: _Axis) -> Identity:
+    def _identify(self, axis: Axis) -> Identity:
         profile = axis.sdo.read(0x1000, 0, "<I") & 0xFFFF
         if profile != 402:
             raise RunFailed(
@@ -112,14 +107,15 @@ class CanopenDrives:
             self._read_state(axis)
             if axis.state is cia402.State.FAULT:
                 self._reset_fault(axis)
+            self._refuse_unhomed(axis)
         self._nmt(0x01)
         self._operational = True
 
-    def _read_state(self, axis: _Axis) -> None:
+    def _read_state(self, axis: Axis) -> None:
         axis.statusword = axis.sdo.read(0x6041, 0, "<H")
-        axis.state = self._decode(axis)
+        axis.decode_status()
 
-    def _reset_fault(self, axis: _Axis) -> None:
+    def _reset_fault(self, axis: Axis) -> None:
         # Fault reset acts on its rising edge only.
         for command in (cia402.Control.DISABLE_VOLTAGE, cia402.Control.FAULT_RESET, cia402.Control.DISABLE_VOLTAGE):
             axis.sdo.write(0x6040, 0, "<H", command, check=False)
@@ -129,8 +125,15 @@ class CanopenDrives:
             raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive first")
         axis.error_code, axis.error_text = 0, ""
 
+    def _refuse_unhomed(self, axis: Axis) -> None:
+        homed = axis.drive.homed
+        if homed is not None and not axis.sdo.read(homed.index, homed.sub, "<B") & homed.mask:
+            raise RunFailed(
+                f"{axis.name} has no zero reference (object {pretty(homed.index, homed.sub)}); home the drive first"
+            )
+
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
-        """See `Amplifiers`. Each target becomes the four bytes of object 607A."""
+        """See `Amplifiers`. Each target becomes the four bytes of object 607A (or 60C1)."""
         offsets = np.array([axis.drive.zero_offset for axis in self._axes])
         scales = np.array([axis.drive.counts_per_radian for axis in self._axes])
         counts = np.rint((targets - offsets) * scales)
@@ -142,109 +145,115 @@ class CanopenDrives:
             [raw[row + 4 * j : row + 4 * j + 4] for j in range(len(self._axes))] for row in range(0, len(raw), width)
         ]
 
+    # The cycle
+
     def exchange(self, setpoint: list[bytes] | None, timeout: float) -> Sample:
         """See `Amplifiers`."""
+        for axis in self._axes:
+            axis.begin_cycle()
         self._drain()
-        link = self._link
+        self._poll.request(self._cycle)
         for j, axis in enumerate(self._axes):
-            target = self._where_it_is(axis) if setpoint is None else setpoint[j]
-            command = cia402.Control.DISABLE_VOLTAGE
-            if axis.state is not None:
-                command = cia402.controlword(self.goal, axis.state)
-            link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(command) + target)
+            target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
+            self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._command(axis)) + target)
         if self._cycle % self._heartbeat_every == 0:
-            link.send(0x700 + canopen_setup.MASTER_ID, b"\x05")
-        link.send(canopen_setup.SYNC_ID, b"")
+            self._link.send(0x700 + canopen_setup.MASTER_ID, b"\x05")
+        self._link.send(canopen_setup.SYNC_ID, b"")
         self._cycle += 1
-        return self._collect(timeout)
+        self._collect(timeout)
+        return self._sample()
 
-    def _collect(self, timeout: float) -> Sample:
-        deadline = time.perf_counter() + timeout
-        voltage = dict.fromkeys(range(len(self._axes)), math.nan)
-        answered: set[int] = set()
-        while len(answered) < len(self._axes):
-            frame = self._link.receive(max(0.0, deadline - time.perf_counter()))
-            if frame is None:
-                break
-            axis = self._answers.get(frame[0])
-            if axis is None or len(frame[1]) != _TPDO.size:
-                self._dispatch(*frame)
-                continue
-            axis.statusword, axis.counts, raw = _TPDO.unpack(frame[1])
-            axis.state = self._decode(axis)
-            voltage[axis.joint - 1] = raw * axis.drive.voltage.scale * axis.drive.sign
-            answered.add(axis.joint - 1)
-        return self._sample(voltage, answered)
-
-    def _sample(self, voltage: dict[int, float], answered: set[int]) -> Sample:
-        axes = self._axes
-        position = tuple(
-            axis.drive.zero_offset + axis.counts * axis.scale
-            if i in answered and axis.counts is not None
-            else math.nan
-            for i, axis in enumerate(axes)
-        )
-        return Sample(
-            position=position,
-            voltage=tuple(voltage.values()),
-            statusword=tuple(axis.statusword if i in answered else 0 for i, axis in enumerate(axes)),
-            error_code=tuple(axis.error_code for axis in axes),
-            power=tuple(axis.power for axis in axes),
-            missing=len(axes) - len(answered),
-            trouble=next((text for axis in axes if (text := _trouble(axis))), None),
-        )
+    def _command(self, axis: Axis) -> int:
+        if axis.state is None:
+            return cia402.Control.DISABLE_VOLTAGE
+        command = cia402.controlword(self.goal, axis.state)
+        if axis.drive.mode == "interpolated" and command == cia402.Control.ENABLE:
+            return command | _INTERPOLATE
+        return command
 
     def _drain(self) -> None:
         """Take in what arrived since the last exchange; an answer that came too late must not pass for the next."""
         while (frame := self._link.receive(0.0)) is not None:
             self._dispatch(*frame)
 
+    def _collect(self, timeout: float) -> None:
+        deadline = time.perf_counter() + timeout
+        while not all(axis.answered for axis in self._axes):
+            frame = self._link.receive(max(0.0, deadline - time.perf_counter()))
+            if frame is None:
+                break
+            axis = self._answers.get(frame[0])
+            if axis is None or not axis.take(*frame):
+                self._dispatch(*frame)
+
+    def _sample(self) -> Sample:
+        axes = self._axes
+        return Sample(
+            position=tuple(axis.position for axis in axes),
+            voltage=tuple(axis.voltage for axis in axes),
+            statusword=tuple(axis.statusword if axis.answered else 0 for axis in axes),
+            error_code=tuple(axis.error_code for axis in axes),
+            power=tuple(axis.power for axis in axes),
+            missing=sum(not axis.answered for axis in axes),
+            trouble=self._trouble(),
+            effort=tuple(axis.effort for axis in axes) if any(axis.drive.torque_actual for axis in axes) else None,
+            voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._poll.axes else None,
+        )
+
+    def _trouble(self) -> str | None:
+        if self._bus_trouble is not None:
+            return self._bus_trouble
+        silence, patience = self._cycles(_HEARTBEAT_SILENCE), self._cycles(_PATIENCE)
+        return next((text for axis in self._axes if (text := axis.trouble(self._cycle, silence, patience))), None)
+
+    # What comes unasked
+
     def _dispatch(self, arbitration_id: int, data: bytes) -> None:
         handler = self._handlers.get(arbitration_id)
         if handler is not None:
             handler(data)
 
-    def _on_emcy(self, axis: _Axis, data: bytes) -> None:
-        code, text = emcy.decode(data)
-        axis.error_code, axis.error_text = code, text
-        self._report("error" if code else "info", axis.name, f"EMCY 0x{code:04X}: {text}")
+    def _on_emcy(self, axis: Axis, data: bytes) -> None:
+        text = axis.take_emcy(data)
+        self._report("error" if axis.error_code else "info", axis.name, text)
 
-    def _on_heartbeat(self, axis: _Axis, data: bytes) -> None:
+    def _on_heartbeat(self, axis: Axis, data: bytes) -> None:
+        axis.heard_cycle = self._cycle
         if self._operational and data[:1] == b"\x00":
-            axis.state = cia402.State.FAULT
-            axis.error_text = "the drive restarted"
+            axis.restarted = True
             self._report("error", axis.name, "boot-up message: the drive restarted")
 
-    def _decode(self, axis: _Axis) -> cia402.State | None:
-        try:
-            return cia402.decode(axis.statusword)
-        except ValueError:
-            return None
+    def _on_error_frame(self, message: can.Message) -> None:
+        text = can_errors.decode(message.arbitration_id, bytes(message.data))
+        if text == can_errors.BUS_OFF:
+            self._bus_trouble = text
+        if text not in self._bus_warnings:
+            self._bus_warnings.add(text)
+            self._report("error" if text == can_errors.BUS_OFF else "warning", "bus", text)
 
-    def _where_it_is(self, axis: _Axis) -> bytes:
-        return struct.pack("<i", axis.counts or 0)
-
-    def _nmt(self, command: int) -> None:
-        for axis in self._axes:
-            self._link.send(0x000, bytes([command, axis.drive.node_id]))
+    # The end
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage once more by SDO, watchdog off, pre-operational."""
-        if self._operational:
-            for axis in self._axes:
-                try:
-                    axis.sdo.write(0x6040, 0, "<H", cia402.Control.DISABLE_VOLTAGE, check=False)
-                    axis.sdo.write(0x1016, 1, "<I", 0)
-                except RunFailed as error:
-                    self._report("error", axis.name, f"while closing: {error}")
         try:
+            if self._operational:
+                for axis in self._axes:
+                    self._release(axis)
             self._nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()
 
+    def _release(self, axis: Axis) -> None:
+        try:
+            axis.sdo.write(0x6040, 0, "<H", cia402.Control.DISABLE_VOLTAGE, check=False)
+            axis.sdo.write(0x1016, 1, "<I", 0)
+        except RunFailed as error:
+            self._report("error", axis.name, f"while closing: {error}")
 
-def _trouble(axis: _Axis) -> str | None:
-    if axis.state in (cia402.State.FAULT, cia402.State.FAULT_REACTION):
-        return f"{axis.name}: drive fault, {axis.error_text or 'no EMCY received'} (0x{axis.error_code:04X})"
-    return None
+    def _nmt(self, command: int) -> None:
+        for axis in self._axes:
+            self._link.send(0x000, bytes([command, axis.drive.node_id]))
+
+    def _cycles(self, duration: float) -> int:
+        return max(1, round(duration * self._rig.rate))

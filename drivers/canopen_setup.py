@@ -1,6 +1,9 @@
 """What a CiA 402 drive is told before it moves: one table of objects, computed from the rig."""
 
+import struct
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -14,7 +17,8 @@ MASTER_TIMEOUT_MS = 250
 """After this silence of the master a drive stops by itself (object 1016)."""
 DRIVE_HEARTBEAT_MS = 100
 
-CYCLIC_SYNC_POSITION = 8
+_CYCLIC_SYNC_POSITION, _INTERPOLATED_POSITION = 8, 7
+_TARGET = {"cyclic": 0x607A_00_20, "interpolated": 0x60C1_01_20}
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,23 @@ class Entry:
     check: bool = True
 
 
+@dataclass(frozen=True)
+class Field:
+    """One object mapped into a TPDO."""
+
+    name: str
+    mapped: int
+    """Index, sub-index and length in bits, as in the mapping object."""
+    layout: str
+
+
 def setup(rig: Rig, drive: Drive) -> list[Entry]:
-    """The objects of one drive, in the order in which they are written."""
-    return [*_behaviour(rig, drive), *_rpdo(drive), *_tpdo(drive)]
+    """The objects of one drive, in the order in which they are written.
+
+    Raises:
+        BadInput: the rate cannot be told to the drive, or its DCF cannot be read.
+    """
+    return [*_configuration_file(drive), *_behaviour(rig, drive), *_watchdogs(), *_rpdo(drive), *_tpdo(drive)]
 
 
 def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
@@ -38,7 +56,7 @@ def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
     low, high = sorted(round(joint_to_counts(drive, angle)) for angle in (rig.limits.joint_min, rig.limits.joint_max))
     period, exponent = interpolation_period(rig.rate)
     return [
-        Entry(0x6060, 0, "<b", CYCLIC_SYNC_POSITION),
+        Entry(0x6060, 0, "<b", _CYCLIC_SYNC_POSITION if drive.mode == "cyclic" else _INTERPOLATED_POSITION),
         Entry(0x60C2, 1, "<B", period),
         Entry(0x60C2, 2, "<b", exponent),
         Entry(0x1006, 0, "<I", round(1e6 / rig.rate)),
@@ -47,6 +65,11 @@ def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
         Entry(0x607D, 1, "<i", low),
         Entry(0x607D, 2, "<i", high),
         Entry(0x6085, 0, "<I", round(rig.limits.acceleration * counts)),
+    ]
+
+
+def _watchdogs() -> list[Entry]:
+    return [
         Entry(0x605A, 0, "<h", 2),  # quick stop: slow down on its ramp, then switch on disabled
         Entry(0x605E, 0, "<h", 2),  # fault: likewise
         Entry(0x6007, 0, "<h", 3),  # master lost: quick stop
@@ -55,13 +78,40 @@ def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
     ]
 
 
+def tpdos(drive: Drive) -> list[list[Field]]:
+    """What the drive answers to SYNC, one list per TPDO."""
+    fields = [Field("status", 0x6041_00_10, "H"), Field("position", 0x6064_00_20, "i")]
+    if drive.voltage.transfer == "pdo":
+        fields.append(Field("voltage", drive.voltage.index << 16 | drive.voltage.sub << 8 | 16, "h"))
+    torque = [Field("torque", 0x6077_00_10, "h")] if drive.torque_actual else []
+    if len(fields) == 2:
+        return [fields + torque]
+    return [fields, torque] if torque else [fields]
+
+
+def tpdo_id(drive: Drive, number: int) -> int:
+    """Arbitration id of TPDO `number`, 0 or 1: the predefined connection set."""
+    return 0x180 + 0x100 * number + drive.node_id
+
+
+def pdo_sizes(drive: Drive) -> list[int]:
+    """Data bytes of all PDOs of one drive and cycle."""
+    answers = [sum(field.mapped & 0xFF for field in fields) // 8 for fields in tpdos(drive)]
+    return [6, *answers]
+
+
 def _rpdo(drive: Drive) -> list[Entry]:
-    return _pdo(0x1400, 0x1600, 0x200 + drive.node_id, [0x6040_00_10, 0x607A_00_20])
+    return _pdo(0x1400, 0x1600, 0x200 + drive.node_id, [0x6040_00_10, _TARGET[drive.mode]])
 
 
 def _tpdo(drive: Drive) -> list[Entry]:
-    voltage = drive.voltage.index << 16 | drive.voltage.sub << 8 | 16
-    return _pdo(0x1800, 0x1A00, 0x180 + drive.node_id, [0x6041_00_10, 0x6064_00_20, voltage])
+    return [
+        entry
+        for number, fields in enumerate(tpdos(drive))
+        for entry in _pdo(
+            0x1800 + number, 0x1A00 + number, tpdo_id(drive, number), [field.mapped for field in fields]
+        )
+    ]
 
 
 def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list[Entry]:
@@ -76,9 +126,42 @@ def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list
     ]
 
 
+def _configuration_file(drive: Drive) -> list[Entry]:
+    """The parameter values of the drive's DCF, in the order of their addresses."""
+    if drive.dcf is None:
+        return []
+    from canopen.objectdictionary import ODVariable, import_od
+
+    if not Path(drive.dcf).is_file():
+        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} does not exist; check the rig file")
+    try:
+        dictionary = import_od(drive.dcf, drive.node_id)
+    except Exception as error:  # the library raises whatever its parsers raise
+        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} cannot be read: {error}") from None
+    variables: list[Any] = []
+    for item in dictionary.values():
+        variables += [item] if isinstance(item, ODVariable) else list(item.values())
+    return [entry for variable in variables if (entry := _parameter(variable)) is not None]
+
+
+def _parameter(variable: Any) -> Entry | None:
+    if variable.value is None or not variable.writable:
+        return None
+    data = variable.encode_raw(variable.value)
+    layout = {1: "<B", 2: "<H", 4: "<I"}.get(len(data))
+    if layout is None:
+        return None
+    return Entry(variable.index, variable.subindex, layout, struct.unpack(layout, data)[0])
+
+
 def joint_to_counts(drive: Drive, angle: float) -> float:
     """Encoder counts (not rounded) at a joint angle [rad]."""
     return (angle - drive.zero_offset) * drive.counts_per_radian
+
+
+def counts_to_joint(drive: Drive, counts: float) -> float:
+    """Joint angle [rad] at an encoder position."""
+    return drive.zero_offset + counts / drive.counts_per_radian
 
 
 def interpolation_period(rate: float) -> tuple[int, int]:

@@ -74,6 +74,10 @@ class Sample:
     """Number of drives whose answer was lost."""
     trouble: str | None
     """Why the run cannot go on, naming the joint; None: all is well."""
+    effort: tuple[float, ...] | None = None
+    """Torque actual [N m]; None where the drives do not report it."""
+    voltage_stamp: tuple[int, ...] | None = None
+    """When each voltage arrived [ns]; None: it was measured at the SYNC. Meaningless where the voltage is NaN."""
 
 
 class Amplifiers(Protocol):

@@ -23,7 +23,9 @@ EDS = Path(__file__).with_name("drive.eds")
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 _VOLTAGE_ENABLED, _REMOTE = 0x10, 0x200
 _NOT_MAPPABLE, _DATA_STATE = 0x06040041, 0x08000022
-_PDO_MAPS = (0x1600, 0x1A00)
+_PDO_MAPS = (0x1600, 0x1A00, 0x1A01)
+_PDO_INVALID = 0x8000_0000
+_INTERPOLATED_POSITION, _INTERPOLATE = 7, 0x10
 _UNLIMITED = 2**32 - 1
 
 Send = Callable[[int, bytes], None]
@@ -42,11 +44,14 @@ class _SendOnly:
 class SimulatedDrive:
     """One drive. `powered` and `setpoints` tell the machine what to do; `update` tells the drive how it fares."""
 
-    def __init__(self, drive: Drive, dt: float, send: Send, *, lockstep: bool) -> None:
-        """`dt`: plant step [s]."""
+    def __init__(
+        self, drive: Drive, dt: float, send: Send, read_voltage: Callable[[], int], *, lockstep: bool
+    ) -> None:
+        """`dt`: plant step [s]; `read_voltage` measures the motor voltage [counts] between two SYNCs."""
         self.drive = drive
         self.state = State.SWITCH_ON_DISABLED
         self._send = send
+        self._read_voltage = read_voltage
         self._lockstep = lockstep
         # canopen logs every request that it also refuses over the bus.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
@@ -69,6 +74,7 @@ class SimulatedDrive:
         self._error_code = 0
         self._counts = 0
         self._voltage = 0
+        self._torque = 0
         self._master_seen: float | None = None
         self._heartbeat_due = now
         self._followed_badly_since: float | None = None
@@ -92,23 +98,37 @@ class SimulatedDrive:
             self._on_nmt(data[0], now)
         elif arbitration_id == 0x600 + node_id and len(data) == 8:
             if self._nmt != _STOPPED:
+                self._voltage = self._read_voltage()
                 self._node.sdo.on_request(arbitration_id, data, now)
         elif arbitration_id == 0x700 + MASTER_ID:
             self._master_seen = now
         elif arbitration_id == self._object(0x1400, 1) and self._nmt == _OPERATIONAL:
             self._on_rpdo(data)
 
-    def synchronise(self, counts: int, voltage: int) -> None:
-        """SYNC: answer with what is measured now, act on the target received before."""
+    def synchronise(self, counts: int, voltage: int, torque: float) -> None:
+        """SYNC: answer with what is measured now (torque in N m), act on the target received before."""
         self._counts, self._voltage = counts, voltage
+        self._torque = round(self.drive.sign * torque / self.drive.rated_torque * 1000)
         if self._nmt != _OPERATIONAL:
             return
         self._apply_controlword(self._object(0x6040))
-        self._send(self._object(0x1800, 1), self._pack_tpdo())
-        if self.state is State.ENABLED:
-            target = self.joint_angle(self._object(0x607A))
+        for number in (0, 1):
+            cob_id = self._object(0x1800 + number, 1)
+            if not cob_id & _PDO_INVALID:
+                self._send(cob_id, self._pack_tpdo(0x1A00 + number))
+        if self.state is State.ENABLED and self._follows:
+            target = self.joint_angle(self._object(*self._target))
             period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
             self.generator.interpolate(target, period)
+
+    @property
+    def _target(self) -> tuple[int, int]:
+        return (0x60C1, 1) if self._object(0x6060) == _INTERPOLATED_POSITION else (0x607A, 0)
+
+    @property
+    def _follows(self) -> bool:
+        """In interpolated position, the controlword must ask for it."""
+        return self._object(0x6060) != _INTERPOLATED_POSITION or bool(self._object(0x6040) & _INTERPOLATE)
 
     def _on_nmt(self, command: int, now: float) -> None:
         if command in (0x81, 0x82):
@@ -124,8 +144,8 @@ class SimulatedDrive:
                 self._node.set_data(index, sub, part)
             offset += size
 
-    def _pack_tpdo(self) -> bytes:
-        return b"".join(self._node.get_data(index, sub) for index, sub, _ in self._mapping(0x1A00))
+    def _pack_tpdo(self, mapping: int) -> bytes:
+        return b"".join(self._node.get_data(index, sub) for index, sub, _ in self._mapping(mapping))
 
     def _mapping(self, index: int) -> list[tuple[int, int, int]]:
         entries = (self._object(index, i + 1) for i in range(self._object(index, 0)))
@@ -151,6 +171,8 @@ class SimulatedDrive:
                 return self._object(0x6060)
             case 0x6064, _:
                 return self._counts
+            case 0x6077, _:
+                return max(-0x8000, min(self._torque, 0x7FFF))
             case 0x2200, 1:
                 return self._voltage
         return None
@@ -174,7 +196,7 @@ class SimulatedDrive:
         word = cia402.STATUS_BITS[self.state] | _REMOTE
         if self.state is not State.SWITCH_ON_DISABLED:
             word |= _VOLTAGE_ENABLED
-        if self.state is State.ENABLED:
+        if self.state is State.ENABLED and self._follows:
             word |= cia402.TARGET_FOLLOWED
         if self._followed_badly_since is not None:
             word |= cia402.FOLLOWING_ERROR

@@ -6,6 +6,7 @@ can, and the same seed gives the same frames in the same order. Real time: the m
 
 import threading
 import time
+from functools import partial
 from types import TracebackType
 from typing import Literal, Self
 
@@ -38,7 +39,10 @@ class SimulatedRig:
         self.machine = Machine(rig, config, np.random.default_rng(seed))
         self._outbox: list[tuple[int, bytes]] = []
         self.drives = [
-            SimulatedDrive(drive, self.machine.dt, self._send, lockstep=self._lockstep) for drive in rig.drives
+            SimulatedDrive(
+                drive, self.machine.dt, self._send, partial(self._measure_voltage, j), lockstep=self._lockstep
+            )
+            for j, drive in enumerate(rig.drives)
         ]
         self._last_sync: float | None = None
         self._stopping = threading.Event()
@@ -115,14 +119,18 @@ class SimulatedRig:
     def _synchronise(self) -> None:
         if not self._lockstep:
             self._lock_to_sync()
-        counts, voltages = self.machine.encoder_counts(), self.machine.voltage_counts()
-        for drive, count, voltage in zip(self.drives, counts, voltages, strict=True):
-            drive.synchronise(count, voltage)
+        machine = self.machine
+        measured = zip(machine.encoder_counts(), machine.voltage_counts(), machine.torque(), strict=True)
+        for drive, (counts, voltage, torque) in zip(self.drives, measured, strict=True):
+            drive.synchronise(counts, voltage, torque)
         self._flush()
         if self._lockstep:
             # What happens on the way to the next SYNC is told with the next answer, so that the order of frames
             # does not depend on which thread is faster.
             self._advance(self._period)
+
+    def _measure_voltage(self, joint: int) -> int:
+        return self.machine.voltage_counts()[joint]
 
     # Time
 

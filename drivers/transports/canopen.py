@@ -3,6 +3,7 @@
 from drivers import canopen_setup
 from drivers.bus import Link, frame_bits, open_bus
 from drivers.canopen_drive import CanopenDrives, only_from_master
+from drivers.canopen_setup import pdo_sizes
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
@@ -10,8 +11,12 @@ from recordings.rig import Rig
 
 
 def bus_load(rig: Rig, rate: float) -> float:
-    """Worst-case share of the bus that the cycle takes at `rate` [Hz]: SYNC and two PDOs per drive."""
-    bits = frame_bits(0) + rig.dof * (frame_bits(6) + frame_bits(8))
+    """Worst-case share of the bus that the cycle takes at `rate` [Hz]: SYNC, the drives' PDOs, and one SDO request
+    with its response where voltages are polled."""
+    sizes = [0, *(size for drive in rig.drives for size in pdo_sizes(drive))]
+    if any(drive.voltage.transfer == "sdo" for drive in rig.drives):
+        sizes += [8, 8]
+    bits = sum(frame_bits(size) for size in sizes)
     return bits * rate / rig.bus.bitrate
 
 

@@ -23,6 +23,7 @@ class Bench:
             Drive(node_id=NODE, counts_per_turn=10000, gear=1.0),
             DT,
             lambda i, d: self.sent.append((i, d)),
+            lambda: 77,
             lockstep=True,
         )
         self.now = 0.0
@@ -32,7 +33,7 @@ class Bench:
         self.drive.receive(0x200 + NODE, struct.pack("<Hi", controlword, target), self.now)
 
     def sync(self) -> None:
-        self.drive.synchronise(self.counts, 123)
+        self.drive.synchronise(self.counts, 123, 1.5)
 
     @property
     def counts(self) -> int:

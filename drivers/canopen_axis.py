@@ -1,0 +1,134 @@
+"""What the CANopen driver knows of one drive, and what it makes of the frames that come from it."""
+
+import math
+import struct
+
+from drivers import canopen_setup, cia402, emcy
+from drivers.protocol import Power
+from drivers.sdo import Sdo
+from recordings.rig import Drive
+
+
+class Axis:
+    """One drive. The raw values are the last ones received."""
+
+    def __init__(self, joint: int, drive: Drive, sdo: Sdo) -> None:
+        """`joint`: 1 ... n."""
+        self.name = f"joint {joint} (node {drive.node_id})"
+        self.joint = joint
+        self.drive = drive
+        self.sdo = sdo
+        self.counts: int | None = None
+        self.statusword = 0
+        self.state: cia402.State | None = None
+        self.error_code = 0
+        self.error_text = ""
+        self.restarted = False
+        self.heard_cycle: int | None = None
+        """Cycle in which the last heartbeat came."""
+        self.unfollowed = 0
+        """Answers in a row in which the drive was enabled but did not follow its target."""
+        self.voltage_stamp = 0
+        """Of the last polled voltage [ns]; 0: none since the last answer."""
+        self._layout = {
+            canopen_setup.tpdo_id(drive, number): (
+                number,
+                fields,
+                struct.Struct("<" + "".join(f.layout for f in fields)),
+            )
+            for number, fields in enumerate(canopen_setup.tpdos(drive))
+        }
+        self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
+        self._received: set[int] = set()
+
+    @property
+    def answer_ids(self) -> tuple[int, ...]:
+        """Arbitration ids of the drive's TPDOs."""
+        return tuple(self._layout)
+
+    # One cycle
+
+    def begin_cycle(self) -> None:
+        """Forget the answer to the SYNC before."""
+        self._received.clear()
+        self._raw = dict.fromkeys(self._raw, math.nan)
+        self.voltage_stamp = 0
+
+    def take(self, arbitration_id: int, data: bytes) -> bool:
+        """Take one TPDO; False where it has not the length that was agreed."""
+        number, fields, layout = self._layout[arbitration_id]
+        if len(data) != layout.size:
+            return False
+        values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
+        if "status" in values:
+            self.statusword, self.counts = values.pop("status"), values.pop("position")
+            self.decode_status()
+        self._raw |= values
+        self._received.add(number)
+        return True
+
+    @property
+    def answered(self) -> bool:
+        """True when all TPDOs of this cycle are there."""
+        return len(self._received) == len(self._layout)
+
+    def take_polled_voltage(self, raw: int, stamp: int) -> None:
+        """A voltage that was read by SDO, arrived at `stamp` [ns]."""
+        self._raw["voltage"] = raw
+        self.voltage_stamp = stamp
+
+    def decode_status(self) -> None:
+        """Power state and whether the target is followed, from the statusword."""
+        try:
+            self.state = cia402.decode(self.statusword)
+        except ValueError:
+            self.state = None
+        follows = self.state is not cia402.State.ENABLED or self.statusword & cia402.TARGET_FOLLOWED
+        self.unfollowed = 0 if follows else self.unfollowed + 1
+
+    # In SI units
+
+    @property
+    def position(self) -> float:
+        """Joint position [rad]; NaN where this cycle's answer is missing."""
+        if not self.answered or self.counts is None:
+            return math.nan
+        return canopen_setup.counts_to_joint(self.drive, self.counts)
+
+    @property
+    def voltage(self) -> float:
+        """Signed operating voltage [V], NaN where not fresh."""
+        return self._raw["voltage"] * self.drive.voltage.scale * self.drive.sign
+
+    @property
+    def effort(self) -> float:
+        """Torque actual [N m], NaN where not fresh."""
+        return self._raw["torque"] * self.drive.rated_torque / 1000 * self.drive.sign
+
+    @property
+    def power(self) -> Power:
+        """Last known."""
+        return Power.UNKNOWN if self.state is None else cia402.POWER[self.state]
+
+    # What it says of itself
+
+    def take_emcy(self, data: bytes) -> str:
+        """Keep an emergency message; returns it in words."""
+        self.error_code, text = emcy.decode(data)
+        self.error_text = self.drive.emcy.get(f"{self.error_code:04X}", text)
+        return f"EMCY 0x{self.error_code:04X}: {self.error_text}"
+
+    def trouble(self, cycle: int, silence: int, patience: int) -> str | None:
+        """Why the run cannot go on with this drive in `cycle`, or None: heartbeats may stay away for `silence`
+        cycles, the target unfollowed for `patience` answers."""
+        if self.restarted:
+            return f"{self.name}: the drive restarted (boot-up message)"
+        if self.state in (cia402.State.FAULT, cia402.State.FAULT_REACTION):
+            return f"{self.name}: drive fault, {self.error_text or 'no EMCY received'} (0x{self.error_code:04X})"
+        if self.answered and self.state is None:
+            return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
+        if self.unfollowed >= patience:
+            return f"{self.name}: enabled, but the target is not followed (statusword bit 12); check its mode"
+        if self.heard_cycle is not None and cycle - self.heard_cycle > silence:
+            return f"{self.name}: heartbeat lost; check the cable and the drive's supply"
+        return None
