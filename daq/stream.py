@@ -100,6 +100,7 @@ class Stream:
         with _quiet_interpreter():
             reason = None
             try:
+                self._look()
                 self._enable()
                 self._approach(trajectory.joint_position[0])
                 self._follow("stream", trajectory.joint_position, trajectory)
@@ -114,12 +115,32 @@ class Stream:
 
     # Phases
 
+    def look(self) -> Floats:
+        """Where the joints stand (dof,) [rad], measured without power.
+
+        Raises:
+            RunFailed: a drive is silent or in trouble, or what it says cannot be true.
+        """
+        try:
+            return self._look()
+        except (Trouble, StopOrdered) as stop:
+            raise RunFailed(str(stop)) from None
+
+    def _look(self) -> Floats:
+        for _ in range(self._cycles(_POWER_TIMEOUT)):
+            if self._stop.count:
+                raise StopOrdered(self._stop.reason)
+            sample = self._cycle(None, self._at_rest)
+            self._watch(self._supervisor.drives(sample))
+            if not sample.missing:
+                self._watch(self._supervisor.standstill(sample.position))
+                return np.array(sample.position)
+        raise Trouble("no complete answer from all drives; check the bus")
+
     def _enable(self) -> None:
         self._progress.phase = "enable"
         self._amplifiers.goal = Goal.ENABLED
         for _ in range(self._cycles(_POWER_TIMEOUT)):
-            if self._stop.count:
-                raise StopOrdered(self._stop.reason)
             sample = self._cycle(None, self._at_rest)
             self._watch(self._supervisor.drives(sample))
             if all(power is Power.ON for power in sample.power) and not sample.missing:
@@ -216,6 +237,12 @@ class Stream:
             self._progress.missed += missed
             self._recorder.event(
                 clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed"
+            )
+        allowed = self._rig.limits.host_stall
+        if lateness > allowed and not self._stop.count:
+            self._stop.ask(
+                f"the host came {lateness * 1e3:.0f} ms late, {allowed * 1e3:g} ms allowed (limits.host_stall); "
+                "close other programs"
             )
         return self._index + missed
 

@@ -1,6 +1,10 @@
-"""What must hold in every cycle; the first thing that does not, ends the run."""
+"""What must hold in every cycle; the first thing that does not, ends the run.
+
+Every check returns the reason to stop, naming joint, figure and limit, or None.
+"""
 
 import math
+from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,39 +13,123 @@ from numpy.typing import NDArray
 from drivers.protocol import Power, Sample
 from recordings.rig import Rig
 
-MAX_SILENCE = 5
-"""Cycles in a row in which a drive may stay silent."""
+_WINDOW = 0.01
+"""Speed and torque count over this time, so that a noisy sample is no alarm [s]."""
+_JUMP = 2.0
+"""A position may change at most this much faster than the speed limit from one answer to the next."""
+
+Triple = NDArray[np.float64] | Sequence[float]
 
 
 class Supervisor:
-    """Looks at one sample after the other. Every check returns the reason to stop, or None."""
+    """Looks at one sample after the other."""
 
     def __init__(self, rig: Rig) -> None:
+        self._rig = rig
         self._limits = rig.limits
-        self._silent = [0] * rig.dof
+        self._window = max(2, round(_WINDOW * rig.rate))
+        self._max_silence = max(2, math.ceil(rig.limits.silence * rig.rate))
+        self._axes = [_Track(self._window) for _ in range(rig.dof)]
         self.worst_following_error = 0.0
+
+    def standstill(self, position: Triple) -> str | None:
+        """Before power: whether the measured joint angles can be true, so that a false zero is seen."""
+        limits = self._limits
+        for j, angle in enumerate(position):
+            if not limits.joint_min <= angle <= limits.joint_max:
+                return (
+                    f"joint {j + 1} stands at {angle:.3f} rad, {limits.joint_min:g} to {limits.joint_max:g} rad "
+                    "expected; check zero_offset, gear and sign, or home the drive"
+                )
+        return None
 
     def drives(self, sample: Sample) -> str | None:
         """Drive faults and silence."""
         if sample.trouble is not None:
             return sample.trouble
-        for j, position in enumerate(sample.position):
-            self._silent[j] = self._silent[j] + 1 if math.isnan(position) else 0
-            if self._silent[j] >= MAX_SILENCE:
-                return f"joint {j + 1}: no answer for {MAX_SILENCE} cycles; check the cable and the drive"
+        for j, (track, position) in enumerate(zip(self._axes, sample.position, strict=True)):
+            track.silent = track.silent + 1 if math.isnan(position) else 0
+            if track.silent >= self._max_silence:
+                return (
+                    f"joint {j + 1}: no answer for {self._limits.silence * 1e3:g} ms; check the cable and the drive"
+                )
         return None
 
-    def motion(self, sample: Sample, due: NDArray[np.float64] | Sequence[float]) -> str | None:
+    def motion(self, sample: Sample, due: Triple) -> str | None:
         """While the drives follow: `due` is the target [rad] that this sample's position should have reached."""
-        for j, (position, target) in enumerate(zip(sample.position, due, strict=True)):
-            error = abs(position - target)
-            if error > self.worst_following_error:
-                self.worst_following_error = error
-            if error > self._limits.following_error:
-                return (
-                    f"joint {j + 1}: following error {error:.4f} rad, limit {self._limits.following_error:g} rad; "
-                    "look for a collision, too fast a motion or a wrong zero_offset, gear or sign"
-                )
-            if sample.power[j] is not Power.ON:
-                return f"joint {j + 1}: the drive left operation by itself (now {sample.power[j].value})"
+        checks = (self._power, self._jump, self._following, self._speed, self._torque)
+        for j in range(len(self._axes)):
+            for check in checks:
+                if (reason := check(j, sample, float(due[j]))) is not None:
+                    return f"joint {j + 1}: {reason}"
         return None
+
+    def _power(self, j: int, sample: Sample, due: float) -> str | None:
+        if sample.power[j] is Power.ON:
+            return None
+        return f"the drive left operation by itself (now {sample.power[j].value})"
+
+    def _jump(self, j: int, sample: Sample, due: float) -> str | None:
+        track, position = self._axes[j], sample.position[j]
+        if math.isnan(position):
+            track.lost()
+            return None
+        step, cycles = track.moved(position)
+        possible = _JUMP * self._limits.speed * cycles / self._rig.rate
+        if abs(step) <= possible:
+            return None
+        return f"position jump of {step:.4f} rad in {cycles} cycles, {possible:.4f} rad possible; check the encoder"
+
+    def _following(self, j: int, sample: Sample, due: float) -> str | None:
+        error, limit = abs(sample.position[j] - due), self._limits.following_error
+        if error > self.worst_following_error:
+            self.worst_following_error = error
+        if not error > limit:
+            return None
+        return (
+            f"following error {error:.4f} rad, limit {limit:g} rad; look for a collision, too fast a motion or a "
+            "wrong zero_offset, gear or sign"
+        )
+
+    def _speed(self, j: int, sample: Sample, due: float) -> str | None:
+        speed = abs(self._axes[j].mean_step) * self._rig.rate
+        if speed <= self._limits.speed:
+            return None
+        return f"speed {speed:.2f} rad/s, limit {self._limits.speed:g} rad/s"
+
+    def _torque(self, j: int, sample: Sample, due: float) -> str | None:
+        volts, gain, limit = sample.voltage[j], self._rig.torque.gain[j], self._limits.torque
+        torque = gain * (volts * abs(volts) if self._rig.torque.map == "square" else volts)
+        track = self._axes[j]
+        track.strained = track.strained + 1 if abs(torque) > limit else 0
+        if track.strained < self._window:
+            return None
+        return f"torque {torque:.1f} N m, limit {limit:g} N m; look for a collision, a brake or a wrong gain"
+
+
+class _Track:
+    """What is remembered of one joint."""
+
+    def __init__(self, window: int) -> None:
+        self.silent = 0
+        self.strained = 0
+        self._last = math.nan
+        self._since = 0
+        self._steps: deque[float] = deque(maxlen=window)
+
+    def lost(self) -> None:
+        """A cycle without an answer."""
+        self._since += 1
+
+    def moved(self, position: float) -> tuple[float, int]:
+        """Take a position [rad]; returns the change since the last answer and how many cycles that took."""
+        cycles = self._since + 1
+        step = 0.0 if math.isnan(self._last) else position - self._last
+        self._last, self._since = position, 0
+        self._steps.append(step / cycles)
+        return step, cycles
+
+    @property
+    def mean_step(self) -> float:
+        """Mean change per cycle over the window [rad]; 0 until the window is full."""
+        return sum(self._steps) / len(self._steps) if len(self._steps) == self._steps.maxlen else 0.0

@@ -166,10 +166,10 @@ def _from(cycle: int, **changes: Any) -> Callable[[PerfectDrives, int, Sample], 
     ("interfere", "reason"),
     [
         (_from(300, trouble="joint 2 (node 2): drive fault, continuous over-current (0x2310)"), "over-current"),
-        (_from(300, position=(9.0, 0.0, 0.0)), "joint 1: following error"),
-        (_from(300, position=(math.nan,) * 3, missing=3), "joint 1: no answer for 5 cycles"),
+        (_from(300, position=(9.0, 0.0, 0.0)), "joint 1: position jump"),
+        (_from(300, position=(math.nan,) * 3, missing=3), "joint 1: no answer for 50 ms"),
         (_from(300, power=(Power.ON, Power.ON, Power.OFF)), "joint 3: the drive left operation by itself"),
-        (_from(1, power=(Power.ON, Power.OFF, Power.ON)), r"not enabled within 3 s: joint 2 \(off\)"),
+        (_from(2, power=(Power.ON, Power.OFF, Power.ON)), r"not enabled within 3 s: joint 2 \(off\)"),
     ],
 )
 def test_unhealthy_motion_ends_in_the_drives_own_quick_stop(interfere: Any, reason: str) -> None:
@@ -233,10 +233,28 @@ class StallingClock(LockstepClock):
 
 def test_missed_cycles_are_gaps_and_the_motion_does_not_leap() -> None:
     drives = PerfectDrives()
-    run, rows = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=7.4))
+    run, rows = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=4.0))
     run.run(TRAJECTORY)
     assert [row[2] for row in rows.rows] == list(range(len(rows.rows)))
-    gap = rows.rows[400:407]
+    gap = rows.rows[400:404]
     assert all(math.isnan(row[5][0]) and math.isnan(row[7].position[0]) for row in gap)
     np.testing.assert_array_equal([row[5] for row in rows.rows if row[6] is not None], TRAJECTORY.joint_position)
-    assert rows.events == ["host 74.0 ms late, 7 missed"]
+    assert rows.events == ["host 40.0 ms late, 4 missed"]
+
+
+def test_host_that_stalls_too_long_ends_the_run_along_the_path() -> None:
+    drives = PerfectDrives()
+    run, _ = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=7.4))
+    with pytest.raises(RunFailed, match="the host came 74 ms late, 50 ms allowed"):
+        run.run(TRAJECTORY)
+    assert drives.stands_disabled()
+    assert drives.goals.index(Goal.STOPPED) > 400 + 0.3 * RIG.rate
+
+
+def test_a_false_zero_never_gets_power() -> None:
+    drives = PerfectDrives()
+    drives.position = np.array([0.3, 2.5, 0.3])
+    run, _ = stream(drives)
+    with pytest.raises(RunFailed, match=r"joint 2 stands at 2\.500 rad"):
+        run.run(TRAJECTORY)
+    assert Goal.ENABLED not in drives.goals

@@ -1,9 +1,13 @@
 import math
 from dataclasses import replace
 
-from daq.supervisor import MAX_SILENCE, Supervisor
+import pytest
+
+from daq.supervisor import Supervisor
 from drivers.protocol import Power, Sample
 from recordings.rig import simulated_rig
+
+RIG = simulated_rig()
 
 GOOD = Sample(
     position=(0.0, 0.1, 0.2),
@@ -18,13 +22,13 @@ LOST = replace(GOOD, position=(0.0, math.nan, 0.2), missing=1)
 
 
 def test_a_good_sample_passes() -> None:
-    supervisor = Supervisor(simulated_rig())
+    supervisor = Supervisor(RIG)
     assert supervisor.drives(GOOD) is None
     assert supervisor.motion(GOOD, GOOD.position) is None
 
 
 def test_following_error_names_the_joint_and_the_figures() -> None:
-    supervisor = Supervisor(simulated_rig())
+    supervisor = Supervisor(RIG)
     reason = supervisor.motion(GOOD, (0.0, 0.1, 0.26))
     assert reason is not None
     assert reason.startswith("joint 3: following error 0.0600 rad, limit 0.05 rad")
@@ -32,21 +36,58 @@ def test_following_error_names_the_joint_and_the_figures() -> None:
 
 
 def test_a_lost_answer_is_borne_silence_is_not() -> None:
-    supervisor = Supervisor(simulated_rig())
+    supervisor = Supervisor(RIG)
     for _ in range(3):
-        for _ in range(MAX_SILENCE - 1):
+        for _ in range(24):
             assert supervisor.drives(LOST) is None
             assert supervisor.motion(LOST, GOOD.position) is None
         assert supervisor.drives(GOOD) is None
-    reasons = [supervisor.drives(LOST) for _ in range(MAX_SILENCE)]
+    reasons = [supervisor.drives(LOST) for _ in range(25)]
     assert reasons[-2] is None
-    assert reasons[-1] == f"joint 2: no answer for {MAX_SILENCE} cycles; check the cable and the drive"
+    assert reasons[-1] == "joint 2: no answer for 50 ms; check the cable and the drive"
 
 
 def test_a_drive_that_leaves_operation_is_seen() -> None:
-    reason = Supervisor(simulated_rig()).motion(replace(GOOD, power=(Power.ON, Power.OFF, Power.ON)), GOOD.position)
+    reason = Supervisor(RIG).motion(replace(GOOD, power=(Power.ON, Power.OFF, Power.ON)), GOOD.position)
     assert reason == "joint 2: the drive left operation by itself (now off)"
 
 
 def test_the_drives_own_words_come_first() -> None:
-    assert Supervisor(simulated_rig()).drives(replace(LOST, trouble="joint 1: drive fault")) == "joint 1: drive fault"
+    assert Supervisor(RIG).drives(replace(LOST, trouble="joint 1: drive fault")) == "joint 1: drive fault"
+
+
+def _follow(supervisor: Supervisor, positions: list[float], volts: float = 1.0) -> list[str | None]:
+    """Joint 1 goes through `positions` exactly as commanded."""
+    samples = [replace(GOOD, position=(q, 0.1, 0.2), voltage=(volts, 1.0, 1.0)) for q in positions]
+    return [supervisor.motion(sample, sample.position) for sample in samples]
+
+
+def test_position_jump() -> None:
+    reasons = _follow(Supervisor(RIG), [0.0, 0.01, 0.02, 0.2])
+    assert reasons[:3] == [None] * 3
+    assert reasons[3] == "joint 1: position jump of 0.1800 rad in 1 cycles, 0.0480 rad possible; check the encoder"
+
+
+def test_a_gap_is_no_jump() -> None:
+    supervisor = Supervisor(RIG)
+    assert _follow(supervisor, [0.0, math.nan, math.nan, math.nan, math.nan, 0.06])[-1] is None
+
+
+def test_speed_over_limit_by_its_mean_over_ten_milliseconds() -> None:
+    step = 13.0 / RIG.rate
+    reasons = _follow(Supervisor(RIG), [k * step for k in range(8)])
+    assert reasons[:4] == [None] * 4
+    assert "joint 1: speed 13.00 rad/s, limit 12 rad/s" in reasons
+
+
+@pytest.mark.parametrize(("volts", "stopped"), [(7.0, False), (8.0, True), (-8.0, True), (math.nan, False)])
+def test_torque_over_limit_for_ten_milliseconds(volts: float, stopped: bool) -> None:
+    reasons = _follow(Supervisor(RIG), [0.0] * 5, volts)
+    assert reasons[:4] == [None] * 4
+    assert (reasons[4] is not None and "torque" in reasons[4] and "64.0 N m" in reasons[4]) == stopped
+
+
+def test_a_false_zero_is_seen_before_power() -> None:
+    supervisor = Supervisor(RIG)
+    assert supervisor.standstill((0.2, 0.2, 0.2)) is None
+    assert "joint 2 stands at 1.900 rad, -1.2 to 1.4 rad expected" in str(supervisor.standstill((0.2, 1.9, 0.2)))
