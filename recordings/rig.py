@@ -93,7 +93,9 @@ class Voltage(Section):
     sub: Annotated[int, Field(ge=0, le=254)] = 1
     scale: Positive = 0.0005
     """V per count."""
-    kind: Literal["motor", "dc_link"] = "motor"
+    kind: Literal["motor", "command", "dc_link"] = "motor"
+    """What it is: the voltage across the motor, or the one that the amplifier was told to give, in which its dead band
+    and saturation do not show; or that of its supply, which says nothing about the torque."""
     transfer: Literal["pdo", "sdo"] = "pdo"
     """With SYNC, or polled where a drive cannot map the object: slower, each value with a stamp of its own."""
 
