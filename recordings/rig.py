@@ -94,8 +94,8 @@ class Voltage(Section):
     scale: Positive = 0.0005
     """V per count."""
     kind: Literal["motor", "command", "dc_link"] = "motor"
-    """What it is: the voltage across the motor, or the one that the amplifier was told to give, in which its dead band
-    and saturation do not show; or that of its supply, which says nothing about the torque."""
+    """The voltage across the motor; or the one that the amplifier was told to give, before its dead band and
+    saturation; or that of its supply, which says nothing about the torque."""
     transfer: Literal["pdo", "sdo"] = "pdo"
     """With SYNC, or polled where a drive cannot map the object: slower, each value with a stamp of its own."""
 
