@@ -1,7 +1,8 @@
 """The frame shared by the programs `daq` and `ident`: commands found by file name, errors turned into exit codes.
 
-One command is one file in the program's `commands` package, named as the command is typed (`-` as `_`), and
-holds a `click.Command` called `command`. A command's file is imported only when it is needed.
+One command is one file in the program's `commands` package, named as the command is typed (`-` as `_`; `_` behind a
+name that Python keeps for itself, as in `import_.py`), and holds a `click.Command` called `command`. A command's file
+is imported only when it is needed.
 """
 
 import importlib
@@ -25,16 +26,22 @@ class CommandFolder(click.Group):
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(self._package.__path__))
+        return sorted(self._files())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in self.list_commands(ctx):
+        file = self._files().get(cmd_name)
+        if file is None:
             return None
-        module = importlib.import_module(f"{self._package.__name__}.{cmd_name.replace('-', '_')}")
+        module = importlib.import_module(f"{self._package.__name__}.{file}")
         command = module.command
         if not isinstance(command, click.Command):
             raise TypeError(f"{module.__name__}.command must be a click.Command, not {type(command).__name__}")
         return command
+
+    def _files(self) -> dict[str, str]:
+        """Command: the module that holds it."""
+        names = [module.name for module in pkgutil.iter_modules(self._package.__path__)]
+        return {name.rstrip("_").replace("_", "-"): name for name in names}
 
 
 def run(program: Callable[..., Any]) -> NoReturn:

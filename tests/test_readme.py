@@ -36,7 +36,7 @@ def test_every_command_is_in_the_readme() -> None:
     text = README.read_text(encoding="utf-8")
     for program in ("daq", "ident"):
         for file in (ROOT / program / "commands").glob("[a-z]*.py"):
-            command = f"{program} {file.stem.replace('_', '-')}"
+            command = f"{program} {file.stem.rstrip('_').replace('_', '-')}"
             assert command in text, f"README says nothing of `{command}`"
 
 

@@ -23,6 +23,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleT
     (folder / "say_hello.py").write_text(
         "import click\n\n@click.command(short_help='Greet.')\ndef command():\n    click.echo('hello')\n"
     )
+    (folder / "import_.py").write_text("import click\n\n@click.command()\ndef command():\n    click.echo('in')\n")
     (folder / "wrong.py").write_text("command = 'not a click command'\n")
     monkeypatch.syspath_prepend(tmp_path)
     import some_commands
@@ -34,8 +35,10 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleT
 
 def test_a_command_is_a_file(package: ModuleType) -> None:
     program = CommandFolder(package, name="some")
-    assert program.list_commands(click.Context(program)) == ["say-hello", "wrong"]
+    assert program.list_commands(click.Context(program)) == ["import", "say-hello", "wrong"]
     assert CliRunner().invoke(program, ["say-hello"]).output == "hello\n"
+    assert CliRunner().invoke(program, ["import"]).output == "in\n"
+    assert CliRunner().invoke(program, ["import-"]).exit_code == 2
     assert "some_commands.wrong" not in sys.modules, "only the command that is needed is imported"
 
 
