@@ -31,8 +31,8 @@ class Dataset:
     """(m, dof, k)."""
     torque: Floats
     """(m, dof) measured torque [N m]."""
-    nominal: Floats
-    """(m, dof) torque of the manufacturer's model [N m]."""
+    nominal: Floats | None
+    """(m, dof) torque of the manufacturer's model [N m], where there is one."""
     rate: float
     """Samples per second [Hz]."""
     bandwidth: float
@@ -62,6 +62,7 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         regressor = prepared.condition(mechanism.regressor(prepared.motion))
     except BadInput as error:  # say, angles at which the mechanism does not close
         raise BadInput(f"{recording.path.name}: {error}") from None
+    nominal = mechanism.nominal_torque(prepared.motion)
     usable = prepared.mask & np.isfinite(regressor).all(axis=2)
     if (recording.repeat >= 0).any():
         usable &= _on_every_sync(recording.repeat[:, None] >= 0, sync)[keep] == 1
@@ -72,7 +73,7 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         motion=Motion(**{field.name: getattr(prepared.motion, field.name)[keep] for field in fields(Motion)}),
         regressor=regressor,
         torque=np.where(usable, prepared.torque, np.nan),
-        nominal=prepared.condition(mechanism.nominal_torque(prepared.motion)),
+        nominal=None if nominal is None else prepared.condition(nominal),
         rate=prepared.rate,
         bandwidth=prepared.bandwidth,
     )

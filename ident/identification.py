@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ident import mechanisms
+from ident import effects, mechanisms
 from ident.dataset import Dataset, build
 from ident.estimators import Progress
 from ident.fit import Fit, fit
@@ -32,6 +32,8 @@ class Choices:
     preprocessing: str
     cutoff: float | None
     """[Hz], or the preprocessing's own."""
+    effects: tuple[str, ...] = ()
+    """Added to the mechanism."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +66,17 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
     _refuse_different_rigs(recordings)
-    mechanism = mechanisms.create(rig)
+    mechanism = effects.with_effects(mechanisms.create(rig), choices.effects, rig)
     datasets = tuple(build(recording, mechanism, choices.preprocessing, choices.cutoff) for recording in recordings)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress)
     model = Model(
         mechanism=rig.mechanism,
+        effects=choices.effects,
         joints=rig.joint_names,
-        geometry=rig.geometry,
+        effort_units=rig.effort_units,
+        geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
         relative=rig.torque.gain_source == "assumed",
         parameters=_parameters(mechanism, result),
@@ -106,7 +110,8 @@ def _refuse_different_rigs(recordings: Sequence[Recording]) -> None:
 def _physics(rig: Rig) -> dict[str, Any]:
     parts = {"geometry": rig.geometry.model_dump(), "torque": rig.torque.model_dump()}
     values = {f"{part}.{key}": value for part, content in parts.items() for key, value in content.items()}
-    return {"mechanism": rig.mechanism, **values}
+    axes = ", ".join(f"{axis.type}{' with gravity' if axis.gravity else ''}" for axis in rig.axes)
+    return {"mechanism": rig.mechanism, "axes": axes, **values}
 
 
 def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...]:
@@ -129,9 +134,9 @@ def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...
 def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:
     measured = np.concatenate([dataset.torque for dataset in datasets])
     computed = np.concatenate([result.torque(dataset) for dataset in datasets])
-    nominal = np.concatenate([dataset.nominal for dataset in datasets])
+    nominal = [dataset.nominal for dataset in datasets if dataset.nominal is not None]
     return Agreement(
         recordings=tuple(source(dataset.recording) for dataset in datasets),
         fitted=JointFitness.of(fitness(measured, computed)),
-        nominal=JointFitness.of(fitness(measured, nominal)),
+        nominal=JointFitness.of(fitness(measured, np.concatenate(nominal))) if nominal else None,
     )

@@ -16,7 +16,7 @@ from ident.fitness import Fitness
 from recordings.config import Section, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
-from recordings.rig import Geometry, Torque
+from recordings.rig import Geometry, Mechanism, Torque
 
 SCHEMA = 1
 
@@ -83,7 +83,8 @@ class Agreement(Section):
 
     recordings: tuple[Source, ...]
     fitted: JointFitness
-    nominal: JointFitness
+    nominal: JointFitness | None
+    """None where the manufacturer has no model."""
 
 
 class Model(Section):
@@ -91,9 +92,14 @@ class Model(Section):
 
     schema_version: Literal[1] = Field(1, alias="schema")
     software: str = Field(default_factory=lambda: version("delta-workbench"))
-    mechanism: Literal["delta"]
+    mechanism: Mechanism
+    effects: tuple[str, ...] = ()
+    """What was added to the mechanism, in this order."""
     joints: tuple[str, ...]
-    geometry: Geometry
+    effort_units: tuple[str, ...] = ("N m", "N m", "N m")
+    """Of each joint."""
+    geometry: Geometry | None
+    """Of a delta robot."""
     torque: Torque
     relative: bool
     """True where the torque gain is assumed: all parameters are then known up to one common factor."""

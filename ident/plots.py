@@ -50,13 +50,15 @@ def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
     """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
     with _figure(path, title, dataset.torque.shape[1]) as axes:
         shown = _first_repetition(dataset)
-        time = dataset.time[shown]
+        time, units = dataset.time[shown], dataset.recording.rig.effort_units
         for joint, axis in enumerate(axes):
-            axis.plot(time, dataset.nominal[shown, joint], color=NOMINAL, lw=1.2, ls="--", label="Table 1 in Eq. (1)")
+            if dataset.nominal is not None:
+                nominal = dataset.nominal[shown, joint]
+                axis.plot(time, nominal, color=NOMINAL, lw=1.2, ls="--", label="Table 1 in Eq. (1)")
             axis.plot(time, dataset.torque[shown, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
             axis.plot(time, computed[shown, joint], color=COMPUTED, lw=1.2, label="fitted model")
             axis.margins(x=0)
-            axis.set_ylabel(f"joint {joint + 1}\ntorque [N m]")
+            axis.set_ylabel(f"joint {joint + 1}\n{_effort(units[joint])}")
         axes[-1].set_xlabel("time [s]")
         axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
 
@@ -65,12 +67,14 @@ def residual(path: Path, title: str, dataset: Dataset, computed: Floats) -> None
     """Draw measured minus computed torque (m, dof) [N m] over the whole recording, with its RMS."""
     left = dataset.torque - computed
     limit = 1.1 * float(np.nanmax(np.abs(left)))
+    units = dataset.recording.rig.effort_units
     with _figure(path, title, left.shape[1]) as axes:
         for joint, axis in enumerate(axes):
             rms = float(np.sqrt(np.nanmean(left[:, joint] ** 2)))
             axis.plot(dataset.time, left[:, joint], color=COMPUTED, lw=0.6)
-            axis.axhspan(-rms, rms, color=NOMINAL, alpha=0.35, lw=0, zorder=3, label=f"± RMS, {rms:.3g} N m")
-            axis.set(ylim=(-limit, limit), ylabel=f"joint {joint + 1}\nresidual [N m]")
+            label = f"± RMS, {rms:.3g} {units[joint]}"
+            axis.axhspan(-rms, rms, color=NOMINAL, alpha=0.35, lw=0, zorder=3, label=label)
+            axis.set(ylim=(-limit, limit), ylabel=f"joint {joint + 1}\nresidual [{units[joint]}]")
             axis.margins(x=0)
             axis.legend(loc="lower right", bbox_to_anchor=(1, 0.97), frameon=False, borderpad=0)
         axes[-1].set_xlabel("time [s]")
@@ -95,6 +99,10 @@ def _figure(path: Path, title: str, rows: int) -> Iterator[list[Any]]:
         figure.suptitle(title, fontsize=11)
         yield list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
         figure.savefig(path, dpi=110)
+
+
+def _effort(unit: str) -> str:
+    return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
 
 
 def _first_repetition(dataset: Dataset) -> slice:

@@ -37,7 +37,7 @@ def notices(result: Identification) -> list[str]:
         lines.append(
             "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
         )
-    if model.geometry.L2_source == "assumed":
+    if model.geometry and model.geometry.L2_source == "assumed":
         lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed; 10 mm shift m_p by about 10 %.")
     if at_bound:
         lines.append(f"On the edge of the search region, so not determined by the data: {', '.join(at_bound)}.")
@@ -46,38 +46,51 @@ def notices(result: Identification) -> list[str]:
 
 def _parameters(model: Model) -> Table:
     label = ", relative" if model.relative else ""
-    table = Table(title=f"Parameters of Eq. (26){label}", title_justify="left")
-    for heading, justify in (("", "left"), ("value", "right"), ("unit", "left"), ("as in (36)", "right")):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
+    of_paper = model.mechanism == "delta"
+    equation = " of Eq. (26)" if of_paper and not model.effects else ""
+    table = Table(title=f"Parameters{equation}{label}", title_justify="left")
+    table.add_column("")
+    table.add_column("value", justify="right")
+    table.add_column("unit")
+    if of_paper:
+        table.add_column("as in (36)", justify="right")
     table.add_column("at bound")
     for parameter in model.parameters:
-        table.add_row(
-            parameter.name,
-            f"{parameter.value:.4f}",
-            parameter.unit,
-            f"{parameter.paper_value:.4f}",
-            "yes" if parameter.at_bound else "",
-        )
-    table.caption = "Friction is positive where it opposes motion; (36) has the opposite sign."
+        values = [_number(parameter.value), parameter.unit, *([_number(parameter.paper_value)] if of_paper else [])]
+        table.add_row(parameter.name, *values, "yes" if parameter.at_bound else "")
+    table.caption = "Friction is positive where it opposes motion"
+    table.caption += "; (36) has the opposite sign." if of_paper else "."
     return table
 
 
+def _number(value: float) -> str:
+    return f"{value:.4f}" if abs(value) >= 0.1 else f"{value:.4g}"
+
+
 def _agreements(model: Model) -> Table:
-    table = Table(title="Agreement with the measured torque: fitted model | Table 1 in Eq. (1)", title_justify="left")
+    compared = "fitted model" if model.train.nominal is None else "fitted model | Table 1 in Eq. (1)"
+    table = Table(title=f"Agreement with the measured torque: {compared}", title_justify="left")
     table.add_column("data")
     table.add_column("joint")
-    for measure in ("Eq. (41)", "RMS [N m]", "R²"):
+    units = ", ".join(dict.fromkeys(model.effort_units))
+    for measure in ("Eq. (41)", f"RMS [{units}]", "R²"):
         table.add_column(measure, justify="right")
     judged: list[tuple[str, Agreement | None]] = [("training", model.train), ("validation", model.validate_)]
     for name, agreement in judged:
         if agreement:
             for joint in range(len(model.joints)):
-                fitted, nominal = _cells(agreement.fitted, joint), _cells(agreement.nominal, joint)
-                both = [f"{one} | {other}" for one, other in zip(fitted, nominal, strict=True)]
-                table.add_row(name if joint == 0 else "", str(joint + 1), *both)
+                table.add_row(name if joint == 0 else "", str(joint + 1), *_cells(agreement, joint))
             table.add_section()
     return table
 
 
-def _cells(fitness: JointFitness, joint: int) -> list[str]:
+def _cells(agreement: Agreement, joint: int) -> list[str]:
+    fitted, nominal = agreement.fitted, agreement.nominal
+    cells = _figures(fitted, joint)
+    if nominal is None:
+        return cells
+    return [f"{one} | {other}" for one, other in zip(cells, _figures(nominal, joint), strict=True)]
+
+
+def _figures(fitness: JointFitness, joint: int) -> list[str]:
     return [f"{fitness.nrmse[joint]:.4f}", f"{fitness.rms[joint]:.3f}", f"{fitness.r2[joint]:.4f}"]

@@ -39,6 +39,13 @@ FILE = click.Path(path_type=Path)
     help="Best neighbour by current position, as printed, or by personal best.  [default: current]",
 )
 @click.option("--iterations", type=click.IntRange(min=1), metavar="N", help="Steps of the swarm.  [default: 1000]")
+@click.option(
+    "--with",
+    "effects",
+    type=click.Choice(discovery.names("effects")),
+    multiple=True,
+    help="Add an effect to the base model; may be given several times.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .plots]")
@@ -52,6 +59,7 @@ def command(
     cutoff: float | None,
     neighbourhood: str | None,
     iterations: int | None,
+    effects: tuple[str, ...],
     seed: int,
     out: Path | None,
     plots: Path | None,
@@ -74,7 +82,7 @@ def command(
     given = {"neighbourhood": neighbourhood, "iterations": iterations}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
     with _progress_bar() as progress:
-        result = identify(files, validate, Choices(method, settings, seed, preprocess, cutoff), progress)
+        result = identify(files, validate, Choices(method, settings, seed, preprocess, cutoff, effects), progress)
     _write(result, out, plots)
     _show(result, as_json)
     click.echo(f"model: {out}\npictures: {plots}", err=True)

@@ -37,8 +37,8 @@ class Mechanism(Protocol):
         """Columns (n, dof, k), each in N m per unit of its parameter; NaN where the motion is."""
         ...
 
-    def nominal_torque(self, motion: Motion) -> Floats:
-        """Torque (n, dof) [N m] of the manufacturer's model: the one to beat."""
+    def nominal_torque(self, motion: Motion) -> Floats | None:
+        """Torque (n, dof) [N m] of the manufacturer's model, the one to beat; None where there is none."""
         ...
 
 
