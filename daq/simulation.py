@@ -42,4 +42,4 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> SimulatedRi
     Raises:
         BadInput: the bus cannot be opened.
     """
-    return SimulatedRig(rig, config, open_bus(rig.bus), pace=pace, seed=seed)
+    return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)

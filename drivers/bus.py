@@ -6,14 +6,14 @@ from typing import Any
 
 import can
 
+from recordings.buses import CanBus
 from recordings.errors import BadInput, RunFailed
-from recordings.rig import Bus
 
 Tap = Callable[[int, can.Message, bool], None]
 """Called for every frame on the bus: time [ns], the frame, sent by us?"""
 
 
-def open_bus(settings: Bus) -> can.BusABC:
+def open_bus(settings: CanBus) -> can.BusABC:
     """Open the python-can bus of a rig.
 
     Raises:

@@ -47,7 +47,8 @@ def validated(content: Any, model: type[Model], where: str) -> Model:
         return model.model_validate_json(json.dumps(content, default=str))
     except ValidationError as error:
         first = error.errors()[0]
-        key = ".".join(str(part) for part in first["loc"])
+        # Parts in angle brackets are tags of unions (see `recordings.buses`), not keys of the file.
+        key = ".".join(str(part) for part in first["loc"] if not str(part).startswith("<"))
         more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
         raise BadInput(f"{where}: {_explain(key, first)}{more}") from None
 

@@ -10,6 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
+from recordings.buses import Bus, CanBus, SerialBus
 from recordings.config import Section, read_toml, validated
 from recordings.errors import BadInput
 
@@ -71,19 +72,6 @@ class Axis(Section):
     type: JointType = "revolute"
     gravity: bool = False
     """True where weight loads the joint; a revolute one then needs a torque that depends on its angle."""
-
-
-class Bus(Section):
-    """Where the drives are. `interface` and `channel` as in python-can."""
-
-    transport: Literal["canopen"] = "canopen"
-    interface: Literal["virtual", "udp_multicast", "socketcan"] = "virtual"
-    channel: str = "delta"
-    port: Annotated[int, Field(ge=1024, le=65535)] = 43113
-    """UDP port, for udp_multicast only."""
-    bitrate: Annotated[int, Field(gt=0)] = 1_000_000
-    max_load: Annotated[float, Field(gt=0, le=1)] = 0.8
-    """The share of the bus that the cycle may take at worst."""
 
 
 class Voltage(Section):
@@ -186,7 +174,7 @@ class Rig(Section):
     geometry: Geometry = Geometry()
     nominal: Nominal = Nominal()
     torque: Torque = Field(default=Torque(), validate_default=True)
-    bus: Bus = Bus()
+    bus: Bus = CanBus()
     limits: Limits = Limits()
     drives: tuple[Drive, ...] = ()
     """One per joint; none where the rig is only described, not driven (an imported recording)."""
@@ -215,7 +203,15 @@ class Rig(Section):
                 raise ValueError(f"every drive needs its own node_id, {node_id} stands in two [[drives]]")
         if len(self.torque.gain) != self.dof:
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
+        if isinstance(self.bus, SerialBus):
+            self._refuse_lines(self.bus)
         return self
+
+    def _refuse_lines(self, bus: SerialBus) -> None:
+        if len(bus.ports) not in (1, self.dof):
+            raise ValueError(f"bus.ports: one line for all drives or {self.dof} expected, {len(bus.ports)} found")
+        if len(bus.prefixes) not in (0, self.dof):
+            raise ValueError(f"bus.prefixes: none or {self.dof} expected, {len(bus.prefixes)} found")
 
     def _refuse_delta_sections(self) -> None:
         if not self.axes:
@@ -223,6 +219,18 @@ class Rig(Section):
         for name in ("geometry", "nominal"):
             if getattr(self, name) != Rig.model_fields[name].default:
                 raise ValueError(f'[{name}] describes a delta robot, mechanism "axes" found; remove it')
+
+    @property
+    def can(self) -> CanBus:
+        """The bus of a rig whose transport is CANopen."""
+        assert isinstance(self.bus, CanBus)
+        return self.bus
+
+    @property
+    def serial(self) -> SerialBus:
+        """The lines of a rig whose transport is serial."""
+        assert isinstance(self.bus, SerialBus)
+        return self.bus
 
     @property
     def dof(self) -> int:

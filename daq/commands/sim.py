@@ -38,7 +38,7 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: machine.stop())
     nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
-    click.echo(f"simulated drives (nodes {nodes}) on {rig.bus.interface} '{rig.bus.channel}', {pace}; Ctrl-C ends")
+    click.echo(f"simulated drives (nodes {nodes}) on {rig.can.interface} '{rig.can.channel}', {pace}; Ctrl-C ends")
     try:
         machine.run()
     finally:

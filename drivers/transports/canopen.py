@@ -17,12 +17,12 @@ def bus_load(rig: Rig, rate: float) -> float:
     if any(drive.voltage.transfer == "sdo" for drive in rig.drives):
         sizes += [8, 8]
     bits = sum(frame_bits(size) for size in sizes)
-    return bits * rate / rig.bus.bitrate
+    return bits * rate / rig.can.bitrate
 
 
 def highest_rate(rig: Rig) -> float:
     """The rate [Hz] at which the cycle takes the share of the bus that the rig allows."""
-    return rig.bus.max_load / bus_load(rig, 1.0)
+    return rig.can.max_load / bus_load(rig, 1.0)
 
 
 def check(rig: Rig) -> None:
@@ -31,27 +31,27 @@ def check(rig: Rig) -> None:
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "
-            f"allows {rig.bus.max_load:.0%}; choose --rate {highest_rate(rig):.0f} or less, or a higher bitrate"
+            f"allows {rig.can.max_load:.0%}; choose --rate {highest_rate(rig):.0f} or less, or a higher bitrate"
         )
 
 
 def describe(rig: Rig) -> str:
     """See `Transport`."""
     return (
-        f"{rig.bus.interface} '{rig.bus.channel}', {rig.bus.bitrate / 1000:g} kbit/s, at worst "
+        f"{rig.can.interface} '{rig.can.channel}', {rig.can.bitrate / 1000:g} kbit/s, at worst "
         f"{bus_load(rig, rig.rate):.0%} loaded; highest rate {highest_rate(rig):.0f} Hz"
     )
 
 
 def simulated_here(rig: Rig) -> bool:
     """See `Transport`: a virtual bus ends at this program, so nobody else can be on it."""
-    return rig.bus.interface == "virtual"
+    return rig.can.interface == "virtual"
 
 
 def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
     """See `Transport`."""
     # Only this interface gives everybody his own frames back.
-    echoes = only_from_master if rig.bus.interface == "udp_multicast" else (lambda arbitration_id: False)
-    link = Link(open_bus(rig.bus), own_ids=echoes)
+    echoes = only_from_master if rig.can.interface == "udp_multicast" else (lambda arbitration_id: False)
+    link = Link(open_bus(rig.can), own_ids=echoes)
     link.tap, link.clock = tap, clock
     return CanopenDrives(rig, link, report)

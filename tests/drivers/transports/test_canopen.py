@@ -3,8 +3,9 @@ import pytest
 from drivers import transports
 from drivers.transports import canopen
 from drivers.transports.canopen import bus_load, check, highest_rate
+from recordings.buses import CanBus
 from recordings.errors import BadInput
-from recordings.rig import Bus, simulated_rig
+from recordings.rig import simulated_rig
 
 
 def test_the_rig_names_its_transport() -> None:
@@ -23,7 +24,7 @@ def test_rate_too_high_for_the_bus_is_refused_with_the_highest_that_fits() -> No
 
 def test_highest_rate_is_where_the_allowed_load_is_reached() -> None:
     rig = simulated_rig()
-    assert bus_load(rig, highest_rate(rig)) == pytest.approx(rig.bus.max_load)
+    assert bus_load(rig, highest_rate(rig)) == pytest.approx(rig.can.max_load)
 
 
 @pytest.mark.parametrize("rate", [250.0, 500.0])
@@ -36,4 +37,4 @@ def test_description_has_the_figures(rate: float) -> None:
 def test_a_virtual_bus_is_simulated_here_others_are_not() -> None:
     rig = simulated_rig()
     assert canopen.simulated_here(rig)
-    assert not canopen.simulated_here(rig.model_copy(update={"bus": Bus(interface="socketcan", channel="can0")}))
+    assert not canopen.simulated_here(rig.model_copy(update={"bus": CanBus(interface="socketcan", channel="can0")}))
