@@ -103,3 +103,20 @@ class Recorder:
                     write()
                 except RunFailed as error:
                     self.error = error
+
+
+class Discard:
+    """A recorder that keeps nothing, for a rehearsal."""
+
+    error: RunFailed | None = None
+    frames_sent = 0
+    frames_received = 0
+
+    def frame(self, *frame: object) -> None:
+        """See `Recorder`."""
+
+    def cycle(self, *row: object) -> None:
+        """See `Recorder`."""
+
+    def event(self, *line: object) -> None:
+        """See `Recorder`."""

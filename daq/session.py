@@ -13,15 +13,15 @@ from typing import Literal
 import can
 
 from daq.clock import Clock, HostClock, LockstepClock
-from daq.recorder import Recorder
+from daq.recorder import Discard, Recorder
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
 from drivers import transports
-from drivers.protocol import Identity, Report
+from drivers.protocol import Amplifiers, Identity, Report
 from drivers.transports import Tap
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Run
-from recordings.rig import Rig
+from recordings.rig import Rig, load_rig, simulated_rig
 from recordings.schemas import Level
 from recordings.writer import RecordingWriter
 from trajectories import Trajectory
@@ -73,6 +73,16 @@ def check_beforehand(order: Order) -> None:
     transports.of(order.rig).check(order.rig)
 
 
+def rig_from(path: Path | None, rate: float | None = None) -> Rig:
+    """The rig of a file, or the simulated one where there is none; with another rate [Hz] if one is given.
+
+    Raises:
+        BadInput: the file or the rate is not valid.
+    """
+    rig = simulated_rig() if path is None else load_rig(path)
+    return rig if rate is None else rig.at_rate(rate)
+
+
 class Session:
     """Runs one order; `log` gets what the drives and the cycle report: level, source, message."""
 
@@ -93,8 +103,7 @@ class Session:
             RunFailed: the motion was not completed, or the file not written to its end.
             BadInput: the bus or the file cannot be opened.
         """
-        clock = self._clock.now if self._order.pace == "lockstep" else None
-        drives = transports.of(self._order.rig).connect(self._order.rig, self._report, self._tap, clock)
+        drives = self._connect()
         status, reason = 1, "the program was interrupted"
         try:
             identities = drives.discover()
@@ -113,6 +122,30 @@ class Session:
             drives.close()
             self._close(status, reason)
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
+
+    def rehearse(self, display: Display) -> tuple[Result, list[float]]:
+        """All of `run` but power and file; returns where the joints stand [rad], too.
+
+        Raises:
+            RunFailed: a drive is silent, in trouble, or refuses its set-up.
+            BadInput: the bus cannot be opened.
+        """
+        drives = self._connect()
+        try:
+            identities = drives.discover()
+            self._refuse_false_pace(identities)
+            with StopRequest() as stop, display(self.progress):
+                drives.configure()
+                stream = Stream(self._order.rig, drives, self._clock, Discard(), stop, self.progress)
+                position = stream.rehearse(self._order.trajectory)
+        finally:
+            drives.close()
+        sent = sum(frame[2] for frame in self._early)
+        return Result(identities, self.progress, sent, len(self._early) - sent), position.tolist()
+
+    def _connect(self) -> Amplifiers:
+        clock = self._clock.now if self._order.pace == "lockstep" else None
+        return transports.of(self._order.rig).connect(self._order.rig, self._report, self._tap, clock)
 
     def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
         order = self._order

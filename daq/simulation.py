@@ -1,7 +1,10 @@
 """The simulated rig in the service of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from drivers import transports
 from drivers.bus import open_bus
 from drivers.simulated.config import SimConfig, load_sim
 from drivers.simulated.rig import Pace, SimulatedRig
@@ -43,3 +46,17 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> SimulatedRi
         BadInput: the bus cannot be opened.
     """
     return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)
+
+
+@contextmanager
+def served(rig: Rig) -> Iterator[None]:
+    """Where the rig's drives are simulated inside this program, the default machine serves them meanwhile.
+
+    Raises:
+        BadInput: the bus cannot be opened.
+    """
+    if not transports.of(rig).simulated_here(rig):
+        yield
+        return
+    with simulated(rig, SimConfig(), "lockstep", seed=0):
+        yield

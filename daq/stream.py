@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.clock import Clock
-from daq.recorder import Recorder
+from daq.recorder import Discard, Recorder
 from daq.stopping import StopRequest
 from daq.supervisor import Supervisor
 from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
@@ -67,7 +67,7 @@ class Stream:
         rig: Rig,
         amplifiers: Amplifiers,
         clock: Clock,
-        recorder: Recorder,
+        recorder: Recorder | Discard,
         stop: StopRequest,
         progress: Progress,
     ) -> None:
@@ -113,18 +113,26 @@ class Stream:
             if reason is not None:
                 raise RunFailed(reason)
 
-    # Phases
+    def rehearse(self, trajectory: Trajectory) -> Floats:
+        """All but power: exchange cycles for a second, and prepare the way to the start and the motion itself.
 
-    def look(self) -> Floats:
-        """Where the joints stand (dof,) [rad], measured without power.
+        Returns where the joints stand (dof,) [rad].
 
         Raises:
             RunFailed: a drive is silent or in trouble, or what it says cannot be true.
         """
-        try:
-            return self._look()
-        except (Trouble, StopOrdered) as stop:
-            raise RunFailed(str(stop)) from None
+        with _quiet_interpreter():
+            try:
+                position = self._look()
+                for _ in range(self._cycles(1.0)):
+                    self._watch(self._supervisor.drives(self._cycle(None, self._at_rest)))
+            except (Trouble, StopOrdered) as stop:
+                raise RunFailed(str(stop)) from None
+        self._amplifiers.encode(approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate))
+        self._amplifiers.encode(trajectory.joint_position)
+        return position
+
+    # Phases
 
     def _look(self) -> Floats:
         for _ in range(self._cycles(_POWER_TIMEOUT)):

@@ -13,11 +13,11 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers import can_errors, canopen_setup, cia402
+from drivers import can_errors, canopen_check, canopen_setup, cia402
 from drivers.bus import Link
 from drivers.canopen_axis import Axis
 from drivers.canopen_poll import VoltagePoll
-from drivers.protocol import Goal, Identity, Report, Sample
+from drivers.protocol import Finding, Goal, Identity, Report, Sample
 from drivers.sdo import Sdo, pretty
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
@@ -97,6 +97,10 @@ class CanopenDrives:
             simulated=simulated,
             lockstep=simulated and axis.sdo.read(_PACE_OBJECT, 1, "<B") == 1,
         )
+
+    def examine(self) -> Sequence[Finding]:
+        """See `Amplifiers`."""
+        return [*canopen_check.strangers(self._rig, self._link), *canopen_check.compare(self._rig, self._axes)]
 
     def configure(self) -> None:
         """See `Amplifiers`."""

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +57,17 @@ class Identity:
     """Simulated, and its time advances only with SYNC."""
 
 
+@dataclass(frozen=True)
+class Finding:
+    """One thing that was compared with the rig file."""
+
+    where: str
+    what: str
+    expected: str
+    found: str
+    verdict: Literal["fine", "will be written", "problem"]
+
+
 @dataclass(frozen=True, slots=True)
 class Sample:
     """The drives' answers to one SYNC, one entry per joint; NaN (and statusword 0) where an answer was lost."""
@@ -90,6 +101,14 @@ class Amplifiers(Protocol):
 
         Raises:
             RunFailed: naming the drives that do not answer.
+        """
+        ...
+
+    def examine(self) -> Sequence[Finding]:
+        """Compare drives and bus with the rig file; writes nothing, moves nothing. After `discover`.
+
+        Raises:
+            RunFailed: a drive stops answering.
         """
         ...
 

@@ -81,6 +81,17 @@ class Sdo:
         value: int = struct.unpack(layout, data[:size])[0]
         return value
 
+    def find(self, index: int, sub: int, layout: str) -> int | None:
+        """As `read`, but None where the drive has no such object or does not let it be read."""
+        try:
+            data = self._client.upload(index, sub)
+        except SdoAbortedError:
+            return None
+        except SdoCommunicationError:
+            raise self._silent("read", index, sub) from None
+        size = struct.calcsize(layout)
+        return None if len(data) < size else int(struct.unpack(layout, data[:size])[0])
+
     def read_text(self, index: int, sub: int = 0) -> str:
         """Read a visible string."""
         data: bytes = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
@@ -106,10 +117,13 @@ class Sdo:
         except SdoAbortedError as error:
             raise RunFailed(f"{self._name} refuses to {verb} object {pretty(index, sub)}: {error}") from None
         except SdoCommunicationError:
-            raise RunFailed(
-                f"{self._name} does not answer (SDO {verb} of object {pretty(index, sub)}); "
-                "check its power, its node id and the bus"
-            ) from None
+            raise self._silent(verb, index, sub) from None
+
+    def _silent(self, verb: str, index: int, sub: int) -> RunFailed:
+        return RunFailed(
+            f"{self._name} does not answer (SDO {verb} of object {pretty(index, sub)}); "
+            "check its power, its node id and the bus"
+        )
 
 
 def pretty(index: int, sub: int) -> str:

@@ -1,6 +1,7 @@
 """`daq record`: stream a motion and record what happened."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,9 @@ _FILE = click.Path(path_type=Path)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
 @click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
 @click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed in the simulated machine.")
+@click.option(
+    "--dry-run", is_flag=True, help="All but power and file: set up the drives, exchange cycles, move nothing."
+)
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 def command(
     trajectory: str,
@@ -38,6 +42,7 @@ def command(
     seed: int,
     sim_file: Path | None,
     hidden: int | None,
+    dry_run: bool,
     as_json: bool,
 ) -> None:
     """Stream a motion to the three drives over CANopen and record every SYNC, answer and frame to an MCAP file.
@@ -45,25 +50,23 @@ def command(
     Without --rig, or with a rig on the `virtual` interface, three simulated drives around a simulated robot answer.
     Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.
     """
-    from daq.session import check_beforehand
+    from daq.session import check_beforehand, rig_from
     from drivers import transports
     from recordings.errors import BadInput
 
-    rig = _rig(rig_file, rate)
+    rig = rig_from(rig_file, rate)
     simulated = transports.of(rig).simulated_here(rig)
     if not simulated and (sim_file or hidden is not None):
         raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
+    if dry_run and hidden is not None:
+        raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
     order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
     check_beforehand(order)
-    result = _simulate(order, sim_file, hidden) if simulated else _run(order)
-    _show(order, result, as_json)
-
-
-def _rig(rig_file: Path | None, rate: float | None) -> "Rig":
-    from recordings.rig import load_rig, simulated_rig
-
-    rig = simulated_rig() if rig_file is None else load_rig(rig_file)
-    return rig if rate is None else rig.at_rate(rate)
+    run = _rehearse if dry_run else _record
+    if simulated:
+        _simulate(order, sim_file, hidden, lambda: run(order, as_json))
+    else:
+        run(order, as_json)
 
 
 def _order(
@@ -84,7 +87,7 @@ def _order(
     )
 
 
-def _simulate(order: "Order", sim_file: Path | None, hidden: int | None) -> "Result":
+def _simulate(order: "Order", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
     from daq.simulation import configured, simulated
     from drivers.simulated.seal import sealed_path
     from recordings.errors import RunFailed
@@ -93,22 +96,44 @@ def _simulate(order: "Order", sim_file: Path | None, hidden: int | None) -> "Res
     config = configured(order.rig, sim_file, hidden, sealed_path(order.out))
     with simulated(order.rig, config, order.pace, order.seed or 0) as machine:
         try:
-            return _run(order)
+            run()
         except RunFailed as error:
             if machine.error is None:
                 raise
             raise RunFailed(f"{error}; the simulated rig itself stopped: {machine.error!r}") from machine.error
 
 
-def _run(order: "Order") -> "Result":
+def _record(order: "Order", as_json: bool) -> None:
     from daq.display import ProgressBar
     from daq.session import Session
+
+    _announce(order)
+    _show(order, Session(order, _log).run(ProgressBar), as_json)
+
+
+def _rehearse(order: "Order", as_json: bool) -> None:
+    from rich.console import Console
+
+    from daq.display import ProgressBar, figures, summary
+    from daq.session import Session
+
+    _announce(order)
+    result, position = Session(order, _log).rehearse(ProgressBar)
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "dry_run": True, "joint_position": position, **figures(result)}))
+        return
+    console = Console()
+    console.print(summary(result))
+    console.print("joints stand at", ", ".join(f"{angle:.4f}" for angle in position), "rad")
+    console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
+
+
+def _announce(order: "Order") -> None:
     from drivers import transports
 
-    run = f"{order.trajectory.name}, {len(order.trajectory.repeat) / order.rig.rate:.1f} s at {order.rig.rate:g} Hz"
-    _say(f"{order.rig.name}: {run}, {order.pace}")
+    duration = len(order.trajectory.repeat) / order.rig.rate
+    _say(f"{order.rig.name}: {order.trajectory.name}, {duration:.1f} s at {order.rig.rate:g} Hz, {order.pace}")
     _say(transports.of(order.rig).describe(order.rig))
-    return Session(order, _log).run(ProgressBar)
 
 
 def _show(order: "Order", result: "Result", as_json: bool) -> None:

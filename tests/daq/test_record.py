@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import time
@@ -101,6 +102,8 @@ BAD = {
     "sim file with an unknown effect": (["--traj", "fig5a", "--sim", "effect.toml"], "magic"),
     "interface that is not there": (["--traj", "fig5a", "--rig", "nocan.toml"], "cannot be opened"),
     "hidden effect with a real rig": (["--traj", "fig5a", "--rig", "nocan.toml", "--hidden", "1"], "daq sim"),
+    "hidden effect in a dry run": (["--traj", "fig5a", "--dry-run", "--hidden", "1"], "drop --hidden"),
+    "DCF that is not there": (["--traj", "fig5a", "--rig", "dcf.toml"], "none.dcf"),
     "no trajectory at all": ([], "--traj"),
 }
 
@@ -114,6 +117,7 @@ def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runne
     (tmp_path / "twice.toml").write_text(RIG.replace("node_id = 3", "node_id = 2"))
     (tmp_path / "effect.toml").write_text('[[effects]]\nname = "magic"\n')
     (tmp_path / "nocan.toml").write_text(RIG + '[bus]\ninterface = "socketcan"\nchannel = "nocan7"\n')
+    (tmp_path / "dcf.toml").write_text(RIG.replace("node_id = 3", 'node_id = 3\ndcf = "none.dcf"'))
     (tmp_path / "there.mcap").write_bytes(b"precious")
     before = sorted(tmp_path.iterdir())
     arguments, expected = BAD[name]
@@ -138,6 +142,43 @@ def test_disk_that_fills_up_during_the_run(tmp_path: Path) -> None:
     recording = read(tmp_path / "fig5a.mcap")
     assert not recording.complete
     assert len(recording.time) > 500
+
+
+VARIANTS = {
+    "interpolated position and torque actual": 'mode = "interpolated"\ntorque_actual = true',
+    "polled voltage": 'voltage = { transfer = "sdo" }',
+    "polled voltage beside torque actual": 'torque_actual = true\nvoltage = { transfer = "sdo" }',
+    "counting backwards": "sign = -1\nzero_offset = 0.1\ncounts_per_turn = 4096",
+}
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_drives_of_other_kinds(name: str, daq: Runner, tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text(re.sub(r"(node_id = \d)", rf"\1\n{VARIANTS[name]}", RIG))
+    for out in ("a.mcap", "b.mcap"):
+        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 200, "--rig", "rig.toml", "--out", out)
+        assert done.code == 0, done.err
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+    recording = read(tmp_path / "a.mcap")
+    moving = np.flatnonzero(recording.repeat == 0)
+    assert np.abs(recording.position[moving + 1] - recording.command[moving]).max() < 0.03
+    torque = np.sign(recording.voltage) * recording.voltage**2
+    if "torque_actual" in VARIANTS[name]:
+        assert recording.effort is not None
+        fresh = ~np.isnan(torque[moving])
+        assert np.corrcoef(recording.effort[moving][fresh], torque[moving][fresh])[0, 1] > 0.99
+    if "sdo" in VARIANTS[name]:
+        np.testing.assert_allclose((~np.isnan(torque[moving])).mean(axis=0), 1 / 3, atol=0.01)
+
+
+def test_dry_run_does_all_but_power_and_file(daq: Runner, tmp_path: Path) -> None:
+    done = daq("record", "--traj", "fig5a", "--dry-run", "--json")
+    assert done.code == 0, done.err
+    figures = json.loads(done.out)
+    assert figures["dry_run"]
+    assert figures["cycles"] == 501
+    assert figures["joint_position"] == pytest.approx([-0.3256] * 3, abs=1e-3)
+    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ class ScriptedBus(can.BusABC):
         self._is_shutdown = True  # nothing is held that python-can would have to warn about
         self._script = deque(script)
         self._inbox: deque[Frame] = deque()
+        self._errors: deque[Frame] = deque()
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         sent = (msg.arbitration_id, bytes(msg.data).hex(" "))
@@ -26,6 +27,10 @@ class ScriptedBus(can.BusABC):
         self._inbox.extend(answers)
 
     def _recv_internal(self, timeout: float | None) -> tuple[can.Message | None, bool]:
+        if self._errors:
+            arbitration_id, data = self._errors.popleft()
+            message = can.Message(arbitration_id=arbitration_id, data=bytes.fromhex(data), is_error_frame=True)
+            return message, False
         if not self._inbox:
             return None, False
         arbitration_id, data = self._inbox.popleft()
@@ -34,6 +39,10 @@ class ScriptedBus(can.BusABC):
     def receive_first(self, *frames: Frame) -> None:
         """Let frames arrive that nobody asked for."""
         self._inbox.extend(frames)
+
+    def receive_error(self, arbitration_id: int, data: str) -> None:
+        """Let an error frame arrive next."""
+        self._errors.append((arbitration_id, data))
 
     def assert_finished(self) -> None:
         assert not self._script, f"{len(self._script)} expected frames were never sent: {self._script[0]}"

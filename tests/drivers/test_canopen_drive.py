@@ -1,4 +1,5 @@
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -154,6 +155,83 @@ def test_status_that_fits_no_state_is_not_taken_for_power_off() -> None:
     answers = [tpdo(1, "03 00"), tpdo(2, DISABLED), tpdo(3, DISABLED)]
     amplifiers, _, _ = drives([*rpdos("00 00"), (HEARTBEAT, []), (SYNC, answers)])
     assert amplifiers.exchange(None, 0.01).power[0] is Power.UNKNOWN
+
+
+def _exchanges(amplifiers: CanopenDrives, count: int) -> list[str | None]:
+    return [amplifiers.exchange(None, 0.01).trouble for _ in range(count)]
+
+
+def _enabled(cycles: int, answers: Callable[[int], list[Frame]]) -> list[tuple[Frame, list[Frame]]]:
+    """The dialogue of `cycles` cycles, the first of which finds the drives enabled."""
+    script: list[tuple[Frame, list[Frame]]] = []
+    for k in range(cycles):
+        script += rpdos("00 00")
+        if k % 25 == 0:
+            script.append((HEARTBEAT, []))
+        script.append((SYNC, answers(k)))
+    return script
+
+
+def test_enabled_drive_that_ignores_its_target_is_named_after_a_while() -> None:
+    ignoring = "37 02"
+    amplifiers, _, _ = drives(_enabled(60, lambda k: [tpdo(1, ENABLED), tpdo(2, ignoring), tpdo(3, ENABLED)]))
+    troubles = _exchanges(amplifiers, 60)
+    assert troubles[48] is None
+    assert "joint 2 (node 2): enabled, but the target is not followed" in str(troubles[50])
+
+
+def test_lost_heartbeat_is_named() -> None:
+    alive = [(0x700 + node, "05") for node in (1, 2, 3)]
+    amplifiers, _, _ = drives(
+        _enabled(
+            400,
+            lambda k: (alive if k == 0 else alive[1:]) + answered(DISABLED) if k % 50 == 0 else answered(DISABLED),
+        )
+    )
+    troubles = _exchanges(amplifiers, 400)
+    assert troubles[170] is None
+    assert "joint 1 (node 1): heartbeat lost" in str(troubles[180])
+
+
+def test_restarted_drive_is_named() -> None:
+    amplifiers, _, log = drives(_enabled(1, lambda k: [(0x703, "00"), *answered(DISABLED)]))
+    amplifiers._operational = True
+    assert _exchanges(amplifiers, 1) == ["joint 3 (node 3): the drive restarted (boot-up message)"]
+    assert log == [("error", "joint 3 (node 3)", "boot-up message: the drive restarted")]
+
+
+def test_unknown_status_is_named() -> None:
+    amplifiers, _, _ = drives(_enabled(1, lambda k: [tpdo(1, DISABLED), tpdo(2, "03 00"), tpdo(3, DISABLED)]))
+    assert _exchanges(amplifiers, 1) == ["joint 2 (node 2): statusword 0x0003 fits no state of CiA 402"]
+
+
+def test_bus_off_ends_the_run_other_error_frames_are_told_once() -> None:
+    amplifiers, bus, log = drives(_enabled(2, lambda k: answered(DISABLED)))
+    for _ in range(3):
+        bus.receive_error(0x008, "00")
+    assert _exchanges(amplifiers, 1) == [None]
+    bus.receive_error(0x040, "00")
+    assert _exchanges(amplifiers, 1) == ["bus-off: the CAN controller has switched itself off"]
+    assert [level for level, _, _ in log] == ["warning", "error"]
+    assert "protocol violation" in log[0][2]
+
+
+def test_truncated_answer_is_not_taken() -> None:
+    amplifiers, _, _ = drives(_enabled(1, lambda k: [tpdo(1, DISABLED), (0x182, "50 02 00"), tpdo(3, DISABLED)]))
+    assert amplifiers.exchange(None, 0.01).missing == 1
+
+
+def test_manufacturers_text_of_an_error_code() -> None:
+    rig = RIG.model_copy(
+        update={"drives": (*RIG.drives[:2], RIG.drives[2].model_copy(update={"emcy": {"FF01": "resistor hot"}}))}
+    )
+    bus = ScriptedBus(
+        _enabled(
+            1, lambda k: [(0x083, "01 ff 01 00 00 00 00 00"), tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, FAULT)]
+        )
+    )
+    amplifiers = CanopenDrives(rig, Link(bus, own_ids=lambda arbitration_id: False), lambda *line: None)
+    assert amplifiers.exchange(None, 0.01).trouble == "joint 3 (node 3): drive fault, resistor hot (0xFF01)"
 
 
 def test_target_beyond_32_bits_is_refused() -> None:

@@ -1,10 +1,13 @@
+from pathlib import Path
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers import canopen_setup
+from drivers.simulated.drive import EDS
 from recordings.errors import BadInput
-from recordings.rig import Drive, simulated_rig
+from recordings.rig import Drive, Voltage, simulated_rig
 
 
 @pytest.mark.parametrize(
@@ -44,3 +47,32 @@ def test_counts_of_an_angle(sign: int, zero: float, angle: float) -> None:
 def test_position_limits_are_ordered_for_a_drive_that_counts_backwards() -> None:
     entries = {(e.index, e.sub): e.value for e in canopen_setup.setup(simulated_rig(), Drive(node_id=1, sign=-1))}
     assert entries[0x607D, 1] < entries[0x607D, 2]
+
+
+def test_answers_of_the_kinds_of_drives() -> None:
+    both = Drive(node_id=1, torque_actual=True)
+    polled = Drive(node_id=1, torque_actual=True, voltage=Voltage(transfer="sdo"))
+    names = [
+        [[f.name for f in fields] for fields in canopen_setup.tpdos(drive)]
+        for drive in (Drive(node_id=1), both, polled)
+    ]
+    assert names == [
+        [["status", "position", "voltage"]],
+        [["status", "position", "voltage"], ["torque"]],
+        [["status", "position", "torque"]],
+    ]
+    assert canopen_setup.pdo_sizes(both) == [6, 8, 2]
+
+
+def test_parameter_values_of_a_dcf_come_first(tmp_path: Path) -> None:
+    text = EDS.read_text().replace("[6085]\n", "[6085]\nParameterValue=777\n")
+    (tmp_path / "drive.dcf").write_text(text)
+    entries = canopen_setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "drive.dcf")))
+    assert entries[0] == canopen_setup.Entry(0x6085, 0, "<I", 777)
+    assert entries[1].index == 0x6060
+
+
+def test_dcf_that_is_none_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "bad.dcf").write_text("[1000\n")
+    with pytest.raises(BadInput, match="cannot be read"):
+        canopen_setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))

@@ -1,0 +1,99 @@
+"""`daq check`: look at the drives and the bus, move nothing."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from drivers.protocol import Finding, Identity
+
+
+@click.command(
+    name="check",
+    short_help="Compare drives and bus with the rig file, move nothing.",
+    epilog="Example: daq check --rig bench.toml",
+)
+@click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file (TOML). Without it: simulated.")
+@click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
+@click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
+def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: bool) -> None:
+    """Find the drives, compare their state, limits, watchdogs and PDO maps with the rig file, compute the bus load.
+
+    Nothing is written and nothing moves. Exit code 1 where a problem was found that would end a recording.
+    """
+    from daq.session import rig_from
+    from daq.simulation import served
+    from drivers import transports
+    from recordings.errors import RunFailed
+
+    rig = rig_from(rig_file, rate)
+    transport = transports.of(rig)
+    transport.check(rig)
+    with served(rig):
+        amplifiers = transport.connect(rig, lambda *line: None, lambda *frame: None, None)
+        try:
+            identities = amplifiers.discover()
+            findings = amplifiers.examine()
+        finally:
+            amplifiers.close()
+    problems = [finding for finding in findings if finding.verdict == "problem"]
+    if as_json:
+        _print_json(transport.describe(rig), identities, findings)
+    else:
+        _print_tables(transport.describe(rig), identities, findings if show_all else _noteworthy(findings))
+    if problems:
+        raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
+
+
+def _noteworthy(findings: "Sequence[Finding]") -> "Sequence[Finding]":
+    return [finding for finding in findings if finding.verdict != "fine"]
+
+
+def _print_json(bus: str, identities: "Sequence[Identity]", findings: "Sequence[Finding]") -> None:
+    from dataclasses import asdict
+
+    document = {
+        "schema": 1,
+        "bus": bus,
+        "drives": [asdict(identity) for identity in identities],
+        "findings": [asdict(finding) for finding in findings],
+    }
+    click.echo(json.dumps(document, indent=1))
+
+
+def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequence[Finding]") -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    console.print(bus)
+    for identity in identities:
+        console.print(f"joint {identity.joint}: {identity.address}, {identity.device}, revision {identity.revision}")
+    if not findings:
+        console.print("all as the rig file says")
+        return
+    table = Table("where", "what", "rig file", "drive", "verdict", box=None)
+    colours = {"problem": "red", "will be written": "yellow"}
+    for values, places in _grouped(findings).items():
+        table.add_row(_shortened(places), *values, style=colours.get(values[-1]))
+    console.print(table)
+    console.print("What differs is written and read back at the start of a recording.")
+
+
+def _shortened(places: "Sequence[str]") -> str:
+    if len(places) > 1 and all(place.startswith("joint ") for place in places):
+        return "joints " + ", ".join(place.split()[1] for place in places)
+    return ", ".join(places)
+
+
+def _grouped(findings: "Sequence[Finding]") -> dict[tuple[str, str, str, str], list[str]]:
+    """Places by what was found there: drives of one kind mostly differ in the same way."""
+    groups: dict[tuple[str, str, str, str], list[str]] = {}
+    for finding in findings:
+        key = (finding.what, finding.expected, finding.found, finding.verdict)
+        groups.setdefault(key, []).append(finding.where)
+    return groups

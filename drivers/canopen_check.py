@@ -1,0 +1,126 @@
+"""Comparing CANopen drives with the rig file before anything is written: what `daq check` shows."""
+
+import time
+from collections.abc import Iterator, Sequence
+
+from drivers import canopen_setup, cia402
+from drivers.bus import Link
+from drivers.canopen_axis import Axis
+from drivers.protocol import Finding
+from drivers.sdo import pretty
+from recordings.rig import Rig
+
+_LISTEN = 0.3
+"""How long the scan waits for the last answer [s]."""
+_PAUSE = 0.0005
+"""Between two requests of the scan, so that no interface's queue overflows [s]."""
+_NODES = range(1, 128)
+_MODE_BITS = {"cyclic": 7, "interpolated": 6}
+"""Bits of object 6502, supported drive modes."""
+
+_MEANINGS = {
+    0x1006: "communication cycle period [us]",
+    0x1016: "watchdog on the master's heartbeat",
+    0x1017: "heartbeat of the drive [ms]",
+    0x6007: "reaction to a lost master: quick stop",
+    0x605A: "quick stop: on its ramp, then off",
+    0x605E: "reaction to a fault: quick stop ramp",
+    0x6060: "mode of operation",
+    0x6065: "following error window [counts]",
+    0x6066: "following error time-out [ms]",
+    0x607D: "software position limit [counts]",
+    0x6085: "quick stop deceleration [counts/s^2]",
+    0x60C2: "interpolation time",
+}
+
+
+def strangers(rig: Rig, link: Link) -> Iterator[Finding]:
+    """Ask all node ids for their device type; tells of nodes that the rig file does not know."""
+    expected = {drive.node_id for drive in rig.drives}
+    for node in sorted(_scan(link) - expected):
+        yield Finding(f"node {node}", "on the bus", "not in the rig file", "answers", "fine")
+
+
+def _scan(link: Link) -> set[int]:
+    found = set()
+    deadline = time.monotonic() + _LISTEN
+    for node in _NODES:
+        link.send(0x600 + node, bytes.fromhex("4000100000000000"))
+        deadline = time.monotonic() + _LISTEN
+        while (frame := link.receive(_PAUSE)) is not None:
+            found.add(frame[0])
+    while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
+        found.add(frame[0])
+    return {arbitration_id - 0x580 for arbitration_id in found if arbitration_id - 0x580 in _NODES}
+
+
+def compare(rig: Rig, axes: Sequence[Axis]) -> Iterator[Finding]:
+    """Every drive's state, reference, abilities and set-up against the rig file."""
+    for axis in axes:
+        yield from _state(axis)
+        yield from _reference(rig, axis)
+        yield _mode(axis)
+        yield _voltage(axis)
+        for entry in canopen_setup.setup(rig, axis.drive):
+            # A PDO is written switched off first; what counts is how it ends.
+            if entry.check:
+                yield _entry(axis, entry)
+
+
+def _state(axis: Axis) -> Iterator[Finding]:
+    word = axis.sdo.read(0x6041, 0, "<H")
+    try:
+        state = cia402.decode(word)
+    except ValueError as error:
+        yield Finding(axis.name, "state", "a state of CiA 402", str(error), "problem")
+        return
+    code = axis.sdo.find(0x603F, 0, "<H") or 0
+    text = state.value if not code else f"{state.value}, last error 0x{code:04X}"
+    at_rest = state is not cia402.State.ENABLED
+    yield Finding(axis.name, "state", "not enabled by another master", text, "fine" if at_rest else "problem")
+
+
+def _reference(rig: Rig, axis: Axis) -> Iterator[Finding]:
+    limits, drive = rig.limits, axis.drive
+    angle = canopen_setup.counts_to_joint(drive, axis.sdo.read(0x6064, 0, "<i"))
+    inside = limits.joint_min <= angle <= limits.joint_max
+    span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
+    yield Finding(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
+    if drive.homed is not None:
+        word = axis.sdo.find(drive.homed.index, drive.homed.sub, "<B")
+        homed = word is not None and word & drive.homed.mask != 0
+        address = pretty(drive.homed.index, drive.homed.sub)
+        yield Finding(axis.name, f"zero reference, {address}", "homed", str(word), "fine" if homed else "problem")
+
+
+def _mode(axis: Axis) -> Finding:
+    modes = axis.sdo.find(0x6502, 0, "<I")
+    bit = _MODE_BITS[axis.drive.mode]
+    what = f"supports {axis.drive.mode} position (6502 bit {bit})"
+    if modes is None:
+        return Finding(axis.name, what, "yes", "the drive does not say", "fine")
+    able = bool(modes >> bit & 1)
+    return Finding(axis.name, what, "yes", "yes" if able else f"no (0x{modes:X})", "fine" if able else "problem")
+
+
+def _voltage(axis: Axis) -> Finding:
+    voltage = axis.drive.voltage
+    what = f"voltage object {pretty(voltage.index, voltage.sub)}"
+    found = axis.sdo.find(voltage.index, voltage.sub, "<h")
+    if found is None:
+        return Finding(axis.name, what, "16 bits, readable", "no such object", "problem")
+    if voltage.kind == "dc_link":
+        return Finding(
+            axis.name, what, "the motor's voltage", "the DC link's: it does not follow the torque", "problem"
+        )
+    return Finding(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
+
+
+def _entry(axis: Axis, entry: canopen_setup.Entry) -> Finding:
+    meaning = _MEANINGS.get(entry.index, "PDO")
+    what = f"{pretty(entry.index, entry.sub)} {meaning}"
+    found = axis.sdo.find(entry.index, entry.sub, entry.layout)
+    if found is None:
+        return Finding(axis.name, what, str(entry.value), "no such object", "problem")
+    shown = (f"0x{entry.value:X}", f"0x{found:X}") if meaning == "PDO" else (str(entry.value), str(found))
+    return Finding(axis.name, what, *shown, "fine" if found == entry.value else "will be written")

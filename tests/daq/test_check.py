@@ -1,0 +1,65 @@
+"""`daq check` as a user runs it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Runner
+
+RIG = """
+name = "bench"
+[[drives]]
+node_id = 1
+{}
+[[drives]]
+node_id = 2
+[[drives]]
+node_id = 3
+"""
+
+
+def test_simulated_drives_have_no_problems_and_are_told_what_will_be_written(daq: Runner) -> None:
+    done = daq("check", "--json")
+    assert done.code == 0, done.err
+    document = json.loads(done.out)
+    assert [drive["address"] for drive in document["drives"]] == ["node 1", "node 2", "node 3"]
+    verdicts = {(f["where"], f["what"].split()[0]): f for f in document["findings"]}
+    watchdog = verdicts["joint 1 (node 1)", "1016:01"]
+    assert watchdog["verdict"] == "will be written"
+    assert int(watchdog["expected"]) == 127 << 16 | 250
+    assert "40% loaded" in document["bus"]
+
+
+@pytest.mark.parametrize(
+    ("line", "problem"),
+    [
+        ("zero_offset = 2.0", "joint angle"),
+        ("homed = { index = 0x2F00, sub = 9 }", "zero reference"),
+        ("voltage = { index = 0x2300 }", "voltage object"),
+        ('voltage = { kind = "dc_link" }', "DC link"),
+    ],
+)
+def test_problem_is_named_and_fails(line: str, problem: str, daq: Runner, tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text(RIG.format(line))
+    done = daq("check", "--rig", "rig.toml", "--json")
+    assert done.code == 1
+    problems = [f for f in json.loads(done.out)["findings"] if f["verdict"] == "problem"]
+    assert problems
+    assert all(f["where"] == "joint 1 (node 1)" for f in problems)
+    assert any(problem in f["what"] + f["found"] for f in problems)
+
+
+def test_for_a_person(daq: Runner) -> None:
+    done = daq("check")
+    assert done.code == 0
+    assert "joints 1, 2, 3" in done.out
+    assert "written and read back" in done.out
+
+
+def test_drives_that_are_not_there(daq: Runner, tmp_path: Path) -> None:
+    bus = '[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = 43999\n'
+    (tmp_path / "rig.toml").write_text(RIG.format("") + bus)
+    done = daq("check", "--rig", "rig.toml")
+    assert done.code == 1
+    assert "no answer from joint 1 (node 1), joint 2 (node 2), joint 3 (node 3)" in done.err
