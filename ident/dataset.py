@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ident import preprocess
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
-from ident.torque_map import torque_from_voltage
+from ident.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
@@ -33,6 +33,12 @@ class Dataset:
     """(m, dof) measured torque [N m]."""
     nominal: Floats | None
     """(m, dof) torque of the manufacturer's model [N m], where there is one."""
+    volt_sensitivity: Floats
+    """(m, dof) torque noise per noise in the measured voltage, both after preprocessing [N m/V]."""
+    repeat: Ints
+    """(m,) repetition of the motion; -1 outside of all."""
+    phase: Floats
+    """(m,) time since the repetition began [s]; NaN outside of all."""
     rate: float
     """Samples per second [Hz]."""
     bandwidth: float
@@ -55,7 +61,8 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
     _refuse_useless(recording)
     rate = recording.run.rate
     sync = _sync_index(recording)
-    torque = _on_every_sync(torque_from_voltage(recording.voltage, recording.rig.torque), sync)
+    voltage = _on_every_sync(recording.voltage, sync)
+    torque = torque_from_voltage(voltage, recording.rig.torque)
     prepared = preprocess.load(method)(_on_every_sync(recording.position, sync), torque, rate, cutoff)
     keep = slice(None, None, prepared.step)
     try:
@@ -64,8 +71,9 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         raise BadInput(f"{recording.path.name}: {error}") from None
     nominal = mechanism.nominal_torque(prepared.motion)
     usable = prepared.mask & np.isfinite(regressor).all(axis=2)
-    if (recording.repeat >= 0).any():
-        usable &= _on_every_sync(recording.repeat[:, None] >= 0, sync)[keep] == 1
+    repeat, phase = _repetitions(recording, sync)
+    if (repeat >= 0).any():
+        usable &= repeat[keep, None] >= 0
     _refuse_few(recording, int(usable.sum(axis=0).min()), LEAST_ROWS * regressor.shape[2])
     return Dataset(
         recording=recording,
@@ -74,6 +82,9 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         regressor=regressor,
         torque=np.where(usable, prepared.torque, np.nan),
         nominal=None if nominal is None else prepared.condition(nominal),
+        volt_sensitivity=prepared.sensitivity(torque_per_volt(voltage, recording.rig.torque)),
+        repeat=repeat[keep],
+        phase=phase[keep],
         rate=prepared.rate,
         bandwidth=prepared.bandwidth,
     )
@@ -106,6 +117,28 @@ def _sync_index(recording: Recording) -> Ints:
             f"{1e3 * step.min():g} to {1e3 * step.max():g} ms found; check the time stamps"
         )
     return index
+
+
+def _repetitions(recording: Recording, sync: Ints) -> tuple[Ints, Floats]:
+    """Of every SYNC: its repetition, -1 where none, and how far into it the motion is [s], NaN where none.
+
+    The motion waits while the host misses SYNCs (it resumes where it stood); where samples were lost otherwise, it
+    went on. Which of the two it was, shows in what fills the period: the samples, or the SYNCs.
+    """
+    repeat: Ints = np.full(sync[-1] + 1, -1, np.int64)
+    phase: Floats = np.full(len(repeat), np.nan)
+    period = round(recording.run.period * recording.run.rate)
+    first = end = 0
+    for number in np.unique(recording.repeat[recording.repeat >= 0]):
+        own = sync[recording.repeat == number]
+        waited = len(own) == period
+        # A repetition that begins in a hole began a period after the last one did.
+        first = int(own[0] if waited or end == 0 else min(max(end, first + period), own[0]))
+        end = int(own[-1]) + 1
+        every = np.arange(first, end)
+        repeat[every] = number
+        phase[every] = (np.searchsorted(own, every) if waited else every - first) / recording.run.rate
+    return repeat, phase
 
 
 def _on_every_sync(x: Floats | NDArray[np.bool_], sync: Ints) -> Floats:

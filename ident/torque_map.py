@@ -13,3 +13,10 @@ def torque_from_voltage(voltage: Floats, torque: Torque) -> Floats:
     """
     gain = np.array(torque.gain)
     return gain * voltage * np.abs(voltage) if torque.map == "square" else gain * voltage
+
+
+def torque_per_volt(voltage: Floats, torque: Torque) -> Floats:
+    """How far the torque moves per volt (n, dof) [N m/V]: the derivative of `torque_from_voltage`."""
+    gain = np.array(torque.gain)
+    slope: Floats = 2 * gain * np.abs(voltage) if torque.map == "square" else gain + 0.0 * voltage
+    return slope

@@ -41,6 +41,16 @@ class Prepared:
         """Filter and decimate `x` (n, ...) as the torque was: (m, ...)."""
         return convolve(x, self.taps, self.step)
 
+    def sensitivity(self, slope: Floats) -> Floats:
+        """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V].
+
+        `slope` (n, dof) [N m/V] is the torque map's derivative. Where noise samples are alike and independent, the
+        variance of their filtered sum adds up with the squares of the taps; so slope^2 is averaged with these.
+        """
+        power = self.taps**2
+        mean: Floats = np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), self.step), 0.0))
+        return mean
+
 
 def load(name: str) -> Method:
     """The method `name`. Raises BadInput where there is none."""
