@@ -28,12 +28,14 @@ from recordings.errors import BadInput
 MAGIC = b"\x89MCAP0\r\n"
 
 _RECORD = struct.Struct("<BQ")
+RECORD_HEAD = _RECORD.size
+"""Bytes of opcode and length in front of every record."""
 _MESSAGE = struct.Struct("<BQH")
 _MESSAGE_HEAD = 31
 """Bytes of a Message record before the message itself: opcode, length, channel, sequence, log and publish time."""
 
 # What the libraries raise on bytes that make no sense.
-_NONSENSE = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
+NONSENSE = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
 Batch = np.ndarray[Any, np.dtype[Any]]
 """Messages of one topic and one length: `log` [ns] and `message`, whose fields are those of `Layout.dtype`."""
@@ -62,17 +64,30 @@ def load(path: Path, topics: Collection[str]) -> Container:
     Raises:
         BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
     """
-    data = _contents(path)
-    try:
-        return _Loader(path, topics).load(data)
-    except BadInput:
-        raise
-    except _NONSENSE as error:
-        reason = str(error) or type(error).__name__
-        raise BadInput(f"recording {path} is damaged: {reason}; restore it from a copy or record again") from None
+    loader = _Loader(path, topics)
+    for _ in loader.walk(contents(path)):
+        pass
+    return loader.container
 
 
-def _contents(path: Path) -> bytes:
+def chunks(path: Path, topics: Collection[str]) -> Iterator[dict[str, list[Batch]]]:
+    """The messages of `topics` one chunk after the other, for files too large to be held in memory when unpacked.
+
+    Raises:
+        BadInput: as `load`.
+    """
+    loader = _Loader(path, topics)
+    for _ in loader.walk(contents(path)):
+        yield loader.container.batches
+        loader.container.batches = {}
+
+
+def contents(path: Path) -> bytes:
+    """The bytes of an MCAP file.
+
+    Raises:
+        BadInput: there is no such file, it cannot be read, or is not MCAP.
+    """
     try:
         data = path.read_bytes()
     except FileNotFoundError:
@@ -91,40 +106,52 @@ def _contents(path: Path) -> bytes:
 
 class _Loader:
     def __init__(self, path: Path, topics: Collection[str]) -> None:
-        self._container = Container(path)
+        self.container = Container(path)
         self._topics = topics
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
-    def load(self, data: bytes) -> Container:
-        for opcode, offset, body in _records(data):
+    def walk(self, data: bytes) -> Iterator[None]:
+        """Take in `data`; pauses after every chunk."""
+        try:
+            yield from self._walk(data)
+        except BadInput:
+            raise
+        except NONSENSE as error:
+            reason = str(error) or type(error).__name__
+            raise BadInput(
+                f"recording {self.container.path} is damaged: {reason}; restore it from a copy, save what is intact "
+                "with `daq recover`, or record again"
+            ) from None
+
+    def _walk(self, data: bytes) -> Iterator[None]:
+        for opcode, offset, body in records(data):
             if opcode == Opcode.METADATA:
-                record = _read(Metadata.read, body)
-                self._container.metadata.setdefault(record.name, {}).update(record.metadata)
+                record = decode(Metadata.read, body)
+                self.container.metadata.setdefault(record.name, {}).update(record.metadata)
             elif opcode == Opcode.CHUNK:
-                stream, size = get_chunk_data_stream(_read(Chunk.read, body), validate_crc=True)
-                self._chunk(stream.read(size))
+                self._chunk(unpacked(decode(Chunk.read, body)))
+                yield
             elif opcode == Opcode.DATA_END:
                 _compare_crc(body, data[:offset])
             elif opcode == Opcode.FOOTER:
                 summary_start = int.from_bytes(body[:8], "little")
                 _compare_crc(body[16:], data[summary_start : offset + _RECORD.size + 16])
-                self._container.cut_off = False
+                self.container.cut_off = False
             else:
                 self._describe(opcode, body)
-        if self._container.cut_off and data.endswith(MAGIC) and len(data) > len(MAGIC):
+        if self.container.cut_off and data.endswith(MAGIC) and len(data) > len(MAGIC):
             raise ValueError("it has an end, but the records before do not lead there")
-        return self._container
 
     def _describe(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:
-            schema = _read(Schema.read, body)
+            schema = decode(Schema.read, body)
             self._schemas[schema.id] = schema
         elif opcode == Opcode.CHANNEL:
-            channel = _read(Channel.read, body)
+            channel = decode(Channel.read, body)
             self._channels[channel.id] = channel.topic
             if channel.topic in self._topics:
-                self._container.fields[channel.topic] = self._fields(channel)
+                self.container.fields[channel.topic] = self._fields(channel)
 
     def _fields(self, channel: Channel) -> tuple[Field, ...]:
         schema = self._schemas[channel.schema_id]
@@ -136,27 +163,49 @@ class _Loader:
         except ValueError as error:
             reason = str(error)
         raise BadInput(
-            f"{self._container.path} is not a recording of this program: {channel.topic}: {reason}; "
+            f"{self.container.path} is not a recording of this program: {channel.topic}: {reason}; "
             f"record with `daq record`"
         )
 
     def _chunk(self, data: bytes) -> None:
-        offset = 0
-        found: dict[tuple[int, int], list[int]] = defaultdict(list)
-        while offset < len(data):
-            opcode, length, channel = _MESSAGE.unpack_from(data, offset)
-            if opcode == Opcode.MESSAGE:
-                found[channel, length].append(offset)
-            else:
-                start = offset + _RECORD.size
-                self._describe(opcode, data[start : start + length])
-            offset += _RECORD.size + length
-        buffer = np.frombuffer(data, np.uint8)
-        for (channel, length), offsets in found.items():
+        messages, others = located(data)
+        for opcode, body in others:
+            self._describe(opcode, body)
+        for (channel, length), offsets in messages.items():
             topic = self._channels.get(channel)
-            if topic in self._container.fields:
-                rows = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
-                self._container.batches.setdefault(topic, []).extend(_batches(self._container.fields[topic], rows))
+            if topic in self.container.fields:
+                found = rows(data, length, offsets)
+                self.container.batches.setdefault(topic, []).extend(_batches(self.container.fields[topic], found))
+
+
+def unpacked(chunk: Chunk) -> bytes:
+    """The records in a chunk. Raises one of `NONSENSE` where its bytes are damaged."""
+    stream, size = get_chunk_data_stream(chunk, validate_crc=True)
+    data: bytes = stream.read(size)
+    return data
+
+
+def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[int, bytes]]]:
+    """Where the messages stand in an unpacked chunk, by channel and length; opcode and body of all other records."""
+    messages: dict[tuple[int, int], list[int]] = defaultdict(list)
+    others = []
+    offset = 0
+    while offset < len(data):
+        opcode, length, channel = _MESSAGE.unpack_from(data, offset)
+        if opcode == Opcode.MESSAGE:
+            messages[channel, length].append(offset)
+        else:
+            start = offset + _RECORD.size
+            others.append((opcode, data[start : start + length]))
+        offset += _RECORD.size + length
+    return messages, others
+
+
+def rows(data: bytes, length: int, offsets: list[int]) -> NDArray[np.uint8]:
+    """The Message records at `offsets` as (n, record), for messages of one length; log time in bytes 15 to 23."""
+    buffer = np.frombuffer(data, np.uint8)
+    view: NDArray[np.uint8] = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
+    return view
 
 
 def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Batch]:
@@ -177,7 +226,7 @@ def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Bat
         rows = rows[~fits]
 
 
-def _records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+def records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
     """Opcode, offset and body of every top-level record that is there as a whole."""
     offset = len(MAGIC)
     while offset + _RECORD.size <= len(data):
@@ -189,8 +238,9 @@ def _records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
         offset = start + length
 
 
-def _read(decode: Callable[[ReadDataStream], T], body: bytes) -> T:
-    return decode(ReadDataStream(BytesIO(body)))
+def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:
+    """The record that the library's `read` makes of `body`."""
+    return read(ReadDataStream(BytesIO(body)))
 
 
 def _compare_crc(expected: bytes, data: bytes) -> None:

@@ -31,7 +31,7 @@ def read(path: Path) -> Recording:
     Raises:
         BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
     """
-    container = _load(path, (*_SYNCED, "/events"))
+    container = _load(path, (*_SYNCED, "/events"), optional=("/extra",))
     run = _run(container)
     grid = _Grid(container, _rig(container), _stamps(container, run))
     return Recording(
@@ -48,6 +48,7 @@ def read(path: Path) -> Recording:
         error_code=grid.joints("/amplifiers", "error_code", 0),
         repeat=grid.scalars("repeat", -1),
         lateness=grid.scalars("lateness", np.nan),
+        extra=grid.extra(),
         events=_events(container, int(grid.stamps[0])),
     )
 
@@ -92,6 +93,7 @@ class _Grid:
         table = np.full((len(self.stamps), self.rig.dof), missing)
         for batch in self.container.batches.get(topic, []):
             values = batch["message"][name]
+            values = values.reshape(len(values), -1)  # a sequence of one has no axis of its own
             if values.shape[1] == 0:  # drives need not measure velocity and effort
                 continue
             if values.shape[1] != self.rig.dof:
@@ -108,6 +110,17 @@ class _Grid:
         for batch in self.container.batches.get("/amplifiers", []):
             table[self._rows(batch)] = batch["message"][name]
         return table
+
+    def extra(self) -> dict[str, Floats]:
+        """Name: (n,) of every number in /extra."""
+        found: dict[str, Floats] = {}
+        for batch in self.container.batches.get("/extra", []):
+            rows, message = self._rows(batch), batch["message"]
+            values = message["value"].reshape(len(message), -1)
+            for i in range(values.shape[1]):
+                name = message[f"name.{i}"][0].decode(errors="replace")
+                found.setdefault(name, np.full(len(self.stamps), np.nan))[rows] = values[:, i]
+        return found
 
     def _rows(self, batch: Batch) -> Ints:
         return np.searchsorted(self.stamps, _nanoseconds(batch["message"]))
@@ -129,8 +142,8 @@ class _Grid:
             ) from None
 
 
-def _load(path: Path, topics: Collection[str]) -> Container:
-    container = load(path, topics)
+def _load(path: Path, topics: Collection[str], optional: Collection[str] = ()) -> Container:
+    container = load(path, (*topics, *optional))
     lacking = [name for name in ("rig", "run") if name not in container.metadata]
     lacking += [topic for topic in topics if topic not in container.fields]
     if lacking and container.cut_off:
@@ -152,7 +165,8 @@ def _check_layout(container: Container) -> None:
             f"read it with the program that wrote it ({container.metadata['run'].get('software')}) or a newer one"
         )
     for topic, fields in container.fields.items():
-        lacking = [field.name for field in parse_schema(schemas.TOPICS[topic][1]) if field not in fields]
+        known = schemas.TOPICS | schemas.OPTIONAL_TOPICS
+        lacking = [field.name for field in parse_schema(known[topic][1]) if field not in fields]
         if lacking:
             raise BadInput(
                 f"recording {container.path}: messages of {topic} with {', '.join(lacking)} expected, none found; "

@@ -1,6 +1,7 @@
 """What a recording holds, as arrays: the form in which every later stage sees it."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
@@ -59,7 +60,7 @@ class Recording:
     rig: Rig
     run: Run
     time: Floats
-    """(n,) SYNC instants from the first one [s]."""
+    """(n,) SYNC instants from the first one [s]; imported samples need not be evenly spaced."""
     position: Floats
     """(n, dof) measured joint position at the SYNC [rad]."""
     command: Floats
@@ -79,6 +80,8 @@ class Recording:
     lateness: Floats
     """(n,) how late the host began the cycle [s]."""
     events: tuple[Event, ...]
+    extra: Mapping[str, Floats] = field(default_factory=dict)
+    """Name: (n,) numbers of another program that were imported with the samples."""
 
     @property
     def complete(self) -> bool:

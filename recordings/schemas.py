@@ -101,6 +101,17 @@ uint32 line
     _TIME,
 )
 
+EXTRA = _schema(
+    """\
+# Numbers of another program that came with the samples, named as there; NaN is a gap.
+std_msgs/Header header
+string[] name
+float64[] value
+""",
+    _HEADER,
+    _TIME,
+)
+
 TOPICS = {
     "/joint_states": ("sensor_msgs/msg/JointState", JOINT_STATE),
     "/joint_commands": ("sensor_msgs/msg/JointState", JOINT_STATE),
@@ -109,7 +120,10 @@ TOPICS = {
     "/can": ("can_msgs/msg/Frame", CAN_FRAME),
     "/events": ("rcl_interfaces/msg/Log", LOG),
 }
-"""Topic: name and text of its message type."""
+"""Topic: name and text of its message type. Every recording has these."""
+
+OPTIONAL_TOPICS = {"/extra": ("delta_msgs/msg/NamedValues", EXTRA)}
+"""Likewise; in a recording that was imported."""
 
 Level = Literal["debug", "info", "warning", "error", "fatal"]
 LEVELS: dict[Level, int] = {"debug": 10, "info": 20, "warning": 30, "error": 40, "fatal": 50}

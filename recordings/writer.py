@@ -1,8 +1,6 @@
 """Writing a recording: an MCAP file of ROS 2 messages that survives being cut off."""
 
-import json
 from collections.abc import Sequence
-from io import BufferedWriter
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, Self
@@ -13,7 +11,9 @@ from numpy.typing import NDArray
 
 from recordings import schemas
 from recordings.cdr import Encoder, parse_schema
+from recordings.container_writer import LIBRARY, PROFILE, create
 from recordings.errors import BadInput, RunFailed
+from recordings.metadata import clean, rig_record, run_record
 from recordings.recording import Run
 from recordings.rig import Rig
 
@@ -57,15 +57,15 @@ class RecordingWriter:
         self._sent, self._received = (
             Encoder(_FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
         )
-        self._stream = _create(path)
+        self._stream = create(path)
         self._open = True
         # Any: a part of the library's methods lack annotations.
         self._mcap: Any = Writer(self._stream, enable_data_crcs=True)
         try:
-            self._mcap.start(profile="ros2", library="delta-workbench")
+            self._mcap.start(profile=PROFILE, library=LIBRARY)
             self._channels = {topic: self._register(topic) for topic in schemas.TOPICS}
-            self._mcap.add_metadata("rig", {"layout": schemas.LAYOUT, "json": _clean(rig.model_dump_json())})
-            self._mcap.add_metadata("run", _strings(run))
+            self._mcap.add_metadata("rig", rig_record(rig))
+            self._mcap.add_metadata("run", run_record(run))
             self._stream.flush()
         except OSError as error:
             path.unlink(missing_ok=True)  # holds nothing, and would only be in the way of the next run
@@ -146,7 +146,7 @@ class RecordingWriter:
         try:
             # The end of the run belongs behind the last chunk.
             self._mcap.flush()
-            self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": _clean(reason)})
+            self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": clean(reason)})
             self._mcap.finish()
             self._stream.close()
             self._open = False
@@ -220,24 +220,3 @@ class RecordingWriter:
         raise RecordingFailed(
             f"recording {self._path} cannot be written: {error.strerror or error}; free some space and record again"
         ) from error
-
-
-def _create(path: Path) -> BufferedWriter:
-    try:
-        return path.open("xb")
-    except FileExistsError:
-        raise BadInput(f"recording {path} exists; choose another name or remove it") from None
-    except FileNotFoundError:
-        raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
-    except OSError as error:
-        raise BadInput(f"recording {path} cannot be created: {error.strerror}; choose another name") from None
-
-
-def _strings(run: Run) -> dict[str, str]:
-    values = run.model_dump(mode="json", exclude_none=True)
-    return {name: _clean(value) if isinstance(value, str) else json.dumps(value) for name, value in values.items()}
-
-
-def _clean(text: str) -> str:
-    """Without lone surrogates, as they come from file names, which UTF-8 cannot hold."""
-    return text.encode("utf-8", "replace").decode()

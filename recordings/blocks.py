@@ -1,0 +1,164 @@
+"""Samples that are whole arrays already, written in blocks: what `RecordingWriter` does one SYNC at a time."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mcap.opcode import Opcode
+from mcap.records import Channel, Schema
+from numpy.typing import NDArray
+
+from recordings import schemas
+from recordings.cdr import HEADER, Layout, parse_schema
+from recordings.container_writer import ContainerWriter, Packed, create, pack
+from recordings.metadata import rig_record, run_record
+from recordings.recording import Floats, Ints, Run
+from recordings.rig import Rig
+
+ROWS = 4096
+"""Samples in one chunk."""
+
+_FIELDS = {topic: parse_schema(text) for topic, (_, text) in (schemas.TOPICS | schemas.OPTIONAL_TOPICS).items()}
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """n samples of dof joints, as in `Recording`; what was not measured at all is None."""
+
+    joints: tuple[str, ...]
+    """(dof,) names."""
+    stamp: Ints
+    """(n,) SYNC instants [ns], ascending."""
+    log: Ints
+    """(n,) the host's arrival time [ns]."""
+    cycle: Ints
+    """(n,) SYNC counter."""
+    repeat: Ints
+    position: Floats
+    command: Floats | None = None
+    voltage: Floats | None = None
+    velocity: Floats | None = None
+    effort: Floats | None = None
+    statusword: Ints | None = None
+    error_code: Ints | None = None
+    extra: Mapping[str, Floats] = field(default_factory=dict)
+    """Name: (n,)."""
+
+
+def write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
+    """A whole recording of `samples`, which did not come over a bus: no frames, no events.
+
+    Raises:
+        BadInput: the file exists, or cannot be created.
+        OSError: the file cannot be written; nothing of it is left.
+    """
+    with create(path) as stream:
+        try:
+            writer = ContainerWriter(stream)
+            channels = _register(writer, schemas.TOPICS | (schemas.OPTIONAL_TOPICS if samples.extra else {}))
+            writer.metadata("rig", rig_record(rig))
+            writer.metadata("run", run_record(run))
+            for chunk in encode(samples, channels):
+                writer.chunk(chunk)
+            writer.finish()
+        except BaseException:
+            path.unlink()
+            raise
+
+
+def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) -> dict[str, int]:
+    for number, (topic, (name, text)) in enumerate(topics.items(), start=1):
+        schema = Schema(id=number, name=name, encoding="ros2msg", data=text.encode())
+        channel = Channel(id=number, topic=topic, message_encoding="cdr", metadata={}, schema_id=number)
+        writer.describe([schema], [channel])
+    return {topic: number for number, topic in enumerate(topics, start=1)}
+
+
+def encode(samples: Samples, channels: Mapping[str, int]) -> Iterator[Packed]:
+    """Chunks of `ROWS` samples each; `channels` gives the channel of every topic."""
+    for first in range(0, len(samples.stamp), ROWS):
+        part = slice(first, first + ROWS)
+        messages = {topic: _messages(samples, part, topic, channels[topic]) for topic in _topics(samples)}
+        index, offset = {}, 0
+        for topic, records in messages.items():
+            places = offset + records.dtype.itemsize * np.arange(len(records), dtype=np.uint64)
+            index[channels[topic]] = np.column_stack([records["log"], places])
+            offset += records.nbytes
+        yield pack(b"".join(records.tobytes() for records in messages.values()), index)
+
+
+def _topics(samples: Samples) -> Iterator[str]:
+    yield "/joint_states"
+    if samples.command is not None:
+        yield "/joint_commands"
+    yield "/amplifiers"
+    if samples.extra:
+        yield "/extra"
+
+
+def _messages(samples: Samples, part: slice, topic: str, channel: int) -> NDArray[Any]:
+    """One Message record for each sample of `part`."""
+    strings, values = _contents(samples, part, topic)
+    dof = samples.position.shape[1]
+    sequences = {name: len(strings) if name in ("name", "value") else dof for name in ("name", "value", *values)}
+    # Sequences of what was not measured are empty, as ROS has it.
+    lengths = {name: sequences.get(name, 0) for name in ("velocity", "effort")} | sequences
+    texts = {"header.frame_id": "", **{f"name.{i}": name for i, name in enumerate(strings)}}
+    known = {name: len(text.encode()) + 1 for name, text in texts.items()} | lengths
+    layout = Layout(_FIELDS[topic], lambda name, _: known[name])
+    records = _records(samples, part, channel, layout)
+    message = records["message"]
+    message["encapsulation"] = int.from_bytes(HEADER, "little")
+    for length in layout.lengths:
+        message[f"length of {length.name}"] = length.value
+    for name, text in texts.items():
+        message[name] = text.encode()
+    _fill_time(message["header.stamp"], samples.stamp[part])
+    for name, value in values.items():
+        # A sequence of one has no axis of its own.
+        message[name] = value.reshape(message[name].shape)
+    return records
+
+
+def _contents(samples: Samples, part: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
+    """The names in the messages of a topic, and their other values."""
+    n, dof = samples.position[part].shape
+    if topic == "/joint_states":
+        measured = {"position": samples.position, "velocity": samples.velocity, "effort": samples.effort}
+        return list(samples.joints), {name: value[part] for name, value in measured.items() if value is not None}
+    if topic == "/joint_commands":
+        assert samples.command is not None
+        return list(samples.joints), {"position": samples.command[part]}
+    if topic == "/extra":
+        return list(samples.extra), {"value": np.column_stack([value[part] for value in samples.extra.values()])}
+    gap, zeros = np.full((n, dof), np.nan), np.zeros((n, dof), np.int64)
+    stamps = np.zeros((n, dof), [("sec", "<i4"), ("nanosec", "<u4")])
+    _fill_time(stamps, samples.stamp[part, None])
+    return [], {
+        "cycle": samples.cycle[part],
+        "repeat": samples.repeat[part],
+        "lateness": gap[:, 0],
+        "voltage": gap if samples.voltage is None else samples.voltage[part],
+        "voltage_stamp": stamps,
+        "statusword": zeros if samples.statusword is None else samples.statusword[part],
+        "error_code": zeros if samples.error_code is None else samples.error_code[part],
+    }
+
+
+def _records(samples: Samples, part: slice, channel: int, layout: Layout) -> NDArray[Any]:
+    """Message records with their head filled in."""
+    head = [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8")]
+    dtype = np.dtype([*head, ("publish", "<u8"), ("message", layout.dtype)])
+    records = np.zeros(len(samples.stamp[part]), dtype)
+    records["opcode"] = Opcode.MESSAGE
+    records["length"] = dtype.itemsize - 9
+    records["channel"] = channel
+    records["log"] = samples.log[part]
+    records["publish"] = samples.stamp[part]
+    return records
+
+
+def _fill_time(time: NDArray[Any], stamp: Ints) -> None:
+    time["sec"], time["nanosec"] = np.divmod(stamp, 10**9)

@@ -1,0 +1,188 @@
+"""Writing MCAP files a chunk at a time: chunks copied as they are, or made of whole arrays of messages.
+
+The mcap library writes message by message, which is right for a run that goes on, and slow for an hour of samples
+that are there already.
+"""
+
+import zlib
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from io import BufferedWriter
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import zstandard
+from mcap.data_stream import RecordBuilder
+from mcap.opcode import Opcode
+from mcap.records import (
+    Channel,
+    Chunk,
+    ChunkIndex,
+    DataEnd,
+    Footer,
+    Header,
+    McapRecord,
+    MessageIndex,
+    Metadata,
+    MetadataIndex,
+    Schema,
+    Statistics,
+    SummaryOffset,
+)
+from numpy.typing import NDArray
+
+from recordings.container import MAGIC
+from recordings.errors import BadInput
+
+PROFILE = "ros2"
+LIBRARY = "delta-workbench"
+"""The writer's name in the header of its files."""
+
+Index = Mapping[int, NDArray[np.uint64]]
+"""Channel: (m, 2) log time [ns] of each of its messages in a chunk, and where it stands in the unpacked chunk."""
+
+
+def create(path: Path) -> BufferedWriter:
+    """A new file for a recording.
+
+    Raises:
+        BadInput: the file exists, or cannot be created.
+    """
+    try:
+        return path.open("xb")
+    except FileExistsError:
+        raise BadInput(f"recording {path} exists; choose another name or remove it") from None
+    except FileNotFoundError:
+        raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
+    except OSError as error:
+        raise BadInput(f"recording {path} cannot be created: {error.strerror}; choose another name") from None
+
+
+@dataclass(frozen=True)
+class Packed:
+    """A chunk, and where its messages stand in it."""
+
+    chunk: Chunk
+    index: Index
+
+
+def pack(data: bytes, index: Index) -> Packed:
+    """The chunk of the records `data`."""
+    times = np.concatenate([entries[:, 0] for entries in index.values()])
+    chunk = Chunk(
+        compression="zstd",
+        data=zstandard.compress(data),
+        message_start_time=int(times.min()),
+        message_end_time=int(times.max()),
+        uncompressed_crc=zlib.crc32(data),
+        uncompressed_size=len(data),
+    )
+    return Packed(chunk, index)
+
+
+class ContainerWriter:
+    """Writes one MCAP file to `stream`, which stays open; the file is whole only after `finish`."""
+
+    def __init__(self, stream: BinaryIO) -> None:
+        """Begin the file."""
+        self._stream = stream
+        self._position = 0
+        self._crc = 0
+        self._schemas: dict[int, Schema] = {}
+        self._channels: dict[int, Channel] = {}
+        self._chunks: list[ChunkIndex] = []
+        self._metadata: list[MetadataIndex] = []
+        self._counts: Counter[int] = Counter()
+        self._write(MAGIC)
+        self._record(Header(PROFILE, LIBRARY))
+
+    def describe(self, schemas: Iterable[Schema], channels: Iterable[Channel]) -> None:
+        """Announce message types and topics; those known already are passed over."""
+        for schema in schemas:
+            if schema.id not in self._schemas:
+                self._schemas[schema.id] = schema
+                self._record(schema)
+        for channel in channels:
+            if channel.id not in self._channels:
+                self._channels[channel.id] = channel
+                self._record(channel)
+
+    def metadata(self, name: str, values: Mapping[str, str]) -> None:
+        """One metadata record."""
+        offset, length = self._record(Metadata(name=name, metadata=dict(values)))
+        self._metadata.append(MetadataIndex(offset=offset, length=length, name=name))
+
+    def chunk(self, packed: Packed) -> None:
+        """One chunk; the channels of its messages are described."""
+        chunk, index = packed.chunk, packed.index
+        start, length = self._record(chunk)
+        offsets = {}
+        for channel, entries in index.items():
+            offsets[channel], _ = self._record(MessageIndex(channel, entries.tolist()))
+            self._counts[channel] += len(entries)
+        self._chunks.append(
+            ChunkIndex(
+                chunk_length=length,
+                chunk_start_offset=start,
+                compression=chunk.compression,
+                compressed_size=len(chunk.data),
+                message_end_time=chunk.message_end_time,
+                message_index_length=self._position - start - length,
+                message_index_offsets=offsets,
+                message_start_time=chunk.message_start_time,
+                uncompressed_size=chunk.uncompressed_size,
+            )
+        )
+
+    def finish(self) -> None:
+        """Write the summary."""
+        self._record(DataEnd(self._crc))
+        start = self._position
+        summary: Any = RecordBuilder()  # partly without annotations
+        offsets = []
+        for opcode, records in self._summary():
+            first = summary.count
+            for record in records:
+                record.write(summary)
+            offsets.append(SummaryOffset(opcode, start + first, summary.count - first))
+        offsets_start = start + summary.count
+        for offset in offsets:
+            offset.write(summary)
+        # The footer's checksum covers the summary and the footer itself up to it.
+        Footer(start, offsets_start, 0).write(summary)
+        covered: bytes = summary.end()[:-4]
+        self._write(covered + zlib.crc32(covered).to_bytes(4, "little") + MAGIC)
+
+    def _summary(self) -> Iterable[tuple[Opcode, list[Any]]]:
+        filled = [chunk for chunk in self._chunks if chunk.message_index_offsets]
+        statistics = Statistics(
+            attachment_count=0,
+            channel_count=len(self._channels),
+            channel_message_counts=defaultdict(int, self._counts),
+            chunk_count=len(self._chunks),
+            message_count=self._counts.total(),
+            message_end_time=max((chunk.message_end_time for chunk in filled), default=0),
+            message_start_time=min((chunk.message_start_time for chunk in filled), default=0),
+            metadata_count=len(self._metadata),
+            schema_count=len(self._schemas),
+        )
+        yield Opcode.SCHEMA, list(self._schemas.values())
+        yield Opcode.CHANNEL, list(self._channels.values())
+        yield Opcode.STATISTICS, [statistics]
+        yield Opcode.CHUNK_INDEX, self._chunks
+        yield Opcode.METADATA_INDEX, self._metadata
+
+    def _record(self, record: McapRecord) -> tuple[int, int]:
+        builder: Any = RecordBuilder()
+        record.write(builder)
+        return self._write(builder.end())
+
+    def _write(self, data: bytes) -> tuple[int, int]:
+        """Returns where it stands and how long it is."""
+        offset = self._position
+        self._stream.write(data)
+        self._crc = zlib.crc32(data, self._crc)
+        self._position += len(data)
+        return offset, len(data)

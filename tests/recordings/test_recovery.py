@@ -1,0 +1,105 @@
+"""Mending: what was intact is in the new file, and every reader takes that for a whole one."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+from rosbags.highlevel import AnyReader
+
+from recordings.blocks import Samples
+from recordings.errors import BadInput
+from recordings.reader import read, read_can
+from recordings.recording import Run
+from recordings.recovery import rewrite
+from recordings.rig import Rig
+from recordings.writer import RecordingWriter
+
+END = {"exit_status": "1", "reason": "recovered"}
+
+
+@given(st.data(), st.sampled_from([0, 1, 5000]))
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=50)
+def test_a_file_cut_off_anywhere_becomes_whole(
+    tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
+) -> None:
+    whole = made.path.read_bytes()
+    cut, out = tmp_path / "cut.mcap", tmp_path / "out.mcap"
+    out.unlink(missing_ok=True)
+    cut.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))] + bytes(zeros))
+    before = cut.read_bytes()
+    try:
+        kept = rewrite(cut, out, END)
+    except BadInput:
+        assert not out.exists()
+        with pytest.raises(BadInput):
+            read(cut)
+        return
+    assert cut.read_bytes() == before
+    with out.open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        statistics = reader.get_summary().statistics
+        assert sum(1 for _ in reader.iter_messages()) == statistics.message_count == kept.messages
+        last = list(reader.iter_metadata())[-1]
+        assert (last.name, last.metadata) == ("run", END)
+    try:
+        found = read(cut)
+    except BadInput:  # an event and no sample
+        return
+    recovered = read(out)
+    np.testing.assert_array_equal(recovered.position, found.position)
+    np.testing.assert_array_equal(recovered.voltage, found.voltage)
+    assert recovered.events == found.events
+    assert (recovered.complete, recovered.run.exit_status, recovered.run.reason) == (True, 1, "recovered")
+    assert len(read_can(out).id) == len(read_can(cut).id)
+
+
+def test_a_damaged_chunk_is_left_out_and_the_rest_kept(tmp_path: Path, made: SimpleNamespace) -> None:
+    spoiled = bytearray(made.path.read_bytes())
+    with made.path.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    # The first one holds the message types only.
+    middle = sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)[2]
+    spoiled[middle.chunk_start_offset + middle.chunk_length - 100] ^= 0xFF
+    (tmp_path / "spoiled.mcap").write_bytes(spoiled)
+    with pytest.raises(BadInput, match=r"damaged.*daq recover"):
+        read(tmp_path / "spoiled.mcap")
+    kept = rewrite(tmp_path / "spoiled.mcap", tmp_path / "out.mcap", END)
+    assert kept.damaged_chunks == 1
+    recovered = read(tmp_path / "out.mcap")
+    assert 300 < len(recovered.time) < made.n
+    np.testing.assert_array_equal(recovered.position[:50], made.position[:50])
+    np.testing.assert_array_equal(recovered.position[-50:], made.position[-50:])
+
+
+def test_rosbags_reads_it(tmp_path: Path, made: SimpleNamespace) -> None:
+    whole = made.path.read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 2 // 3])
+    kept = rewrite(tmp_path / "cut.mcap", tmp_path / "out.mcap", END)
+    assert kept.bytes_behind > 0
+    with AnyReader([tmp_path / "out.mcap"]) as reader:
+        messages = [reader.deserialize(data, connection.msgtype) for connection, _, data in reader.messages()]
+    assert len(messages) == kept.messages
+
+
+def test_samples_can_be_added(tmp_path: Path, rig: Rig, run: Run) -> None:
+    with RecordingWriter(tmp_path / "frames.mcap", rig, run) as writer:
+        for stamp in (0, 2_000_000):
+            writer.can(stamp, stamp, 0x80, b"", sent=False)
+    stamp = np.array([0, 2_000_000])
+    added = Samples(rig.joint_names, stamp, stamp, np.arange(2), np.zeros(2, np.int64), np.ones((2, 3)))
+    rewrite(tmp_path / "frames.mcap", tmp_path / "out.mcap", {"rate": "400.0"}, added)
+    recording = read(tmp_path / "out.mcap")
+    np.testing.assert_array_equal(recording.position, np.ones((2, 3)))
+    assert recording.run.rate == 400.0
+    assert len(read_can(tmp_path / "out.mcap").id) == 2
+
+
+def test_nothing_is_overwritten(tmp_path: Path, made: SimpleNamespace) -> None:
+    (tmp_path / "out.mcap").write_text("precious")
+    with pytest.raises(BadInput, match="exists"):
+        rewrite(made.path, tmp_path / "out.mcap", END)
+    assert (tmp_path / "out.mcap").read_text() == "precious"
