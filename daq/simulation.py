@@ -5,9 +5,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from drivers import transports
-from drivers.bus import open_bus
+from drivers.simulated import transports as simulations
 from drivers.simulated.config import SimConfig, load_sim
-from drivers.simulated.rig import Pace, SimulatedRig
+from drivers.simulated.service import Pace, Service
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -39,13 +39,13 @@ def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> S
     return config
 
 
-def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> SimulatedRig:
-    """The simulated rig on the rig's own bus; a context manager.
+def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
+    """The simulated rig on the rig's own bus or lines; a context manager.
 
     Raises:
         BadInput: the bus cannot be opened.
     """
-    return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)
+    return simulations.of(rig).serve(rig, config, pace, seed)
 
 
 @contextmanager

@@ -27,6 +27,7 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
     """
     from daq.simulation import configured, simulated
     from drivers import transports
+    from drivers.simulated import transports as simulations
     from recordings.errors import BadInput
     from recordings.rig import load_rig
 
@@ -38,7 +39,7 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: machine.stop())
     nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
-    click.echo(f"simulated drives (nodes {nodes}) on {rig.can.interface} '{rig.can.channel}', {pace}; Ctrl-C ends")
+    click.echo(f"simulated drives (nodes {nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")
     try:
         machine.run()
     finally:

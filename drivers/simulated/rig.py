@@ -4,11 +4,8 @@ Two paces. Lockstep: simulated time stands still until a SYNC lets it advance by
 can, and the same seed gives the same frames in the same order. Real time: the machine follows the host's clock.
 """
 
-import threading
 import time
 from functools import partial
-from types import TracebackType
-from typing import Literal, Self
 
 import can
 import numpy as np
@@ -19,20 +16,18 @@ from drivers.canopen_setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedDrive
 from drivers.simulated.machine import Machine
+from drivers.simulated.service import FALLING_BEHIND, Pace, Service, move
 from recordings.rig import Rig
-
-Pace = Literal["lockstep", "realtime"]
 
 _CHUNK = 0.001
 """Real time: the machine is advanced at least this often [s], so that little is left to do when SYNC comes."""
-_FALLING_BEHIND = 0.5
-"""Real time: if the host cannot follow, simulated time slips rather than piling up [s]."""
 
 
-class SimulatedRig:
-    """Runs in a thread of its own between `start` and `close`, or in the caller's with `run`."""
+class SimulatedRig(Service):
+    """Three CiA 402 drives around one machine on one CAN bus."""
 
     def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
+        super().__init__()
         self._link = Link(bus, own_ids=lambda arbitration_id: not only_from_master(arbitration_id))
         self._period = 1.0 / rig.rate
         self._lockstep = pace == "lockstep"
@@ -45,50 +40,16 @@ class SimulatedRig:
             for j, drive in enumerate(rig.drives)
         ]
         self._last_sync: float | None = None
-        self._stopping = threading.Event()
-        self._thread: threading.Thread | None = None
-        self.error: BaseException | None = None
         self._update()
 
     # Life
 
-    def start(self) -> None:
-        """Serve the bus from a thread."""
-        self._thread = threading.Thread(target=self._run_guarded, name="simulated rig", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Stop the thread and leave the bus."""
-        self._stopping.set()
-        if self._thread is not None:
-            self._thread.join()
+    def leave(self) -> None:
+        """See `Service`."""
         self._link.close()
 
-    def __enter__(self) -> Self:
-        self.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
-
-    def stop(self) -> None:
-        """Let `run` return."""
-        self._stopping.set()
-
-    def _run_guarded(self) -> None:
-        try:
-            self.run()
-        except BaseException as error:
-            self.error = error
-
     def run(self) -> None:
-        """Serve the bus until `stop` is called.
-
-        Raises:
-            RunFailed: the bus is lost.
-        """
+        """See `Service`."""
         self._flush()
         self._clock_zero = time.perf_counter() - self.machine.time
         while not self._stopping.is_set():
@@ -137,7 +98,7 @@ class SimulatedRig:
     def _catch_up(self) -> None:
         """Real time: bring the machine to the host's present, but not past the next SYNC that is due."""
         now = time.perf_counter() - self._clock_zero
-        if now - self.machine.time > _FALLING_BEHIND:
+        if now - self.machine.time > FALLING_BEHIND:
             self._clock_zero += now - self.machine.time
             self._last_sync = None
             return
@@ -160,17 +121,8 @@ class SimulatedRig:
         self._flush()
 
     def _advance(self, duration: float) -> None:
-        machine = self.machine
-        for j, drive in enumerate(self.drives):
-            if machine.enabled[j] != drive.powered:
-                machine.enabled[j] = drive.powered
-                machine.brake[j] = not drive.powered
-        steps = round(duration / machine.dt)
-        if steps <= 0:
-            return
-        generators = [drive.generator for drive in self.drives]
-        machine.advance([[generator.step() for generator in generators] for _ in range(steps)])
-        self._update()
+        if move(self.machine, self.drives, duration):
+            self._update()
 
     def _update(self) -> None:
         for drive, count in zip(self.drives, self.machine.encoder_counts(), strict=True):

@@ -1,0 +1,281 @@
+"""One drive on a serial line: what it is told in each situation, and what is known of it."""
+
+import math
+import time
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Literal
+
+from drivers import cia402
+from drivers.protocol import Finding, Goal, Power
+from drivers.serial_line import Refused, Reply, Script, ask, ask_integer, tell
+from recordings.errors import RunFailed
+from recordings.rig import Drive, Rig
+
+_FAULTS = (
+    "drive parameters damaged",
+    "drive electronics",
+    "short circuit",
+    "drive too hot",
+    "motor too hot",
+    "supply voltage too high",
+    "supply voltage too low",
+    "encoder",
+    "motor phasing",
+    "following error",
+    "current limited (I2T)",
+    "drive program damaged",
+    "command input lost",
+)
+"""Meaning of the fault register's bits, Copley-style, lowest first."""
+COMMAND_LOST, FOLLOWING_ERROR = 1 << 12, 1 << 9
+
+# The protocol has no statusword: recorded is what a CiA 402 drive in the same state would say.
+_STATE = {
+    Power.ON: cia402.State.ENABLED,
+    Power.OFF: cia402.State.SWITCH_ON_DISABLED,
+    Power.STOPPING: cia402.State.QUICK_STOP,
+    Power.FAULT: cia402.State.FAULT,
+}
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One register as it shall be before power."""
+
+    register: str
+    meaning: str
+    value: int
+
+
+def settings(rig: Rig, drive: Drive) -> list[Setting]:
+    """What one drive is told before it moves, in the order in which it is written."""
+    bus, names = rig.serial, rig.serial.registers
+    counts = abs(drive.counts_per_radian)
+    low, high = travel(rig, drive)
+    table = [
+        Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
+        Setting(
+            names.deceleration,
+            "quick stop deceleration",
+            round(rig.limits.acceleration * counts / bus.deceleration_unit),
+        ),
+        Setting(names.upper_limit, "software position limit [counts]", high),
+        Setting(names.lower_limit, "software position limit [counts]", low),
+        *(Setting(register, "as the rig file says", value) for register, value in bus.setup.items()),
+        Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
+    ]
+    return [setting for setting in table if setting.register]
+
+
+def travel(rig: Rig, drive: Drive) -> tuple[int, int]:
+    """Lowest and highest allowed encoder position [counts]."""
+    ends = (rig.limits.joint_min, rig.limits.joint_max)
+    low, high = sorted(round((angle - drive.zero_offset) * drive.counts_per_radian) for angle in ends)
+    return low, high
+
+
+class Axis:
+    """One drive. The raw values are the last ones received."""
+
+    def __init__(self, rig: Rig, joint: int) -> None:
+        """`joint`: 1 ... n."""
+        self.joint = joint
+        self.drive = rig.drives[joint - 1]
+        self._rig, self._bus = rig, rig.serial
+        shared = len(self._bus.ports) == 1
+        own = f"{self.drive.node_id} " if shared else ""
+        self.prefix = self._bus.prefixes[joint - 1] if self._bus.prefixes else own
+        self.port = self._bus.ports[0 if shared else joint - 1]
+        self.address = f"'{self.prefix.strip()}' on {self.port}" if self.prefix else self.port
+        self.name = f"joint {joint} ({self.address})"
+        self.power = Power.UNKNOWN
+        self.counts: int | None = None
+        self.raw_voltage = 0
+        self.voltage_stamp = 0
+        """When the voltage was received [ns]."""
+        self.fault = 0
+        self.answered = False
+        """In this cycle, or the last one between two."""
+        self._known = False
+        self.trouble: str | None = None
+        self.released = False
+        """Told to take power off, and acknowledged; no longer so once it is told to enable."""
+        self._stopping = False
+        self._moving = False
+
+    # Commands
+
+    def get(self, register: str) -> str:
+        """The command that reads a register."""
+        return f"{self.prefix}g {register}"
+
+    def set(self, register: str, value: int) -> str:
+        """The command that writes a register."""
+        return f"{self.prefix}s {register} {value}"
+
+    def target(self, counts: int) -> str:
+        """The command that writes a target."""
+        return self.set(self._bus.registers.position_command, counts)
+
+    # Before the cycles
+
+    def identify(self) -> Generator[str, Reply, str]:
+        """Part of a script: what the drive says it is."""
+        names = self._bus.registers
+        text = yield from ask(self.get(names.device or names.status))
+        return text if names.device else "serial drive"
+
+    def examine(self) -> Generator[str, Reply, list[Finding]]:
+        """Part of a script: state and settings compared with the rig file."""
+        yield from self._look()
+        state = Finding(self.name, "state", "off", self.power.value, "fine")
+        if self.power is Power.FAULT:
+            state = Finding(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
+        findings = [state]
+        for setting in settings(self._rig, self.drive):
+            found = yield from ask_integer(self.get(setting.register))
+            verdict: Literal["fine", "will be written"] = "fine" if found == setting.value else "will be written"
+            what = f"{setting.register}: {setting.meaning}"
+            findings.append(Finding(self.name, what, str(setting.value), str(found), verdict))
+        return findings
+
+    def configure(self) -> Script:
+        """Power off, faults cleared, settings written and read back.
+
+        Raises:
+            RunFailed: a setting reads back as something else, or a fault stays.
+        """
+        yield from self._release()
+        yield from self._clear_faults()
+        for setting in settings(self._rig, self.drive):
+            yield from tell(self.set(setting.register, setting.value))
+            found = yield from ask_integer(self.get(setting.register))
+            if found != setting.value:
+                raise RunFailed(
+                    f"{self.name}: {setting.register} ({setting.meaning}) reads back as {found}, {setting.value} was "
+                    "written; check the register names and limits in the rig file"
+                )
+        yield from self._look()
+
+    def _clear_faults(self) -> Script:
+        register = self._bus.registers.fault
+        if not register:
+            return
+        latched = yield from ask_integer(self.get(register))
+        if latched:
+            yield from tell(self.set(register, latched))
+        self.fault = yield from ask_integer(self.get(register))
+        if self.fault:
+            raise RunFailed(
+                f"{self.name}: {self._fault_text()}, cannot be reset; remove its cause at the drive first"
+            )
+
+    # One cycle
+
+    def begin_cycle(self) -> None:
+        """What was received before is no longer of this cycle."""
+        self._known, self.answered = self.answered, False
+
+    def cycle(self, goal: Goal, target: str | None, look: bool) -> Script:
+        """One exchange with this drive: status if it is its turn to `look`, what `goal` asks for, position, voltage.
+
+        The voltage comes last: simulated drives in lockstep let time pass when all have been asked for it.
+        """
+        try:
+            if look:
+                yield from self._look()
+            yield from self._steer(goal, target, look)
+        except Refused as refusal:
+            yield from self._look()  # what ails it says more than what it refused
+            self.trouble = self.trouble or f"{self.name}: {refusal}"
+        names = self._bus.registers
+        counts = yield from ask_integer(self.get(names.position))
+        self.raw_voltage = yield from ask_integer(self.get(names.voltage))
+        self.counts = counts
+        self.voltage_stamp = time.time_ns()
+        self.answered = True
+
+    def _steer(self, goal: Goal, target: str | None, look: bool) -> Script:
+        if goal is Goal.ENABLED:
+            if self.power is Power.ON:
+                yield from self._move(target)
+            elif look and self.power is Power.OFF and self._known and self.counts is not None:
+                yield from self._enable(self.counts)
+        elif not self.released:
+            yield from self._stop() if goal is Goal.STOPPED and not self._stands(look) else self._release()
+
+    def _move(self, target: str | None) -> Script:
+        if target is None:  # it stays where it was last told to be
+            return
+        yield from tell(target)
+        if self._bus.update:
+            yield from tell(self.prefix + self._bus.update)
+
+    def _enable(self, counts: int) -> Script:
+        """Power on, with the measured position as target."""
+        yield from tell(self.target(counts))
+        self.released = self._stopping = False
+        yield from tell(self.set(self._bus.registers.state, self._bus.enable))
+
+    def _stands(self, look: bool) -> bool:
+        """Whether a quick stop is over, or there is nothing to stop."""
+        return self.power in (Power.OFF, Power.FAULT) or (look and self._stopping and not self._moving)
+
+    def _stop(self) -> Script:
+        try:
+            yield from tell(self.prefix + self._bus.quick_stop)
+        except Refused:
+            yield from self._release()
+        self._stopping = True
+
+    def _release(self) -> Script:
+        yield from tell(self.set(self._bus.registers.state, self._bus.disable))
+        self.released = True
+
+    def stop(self) -> Script:
+        """Nothing but the quick stop."""
+        yield from self._stop()
+
+    def leave(self) -> Script:
+        """Power off, watchdog off."""
+        yield from self._release()
+        if self._bus.registers.watchdog:
+            yield from tell(self.set(self._bus.registers.watchdog, 0))
+
+    def _look(self) -> Script:
+        """Read the status."""
+        names, bits = self._bus.registers, self._bus.status
+        status = yield from ask_integer(self.get(names.status))
+        self._moving = bool(status & bits.moving)
+        if status & bits.fault:
+            if names.fault:
+                self.fault = yield from ask_integer(self.get(names.fault))
+            self.power, self.trouble = Power.FAULT, f"{self.name}: drive fault, {self._fault_text()}"
+        elif status & bits.off:
+            self.power = Power.OFF
+        else:
+            self.power = Power.STOPPING if self._stopping else Power.ON
+
+    def _fault_text(self) -> str:
+        names = [text for bit, text in enumerate(_FAULTS) if self.fault >> bit & 1]
+        return f"{', '.join(names) or 'no reason given'} (0x{self.fault:04X})"
+
+    # In SI units
+
+    @property
+    def position(self) -> float:
+        """Joint position [rad]; NaN where the last cycle was not answered."""
+        if not self.answered or self.counts is None:
+            return math.nan
+        return self.drive.zero_offset + self.counts / self.drive.counts_per_radian
+
+    @property
+    def voltage(self) -> float:
+        """Signed operating voltage [V]; NaN likewise."""
+        return self.raw_voltage * self.drive.voltage.scale * self.drive.sign if self.answered else math.nan
+
+    @property
+    def statusword(self) -> int:
+        """0 where the last cycle was not answered."""
+        return cia402.STATUS_BITS[_STATE[self.power]] if self.answered and self.power in _STATE else 0

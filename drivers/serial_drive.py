@@ -1,0 +1,205 @@
+"""The serial driver: drives that speak the ASCII protocol, on one line or on one line each.
+
+There is no SYNC: a cycle is one exchange with every drive, in which each is given its target and asked for position
+and voltage; the lines run at the same time, the drives of one line one after the other. The status of one drive per
+line is read in each cycle, in turn.
+
+A line counts whole or not at all from the first disturbance on: what should have come after it is a gap.
+
+What cannot be guaranteed: nothing in this protocol makes a drive notice that the host is gone. After SIGKILL, or with
+the cable pulled, a drive ends the move it was told and then holds its position, with power on, unless the rig names a
+watchdog register. It is then armed before power and fed by every command.
+"""
+
+import time
+from collections.abc import Callable, Generator, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.protocol import Finding, Goal, Identity, Report, Sample
+from drivers.serial_axis import Axis
+from drivers.serial_line import Garbage, Line, LineError, LineLost, Reply, Script, Unanswered, converse
+from recordings.errors import BadInput, RunFailed
+from recordings.rig import Rig
+
+SIMULATED = "delta-workbench simulated drive"
+SIMULATED_LOCKSTEP = f"{SIMULATED} in lockstep"
+
+_ATTEMPTS = 3
+"""At what is said before and after the cycles; saying it twice does no harm."""
+_PATIENCE = 3.0
+"""For one drive's set-up [s]."""
+_FAREWELL = 0.5
+"""For the last commands on all lines [s]."""
+
+T = TypeVar("T")
+
+
+class SerialDrives:
+    """`drivers.protocol.Amplifiers` for the ASCII protocol on serial lines."""
+
+    def __init__(self, rig: Rig, lines: dict[str, Line], report: Report, *, stamped: bool) -> None:
+        """`lines` by port; `stamped`: voltages carry the host's time of arrival (not where time is simulated)."""
+        self.goal = Goal.DISABLED
+        self._report = report
+        self._stamped = stamped
+        self._axes = [Axis(rig, joint) for joint in range(1, rig.dof + 1)]
+        self._lines = {line: [axis for axis in self._axes if axis.port == port] for port, line in lines.items()}
+        self._turn = 0
+        self._disturbances = 0
+        self._configured = False
+
+    # Before the cycles
+
+    def discover(self) -> tuple[Identity, ...]:
+        """See `Amplifiers`."""
+        for line in self._lines:
+            try:
+                line.flush()
+            except LineLost as error:
+                raise RunFailed(str(error)) from None
+        identities, silent = [], []
+        for axis in self._axes:
+            try:
+                identities.append(self._identity(axis))
+            except (Unanswered, Garbage) as error:
+                silent.append(f"{axis.name}: {error}")
+        if silent:
+            raise RunFailed(
+                f"{'; '.join(silent)}. Check supply, cable, baud rate and the ports and prefixes in the rig file"
+            )
+        return tuple(identities)
+
+    def _identity(self, axis: Axis) -> Identity:
+        device = self._ask(axis, axis.identify)
+        return Identity(
+            joint=axis.joint,
+            address=axis.address,
+            device=device,
+            vendor_id=0,
+            product_code=0,
+            revision=0,
+            simulated=device.startswith(SIMULATED),
+            lockstep=device == SIMULATED_LOCKSTEP,
+        )
+
+    def examine(self) -> Sequence[Finding]:
+        """See `Amplifiers`."""
+        return [finding for axis in self._axes for finding in self._insist(axis, axis.examine)]
+
+    def configure(self) -> None:
+        """See `Amplifiers`."""
+        self._configured = True
+        for axis in self._axes:
+            self._insist(axis, axis.configure)
+
+    def _insist(self, axis: Axis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+        try:
+            return self._ask(axis, script)
+        except LineError as error:
+            raise RunFailed(f"{axis.name}: {error}") from None
+
+    def _ask(self, axis: Axis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+        """Run a script with one drive; again if the line was disturbed.
+
+        Raises:
+            LineError: what went wrong the last time.
+        """
+        line = next(line for line, axes in self._lines.items() if axis in axes)
+        result: list[T] = []
+
+        def keep() -> Script:
+            result.append((yield from script()))
+
+        for _ in range(_ATTEMPTS):
+            failure = converse({line: keep()}, time.perf_counter() + _PATIENCE).get(line)
+            if not isinstance(failure, Garbage | Unanswered):
+                break
+        if isinstance(failure, LineLost):
+            raise RunFailed(str(failure))
+        if failure is not None:
+            raise failure
+        return result[0]
+
+    # The cycle
+
+    def encode(self, targets: NDArray[np.float64]) -> Sequence[list[str]]:
+        """See `Amplifiers`. Each target becomes the command that writes it."""
+        offsets = np.array([axis.drive.zero_offset for axis in self._axes])
+        scales = np.array([axis.drive.counts_per_radian for axis in self._axes])
+        counts = np.rint((targets - offsets) * scales)
+        if not np.all(np.abs(counts) < 2**31):
+            raise BadInput("a target lies outside the encoder's 32 bits; check counts_per_turn, gear and zero_offset")
+        rows = counts.astype(np.int64).tolist()
+        return [[axis.target(count) for axis, count in zip(self._axes, row, strict=True)] for row in rows]
+
+    def exchange(self, setpoint: list[str] | None, timeout: float) -> Sample:
+        """See `Amplifiers`. When a line is lost, the drives on the others are stopped before this is told; the
+        next exchanges go on with those."""
+        deadline = time.perf_counter() + timeout
+        alive = self._alive()
+        if not alive:
+            raise RunFailed("no serial line is left")
+        for axis in self._axes:
+            axis.begin_cycle()
+        failures = converse({line: self._cycle(line, setpoint) for line in alive}, deadline)
+        self._turn += 1
+        for line, failure in failures.items():
+            self._note(line, failure)
+        lost = [failure for failure in failures.values() if isinstance(failure, LineLost)]
+        if lost:
+            self._stop_the_rest()
+            raise RunFailed(str(lost[0]))
+        return self._sample()
+
+    def _alive(self) -> list[Line]:
+        return [line for line in self._lines if not line.lost]
+
+    def _cycle(self, line: Line, setpoint: list[str] | None) -> Script:
+        axes = self._lines[line]
+        for i, axis in enumerate(axes):
+            target = None if setpoint is None else setpoint[axis.joint - 1]
+            yield from axis.cycle(self.goal, target, look=i == self._turn % len(axes))
+
+    def _note(self, line: Line, failure: LineError) -> None:
+        # The first, second, fourth, eighth ...: a bad line would fill the log.
+        self._disturbances += 1
+        if self._disturbances & (self._disturbances - 1) == 0:
+            self._report("warning", line.name, f"{failure} (disturbance {self._disturbances})")
+
+    def _stop_the_rest(self) -> None:
+        """Quick stop on the lines that are left."""
+        self.goal = Goal.STOPPED
+        converse({line: self._all(line, Axis.stop) for line in self._alive()}, time.perf_counter() + _FAREWELL)
+
+    def _all(self, line: Line, script: Callable[[Axis], Script]) -> Script:
+        for axis in self._lines[line]:
+            yield from script(axis)
+
+    def _sample(self) -> Sample:
+        axes = self._axes
+        return Sample(
+            position=tuple(axis.position for axis in axes),
+            voltage=tuple(axis.voltage for axis in axes),
+            statusword=tuple(axis.statusword for axis in axes),
+            error_code=tuple(axis.fault & 0xFFFF for axis in axes),
+            power=tuple(axis.power for axis in axes),
+            missing=sum(not axis.answered for axis in axes),
+            trouble=next((axis.trouble for axis in axes if axis.trouble), None),
+            voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._stamped else None,
+        )
+
+    # The end
+
+    def close(self) -> None:
+        """See `Amplifiers`: power off once more, watchdog off, ports released."""
+        if self._configured:
+            for axis in self._axes:
+                try:
+                    self._ask(axis, axis.leave)
+                except (LineError, RunFailed) as error:
+                    self._report("error", axis.name, f"while closing: {error}")
+        for line in self._lines:
+            line.close()

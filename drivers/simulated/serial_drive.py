@@ -1,0 +1,171 @@
+"""One simulated drive that speaks the ASCII protocol, with the registers that the rig file names."""
+
+import re
+from collections.abc import Callable
+
+from drivers.serial_axis import COMMAND_LOST, FOLLOWING_ERROR, Axis
+from drivers.serial_drive import SIMULATED, SIMULATED_LOCKSTEP
+from drivers.simulated.profile import SetpointGenerator
+from recordings.rig import Rig
+
+_FOLLOWING_TIME = 0.01
+"""A following error must last this long to be a fault [s]."""
+_SET = re.compile(r"s (\S+) (-?[0-9]{1,10})")
+_GET = re.compile(r"g (\S+)")
+
+UNKNOWN_COMMAND, UNKNOWN_REGISTER, OUT_OF_RANGE, READ_ONLY, WRONG_STATE = "e 3", "e 9", "e 10", "e 11", "e 14"
+
+
+class SimulatedSerialDrive:
+    """One drive. `powered` and `generator` tell the machine what to do; `update` tells the drive how it fares."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        joint: int,
+        dt: float,
+        position: Callable[[], int],
+        voltage: Callable[[], int],
+        *,
+        lockstep: bool,
+    ) -> None:
+        """`joint`: 1 ... n; `dt`: plant step [s]; `position`, `voltage`: of this instant [counts]."""
+        self.powered = False
+        """Position loop closed."""
+        self.generator = SetpointGenerator(dt)
+        self.drive = rig.drives[joint - 1]
+        axis = Axis(rig, joint)
+        self.prefix, self.port = axis.prefix, axis.port
+        self._bus, self._names = rig.serial, rig.serial.registers
+        self._period = 1.0 / rig.rate
+        self._position = position
+        self._device = SIMULATED_LOCKSTEP if lockstep else SIMULATED
+        names = self._names
+        writable = (
+            *(names.position_command, names.state, names.fault, names.following_error, names.deceleration),
+            *(names.upper_limit, names.lower_limit, names.watchdog, *self._bus.setup),
+        )
+        self._registers = {name: 0 for name in writable if name}
+        self._registers[names.state] = self._bus.disable
+        self._read_only: dict[str, Callable[[], str]] = {
+            names.device: lambda: self._device,
+            names.position: lambda: str(position()),
+            names.voltage: lambda: str(voltage()),
+            names.status: lambda: str(self.status),
+        }
+        self._stopping = False
+        self._heard = 0.0
+        self._followed_badly_since: float | None = None
+
+    @property
+    def status(self) -> int:
+        """The status register."""
+        bits = self._bus.status
+        faulty = bool(self._value(self._names.fault))
+        moving = self.powered and not self.generator.at_rest
+        return (bits.fault if faulty else 0) | (0 if self.powered else bits.off) | (bits.moving if moving else 0)
+
+    def _value(self, register: str) -> int:
+        return self._registers.get(register, 0)
+
+    # What comes on the line
+
+    def handle(self, command: str, now: float) -> str:
+        """The reply to a command, without prefix and ends, that arrives at `now` [s]."""
+        self._heard = now
+        if command == self._bus.quick_stop:
+            return self._quick_stop()
+        if self._bus.update and command == self._bus.update:
+            return self._follow()
+        if found := _GET.fullmatch(command):
+            return self._get(found[1])
+        if found := _SET.fullmatch(command):
+            return self._set(found[1], int(found[2]))
+        return UNKNOWN_COMMAND
+
+    def _get(self, register: str) -> str:
+        if register in self._read_only:
+            return f"v {self._read_only[register]()}"
+        return f"v {self._registers[register]}" if register in self._registers else UNKNOWN_REGISTER
+
+    def _set(self, register: str, value: int) -> str:
+        if register in self._read_only:
+            return READ_ONLY
+        if register not in self._registers:
+            return UNKNOWN_REGISTER
+        if not -(2**31) <= value < 2**31:
+            return OUT_OF_RANGE
+        if register == self._names.fault:
+            value = self._registers[register] & ~value
+        self._registers[register] = value
+        if register == self._names.state:
+            return self._switch(value)
+        if register == self._names.position_command and not self._bus.update and self.powered:
+            return self._follow()
+        return "ok"
+
+    def _switch(self, state: int) -> str:
+        wanted = state == self._bus.enable
+        if wanted and self._value(self._names.fault):
+            return WRONG_STATE
+        if wanted and not self.powered:
+            # A target from before the power was on must not move the axis.
+            self.generator.hold(self._angle(self._position()))
+            self._stopping = False
+            self.powered = True
+        elif not wanted and self.powered:
+            self._begin_stop()
+        return "ok"
+
+    def _follow(self) -> str:
+        if not self.powered or self._stopping:
+            return WRONG_STATE
+        self.generator.interpolate(self._angle(self._registers[self._names.position_command]), self._period)
+        return "ok"
+
+    def _quick_stop(self) -> str:
+        if self.powered:
+            self.generator.stop(self._deceleration)
+        return "ok"
+
+    def _begin_stop(self) -> None:
+        """Come to rest, then power off."""
+        self.generator.stop(self._deceleration)
+        self._stopping = True
+
+    @property
+    def _deceleration(self) -> float:
+        counts = max(1, self._value(self._names.deceleration)) * self._bus.deceleration_unit
+        return counts / abs(self.drive.counts_per_radian)
+
+    def _angle(self, counts: int) -> float:
+        return self.drive.zero_offset + counts / self.drive.counts_per_radian
+
+    # Time passes
+
+    def update(self, now: float) -> None:
+        """After the machine has moved, `now` [s]: end of a stop, supervision."""
+        if self._stopping and self.generator.at_rest:
+            self.powered = self._stopping = False
+        self._watch_following_error(now)
+        timeout = self._value(self._names.watchdog) / 1000
+        if timeout and self.powered and now - self._heard > timeout:
+            self.fail(COMMAND_LOST)
+
+    def fail(self, fault: int) -> None:
+        """A fault: stop on the quick stop ramp, then power off."""
+        if self._value(self._names.fault) & fault:
+            return
+        self._registers[self._names.fault] = self._value(self._names.fault) | fault
+        if self.powered:
+            self._begin_stop()
+
+    def _watch_following_error(self, now: float) -> None:
+        limit = self._value(self._names.following_error)
+        error = abs(self.generator.position - self._angle(self._position())) * abs(self.drive.counts_per_radian)
+        if not (self.powered and limit and error > limit):
+            self._followed_badly_since = None
+        elif self._followed_badly_since is None:
+            self._followed_badly_since = now
+        elif now - self._followed_badly_since >= _FOLLOWING_TIME:
+            self.fail(FOLLOWING_ERROR)

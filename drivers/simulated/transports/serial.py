@@ -1,0 +1,16 @@
+"""Serial: simulated drives with the ASCII protocol behind pseudo-terminals."""
+
+from drivers.simulated.config import SimConfig
+from drivers.simulated.serial_rig import SerialRig
+from drivers.simulated.service import Pace, Service
+from recordings.rig import Rig
+
+
+def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
+    """See `Simulation`."""
+    return SerialRig(rig, config, pace=pace, seed=seed)
+
+
+def place(rig: Rig) -> str:
+    """See `Simulation`."""
+    return ", ".join(rig.serial.ports)

@@ -1,0 +1,118 @@
+"""Serial: drives that speak the ASCII protocol, on one line or on one line each."""
+
+import math
+from contextlib import suppress
+
+from drivers.protocol import Amplifiers, Goal, Power, Report
+from drivers.serial_axis import Axis, travel
+from drivers.serial_drive import SerialDrives
+from drivers.serial_line import Line, parse
+from drivers.serial_port import open_port
+from drivers.transports import Clock, Tap
+from recordings.errors import BadInput
+from recordings.rig import Drive, Rig
+
+BITS_PER_CHARACTER = 10
+"""Start bit, eight data bits, stop bit."""
+_ANY_STATUS = 2**32 - 1
+_LONGEST_VOLTAGE = "-32768"
+_LOCKSTEP_REPLY = 2.0
+"""Where time is simulated nobody hurries; only an error is answered by silence [s]."""
+
+
+def cycle_time(rig: Rig) -> float:
+    """Longest time that one cycle takes on the wire, turn-arounds included [s]."""
+    axes = [Axis(rig, joint) for joint in range(1, rig.dof + 1)]
+    return max(_line_time(rig, [axis for axis in axes if axis.port == port]) for port in rig.serial.ports)
+
+
+def highest_rate(rig: Rig) -> float:
+    """The rate [Hz] at which the cycle takes the share of the period that the rig allows."""
+    return rig.serial.max_load / cycle_time(rig)
+
+
+def _line_time(rig: Rig, axes: list[Axis]) -> float:
+    """Every drive is led; one of them is also asked for its status, and may just be enabled."""
+    led = [_exchange_time(rig, axis, Power.ON, look=False) for axis in axes]
+    looked_at = [max(_exchange_time(rig, axis, power, look=True) for power in (Power.ON, Power.OFF)) for axis in axes]
+    return sum(led) + max(long - short for long, short in zip(looked_at, led, strict=True))
+
+
+def _exchange_time(rig: Rig, axis: Axis, power: Power, *, look: bool) -> float:
+    """One drive's part of a cycle [s], counted on what the driver really says and the longest replies to it."""
+    bus = rig.serial
+    position = max(map(str, travel(rig, axis.drive)), key=len)
+    status = _ANY_STATUS & ~(bus.status.fault | bus.status.off) | (bus.status.off if power is Power.OFF else 0)
+    values = {
+        axis.get(bus.registers.position): position,
+        axis.get(bus.registers.voltage): _LONGEST_VOLTAGE,
+        axis.get(bus.registers.status): str(status),
+    }
+    axis.power, axis.counts, axis.answered = power, int(position), True
+    axis.begin_cycle()
+    script = axis.cycle(Goal.ENABLED, axis.target(int(position)), look)
+    characters = exchanges = 0
+    command = next(script)
+    with suppress(StopIteration):
+        while True:
+            reply = f"v {values[command]}" if command in values else "ok"
+            characters += len(command) + len(reply) + 2  # each with its end
+            exchanges += 1
+            command = script.send(parse(reply.encode()))
+    return characters * BITS_PER_CHARACTER / bus.baud + exchanges * bus.turnaround
+
+
+def check(rig: Rig) -> None:
+    """See `Transport`."""
+    for joint, drive in enumerate(rig.drives, start=1):
+        _refuse_canopen_only(joint, drive)
+    if rig.rate > highest_rate(rig):
+        raise BadInput(
+            f"at {rig.rate:g} Hz a cycle has {1e3 / rig.rate:.1f} ms, of which bus.max_load allows "
+            f"{rig.serial.max_load:.0%}, and its commands and replies take up to {1e3 * cycle_time(rig):.1f} ms; "
+            f"choose --rate {math.floor(highest_rate(rig))} or less, a higher baud rate, or a line for each drive"
+        )
+
+
+def _refuse_canopen_only(joint: int, drive: Drive) -> None:
+    for name in ("mode", "torque_actual", "homed", "dcf"):
+        if getattr(drive, name) != Drive.model_fields[name].default:
+            raise BadInput(
+                f"'{name}' of joint {joint} is for CANopen drives and would not be heeded on a serial line; remove it"
+            )
+
+
+def describe(rig: Rig) -> str:
+    """See `Transport`."""
+    bus, time = rig.serial, cycle_time(rig)
+    lines = "one line" if len(bus.ports) == 1 else f"{len(bus.ports)} lines"
+    return (
+        f"serial, {lines} ({', '.join(bus.ports)}) at {bus.baud} baud: a cycle takes up to {1e3 * time:.1f} ms on "
+        f"the wire, {time * rig.rate:.0%} of the period; highest rate {math.floor(highest_rate(rig))} Hz"
+    )
+
+
+def simulated_here(rig: Rig) -> bool:
+    """See `Transport`."""
+    return all(port.startswith("simulated") for port in rig.serial.ports)
+
+
+def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
+    """See `Transport`; there are no frames to tap."""
+    bus = rig.serial
+    lines: dict[str, Line] = {}
+    try:
+        for name in bus.ports:
+            lines[name] = Line(
+                open_port(name, bus.baud),
+                name,
+                character=BITS_PER_CHARACTER / bus.baud,
+                turnaround=bus.turnaround,
+                reply_timeout=bus.reply_timeout if clock is None else _LOCKSTEP_REPLY,
+                echo=bus.echo,
+            )
+    except BadInput:
+        for line in lines.values():
+            line.close()
+        raise
+    return SerialDrives(rig, lines, report, stamped=clock is None)
