@@ -1,0 +1,83 @@
+"""Repeated cycles, found from motions that are known to repeat or not to."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from recordings.cycles import Cycles, find_cycles
+from recordings.reader import read
+
+SAMPLES = Path(__file__).parents[2] / "recordings" / "samples"
+
+
+def fourier(rng: np.random.Generator, period: int, joints: int) -> np.ndarray:
+    """(period, joints) one cycle of a smooth motion."""
+    phase = 2 * np.pi * np.arange(period)[:, None] / period
+    return sum(rng.normal(size=joints) * np.sin(k * phase + rng.uniform(0, 6, size=joints)) / k for k in range(1, 6))
+
+
+@given(
+    seed=st.integers(0, 1000),
+    period=st.integers(60, 700),
+    count=st.integers(2, 9),
+    joints=st.integers(1, 3),
+    rest=st.tuples(st.integers(0, 3000), st.integers(0, 3000)),
+)
+@settings(deadline=None, max_examples=25)
+def test_an_exact_repetition_is_found_to_the_sample(
+    seed: int, period: int, count: int, joints: int, rest: tuple[int, int]
+) -> None:
+    cycle = fourier(np.random.default_rng(seed), period, joints)
+    # Whole cycles between rests: the repeated part is exactly what was tiled, and the sample before it rests.
+    x = np.concatenate(
+        [np.repeat(cycle[:1] - 1, rest[0], 0), np.tile(cycle, (count, 1)), np.repeat(cycle[:1] - 1, rest[1], 0)]
+    )
+    assert find_cycles(x) == Cycles(rest[0], period, count)
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [("fig5a", 5), ("fig5b", 5)])
+def test_the_cycles_of_a_recording_between_approach_and_stop(name: str, tolerance: int) -> None:
+    recording = read(SAMPLES / f"{name}.mcap")
+    period = round(recording.run.period * recording.run.rate)
+    first = int(np.argmax(recording.repeat == 0))
+    assert find_cycles(recording.command) == Cycles(first, period, 2)
+    rng = np.random.default_rng(0)
+    measured = recording.position + rng.normal(scale=1e-4, size=recording.position.shape)
+    found = find_cycles(measured)
+    assert found is not None
+    assert (found.period, found.count) == (period, 2)
+    assert first - 150 < found.first <= first + tolerance
+
+
+def test_gaps_do_not_hide_it() -> None:
+    rng = np.random.default_rng(1)
+    x = np.tile(fourier(rng, 400, 2), (5, 1))
+    x[rng.random(len(x)) < 0.02] = np.nan
+    found = find_cycles(x)
+    assert found is not None
+    assert (found.period, found.count) == (400, 5)
+
+
+def test_repeat_counts_the_cycles() -> None:
+    assert Cycles(2, 3, 2).repeat(10).tolist() == [-1, -1, 0, 0, 0, 1, 1, 1, -1, -1]
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        np.zeros((500, 2)),
+        np.full((500, 2), np.nan),
+        np.zeros((500, 0)),
+        np.arange(500.0)[:, None],
+        np.cumsum(np.random.default_rng(1).normal(size=(5000, 3)), axis=0),
+        np.exp(-np.arange(5000.0) / 500)[:, None] * np.sin(np.arange(5000) / 50)[:, None],
+        np.sin((np.arange(5000) / 300) ** 2)[:, None],
+        np.ones((1, 1)),
+    ],
+    ids=["rest", "unknown", "no joints", "ramp", "random walk", "dying out", "chirp", "one sample"],
+)
+def test_what_does_not_repeat_has_no_cycles(motion: np.ndarray) -> None:
+    assert find_cycles(motion) is None
