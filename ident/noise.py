@@ -17,6 +17,7 @@ import numpy as np
 
 from ident import repetition, signals
 from ident.dataset import Dataset
+from ident.samples import drive_signal
 from recordings.recording import Floats
 
 _LEAST_SHARE = 1e-3
@@ -117,7 +118,7 @@ def _from_band_above(datasets: Sequence[Dataset], joint: int) -> Noise:
         rate = dataset.recording.run.rate
         taps = -signals.low_pass(min(2 * dataset.bandwidth, rate / 4), rate)
         taps[len(taps) // 2] += 1
-        above = signals.convolve(dataset.recording.voltage[:, joint], taps)
+        above = signals.convolve(drive_signal(dataset.recording)[:, joint], taps)
         typical.append(float(np.nanmedian(np.abs(above))) / np.linalg.norm(taps) / _MEDIAN_OF_NORMAL)
         shares.append(min(2 * dataset.bandwidth / rate, 1.0))
     volts, share = float(np.mean(typical)), float(np.mean(shares))

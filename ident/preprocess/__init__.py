@@ -1,6 +1,6 @@
-"""From measured position and torque to motion and torque fit for identification. One method is one file here.
+"""From samples to motion and torque fit for identification. One method is one file here, named as users type it.
 
-A method's module holds `prepare(position, torque, rate, cutoff) -> Prepared`.
+A method's module holds `prepare(samples, cutoff) -> Prepared`; the cut-off [Hz] is None for the method's own choice.
 """
 
 from collections.abc import Callable
@@ -10,12 +10,14 @@ from typing import cast
 import numpy as np
 
 from ident import discovery
+from ident.cutoff import Cutoff
 from ident.motion import Motion
+from ident.samples import Samples
 from ident.signals import convolve
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
-Method = Callable[[Floats, Floats, float, float | None], "Prepared"]
-"""(position (n, dof) [rad], torque (n, dof) [N m], rate [Hz], cut-off [Hz] or None for the method's own)."""
+Method = Callable[[Samples, float | None], "Prepared"]
+Filter = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,35 +25,36 @@ class Prepared:
     """Motion and torque of one recording. NaN marks what is not known: gaps, ends, and what a filter made of them."""
 
     motion: Motion
-    """At every sample of the recording: what regressor columns are computed from, before `condition`."""
+    """n instants: what regressor columns are computed from, before `condition`."""
+    instants: Ints
+    """(n,) which samples these are."""
+    condition: Filter
+    """Filters and decimates columns (n, ...) computed from the motion as the torque was: (m, ...)."""
     torque: Floats
     """(m, dof) conditioned torque [N m]."""
-    mask: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
-    """(m, dof) True where the conditioned torque is known."""
-    taps: Floats
-    """The filter that torque and columns go through alike."""
+    sensitivity: Floats
+    """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V]."""
     step: int
-    """One conditioned sample for so many recorded ones."""
+    """One conditioned sample for so many of the instants."""
     rate: float
     """Conditioned samples per second [Hz]."""
     bandwidth: float
     """Highest frequency that is left, -3 dB, zero-phase [Hz]."""
-
-    def condition(self, x: Floats) -> Floats:
-        """Filter and decimate `x` (n, ...) as the torque was: (m, ...)."""
-        return convolve(x, self.taps, self.step)
-
-    def sensitivity(self, slope: Floats) -> Floats:
-        """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V].
-
-        `slope` (n, dof) [N m/V] is the torque map's derivative. Where noise samples are alike and independent, the
-        variance of their filtered sum adds up with the squares of the taps; so slope^2 is averaged with these.
-        """
-        power = self.taps**2
-        mean: Floats = np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), self.step), 0.0))
-        return mean
+    cutoff: Cutoff | None = None
+    """How the bandwidth was chosen; None where the method has no choice."""
 
 
 def load(name: str) -> Method:
     """The method `name`. Raises BadInput where there is none."""
     return cast(Method, discovery.load("preprocess", name).prepare)
+
+
+def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:
+    """`Prepared.sensitivity` (m, dof) of a filter with `taps`, from `Samples.slope` (n, dof).
+
+    Where noise samples are alike and independent, the variance of their filtered sum adds up with the squares of the
+    taps; so the mean of slope^2 is taken with them.
+    """
+    power = taps**2
+    mean: Floats = np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), step), 0.0))
+    return mean

@@ -7,13 +7,14 @@ import numpy as np
 
 from ident.motion import Motion
 from ident.preprocess import Prepared
+from ident.samples import Samples
 from ident.signals import convolve
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
 
-def prepare(position: Floats, torque: Floats, rate: float, cutoff: float | None) -> Prepared:
-    """Three-point differences of `position` (n, dof) [rad]; `torque` (n, dof) [N m] as it is.
+def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+    """Three-point differences of the position; the torque as it is.
 
     Raises:
         BadInput: a cut-off was given; this method has no filter.
@@ -22,7 +23,19 @@ def prepare(position: Floats, torque: Floats, rate: float, cutoff: float | None)
         raise BadInput(
             f"no cut-off expected with central differences, {cutoff:g} Hz found; leave it out or choose parallel"
         )
-    velocity = convolve(position, np.array([0.5, 0.0, -0.5]) * rate)
-    acceleration = convolve(position, np.array([1.0, -2.0, 1.0]) * rate**2)
-    motion = Motion(position, velocity, acceleration, np.sign(velocity))
-    return Prepared(motion, torque, np.isfinite(torque), taps=np.ones(1), step=1, rate=rate, bandwidth=rate / 2)
+    velocity = convolve(samples.position, np.array([0.5, 0.0, -0.5]) * samples.rate)
+    acceleration = convolve(samples.position, np.array([1.0, -2.0, 1.0]) * samples.rate**2)
+    return Prepared(
+        motion=Motion(samples.position, velocity, acceleration, np.sign(velocity)),
+        instants=np.arange(len(velocity)),
+        condition=_as_it_is,
+        torque=samples.torque,
+        sensitivity=samples.slope,
+        step=1,
+        rate=samples.rate,
+        bandwidth=samples.rate / 2,
+    )
+
+
+def _as_it_is(x: Floats) -> Floats:
+    return x

@@ -6,40 +6,44 @@ filtered so lightly that the motion is untouched (the same sgn from the analysis
 Stribeck friction), and sgn is averaged over the sample in which the joint reverses.
 """
 
+from functools import partial
+
 import numpy as np
 
+from ident import cutoff as choice
 from ident import signals
 from ident.motion import Motion
-from ident.preprocess import Prepared
-from recordings.errors import BadInput
+from ident.preprocess import Prepared, sensitivity
+from ident.samples import Samples
 from recordings.recording import Floats
 
-DEFAULT_CUTOFF = 30.0
-"""[Hz]; a tenth of the rate where that is lower."""
 
-
-def prepare(position: Floats, torque: Floats, rate: float, cutoff: float | None) -> Prepared:
-    """Filter `position` (n, dof) [rad] lightly for the motion, and `torque` (n, dof) [N m] at `cutoff` [Hz].
+def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+    """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or one read from the spectra.
 
     Raises:
         BadInput: the cut-off is not within reach of the recording's rate.
     """
-    if cutoff is None:
-        cutoff = min(DEFAULT_CUTOFF, rate / 10)
-    if not 0 < cutoff <= rate / 5:
-        raise BadInput(
-            f"a cut-off above 0 and up to a fifth of the rate ({rate / 5:g} Hz) expected, {cutoff:g} Hz found; "
-            "lower it or record faster"
-        )
-    motion = _motion(position, rate, min(3 * cutoff, rate / 4))
-    taps = signals.low_pass(cutoff, rate)
+    chosen = choice.given_or_chosen(cutoff, samples)
+    rate = samples.rate
+    taps = signals.low_pass(chosen.hz, rate)
     # Past twice the cut-off the filter leaves less than a thousandth: a quarter of the new rate loses nothing.
-    step = max(1, int(rate // (4 * cutoff)))
-    conditioned = signals.convolve(torque, taps, step)
-    return Prepared(motion, conditioned, np.isfinite(conditioned), taps, step, rate / step, cutoff)
+    step = max(1, int(rate // (4 * chosen.hz)))
+    return Prepared(
+        motion=motion(samples.position, rate, min(3 * chosen.hz, rate / 4)),
+        instants=np.arange(len(samples.position)),
+        condition=partial(signals.convolve, taps=taps, step=step),
+        torque=signals.convolve(samples.torque, taps, step),
+        sensitivity=sensitivity(samples.slope, taps, step),
+        step=step,
+        rate=rate / step,
+        bandwidth=chosen.hz,
+        cutoff=chosen,
+    )
 
 
-def _motion(position: Floats, rate: float, cutoff: float) -> Motion:
+def motion(position: Floats, rate: float, cutoff: float) -> Motion:
+    """Motion (n, dof) from `position` (n, dof) after a low-pass at `cutoff` [Hz]."""
     smooth = signals.convolve(position, signals.low_pass(cutoff, rate))
     velocity = signals.first_derivative(smooth, rate)
     acceleration = signals.second_derivative(smooth, rate)

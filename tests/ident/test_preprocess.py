@@ -4,12 +4,22 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import discovery, mechanisms, preprocess
+from ident import mechanisms, preprocess
 from ident.dataset import build
+from ident.samples import Samples
 from recordings.errors import BadInput
-from recordings.recording import Floats, Recording
+from recordings.recording import Floats, Ints, Recording
 
 Make = Callable[..., Recording]
+
+
+def samples(position: Floats, torque: Floats, rate: float, repeat: Ints | None = None) -> Samples:
+    """Signals (n, dof), all of them wanted."""
+    n = len(position)
+    repeat = np.zeros(n, np.int64) if repeat is None else repeat
+    return Samples(
+        rate, position, torque, torque, np.ones_like(torque), repeat, np.arange(n) / rate, np.ones(n, bool)
+    )
 
 
 def relative_residual(recording: Recording, parameters: Floats, method: str, cutoff: float | None = None) -> float:
@@ -36,7 +46,7 @@ def test_parallel_filtering_survives_the_encoder(make: Make, truth: Floats) -> N
 def test_central_differences_are_the_papers() -> None:
     t = np.arange(50) / 100
     position, torque = np.sin(3 * t)[:, None], np.cos(t)[:, None]
-    prepared = preprocess.load("central")(position, torque, 100.0, None)
+    prepared = preprocess.load("central")(samples(position, torque, 100.0), None)
     inner = slice(1, -1)
     np.testing.assert_allclose(prepared.motion.velocity[inner], (position[2:] - position[:-2]) * 50)
     np.testing.assert_allclose(
@@ -47,7 +57,7 @@ def test_central_differences_are_the_papers() -> None:
     assert np.isnan(prepared.motion.velocity[[0, -1]]).all()
 
 
-@pytest.mark.parametrize("method", discovery.names("preprocess"))
+@pytest.mark.parametrize("method", ["central", "parallel", "savgol"])
 @pytest.mark.parametrize("signal", ["position", "voltage"])
 def test_a_gap_is_masked_and_spoils_no_more_than_the_filters_reach(
     recording: Recording, truth: Floats, method: str, signal: str
@@ -59,7 +69,7 @@ def test_a_gap_is_masked_and_spoils_no_more_than_the_filters_reach(
     mechanism = mechanisms.create(recording.rig)
     whole, part = (build(made, mechanism, method, None) for made in (recording, gapped))
     lost = np.isfinite(whole.torque) & np.isnan(part.torque)
-    # Parallel at 30 Hz: 25 samples to either side, 9 more of the light filter and 4 of the derivatives.
+    # At most, parallel at 30 Hz: 25 samples to either side, 9 more of the light filter and 4 of the derivatives.
     lost_time = whole.time[lost.any(axis=1)]
     assert abs(lost_time - 1001 / 500).max() < 0.081
     # Without its voltage one joint is lost, without its position the whole platform.
@@ -80,5 +90,69 @@ def test_central_differences_take_no_cutoff(recording: Recording) -> None:
 
 
 def test_unknown_method_is_refused_with_those_there_are() -> None:
-    with pytest.raises(BadInput, match="central, parallel"):
+    with pytest.raises(BadInput, match="central, cycle_average, fourier, parallel, savgol"):
         preprocess.load("magic")
+
+
+@pytest.mark.parametrize("method", ["fourier", "cycle_average"])
+def test_fourier_differentiation_of_a_periodic_motion_is_exact(method: str) -> None:
+    t = np.arange(400) / 100
+    omega = 2 * np.pi / 2
+    position = np.stack([np.sin(omega * t), np.cos(3 * omega * t)], axis=1)
+    made = samples(position, position**2, 100.0, (t >= 2).astype(np.int64))
+    prepared = preprocess.load(method)(made, 10.0)
+    expected = np.stack([omega * np.cos(omega * t), -3 * omega * np.sin(3 * omega * t)], axis=1)
+    n = len(prepared.instants)
+    assert n == (400 if method == "fourier" else 200)
+    np.testing.assert_allclose(prepared.motion.velocity, expected[:n], atol=1e-9)
+    np.testing.assert_allclose(prepared.motion.acceleration, -(np.array([1, 9]) * omega**2 * position)[:n], atol=1e-8)
+    np.testing.assert_allclose(prepared.torque, (position**2)[:n], atol=1e-9)
+    assert np.isfinite(prepared.motion.direction).all()
+
+
+def test_the_mean_cycle_has_less_noise_and_no_gaps(make: Make, truth: Floats) -> None:
+    made = make(cycles=4, noise=0.05)
+    gapped = replace(made, position=made.position.copy())
+    gapped.position[2000:2010] = np.nan
+    alone, averaged = (
+        relative_residual(one, truth, method) for one, method in ((made, "fourier"), (gapped, "cycle_average"))
+    )
+    assert averaged == pytest.approx(alone / 2, rel=0.3)
+
+
+@pytest.mark.parametrize(
+    ("method", "repeat", "message"),
+    [
+        ("fourier", np.full(400, -1), "cycles of no samples found"),
+        ("fourier", np.repeat([0, 1], [150, 250]), "cycles of 150, 250 samples found"),
+        ("cycle_average", np.tile([0, 1], 200), "one after the other"),
+    ],
+)
+def test_fourier_methods_need_whole_cycles(method: str, repeat: Ints, message: str) -> None:
+    position = np.sin(np.arange(400) / 9)[:, None]
+    with pytest.raises(BadInput, match=message):
+        preprocess.load(method)(samples(position, position, 100.0, repeat), 5.0)
+
+
+def test_fourier_methods_refuse_what_no_cycle_knows() -> None:
+    position = np.sin(np.arange(400) * 2 * np.pi / 200)[:, None]
+    made = samples(position, position.copy(), 100.0, np.repeat([0, 1], 200))
+    made.torque[[50, 250]] = np.nan
+    with pytest.raises(BadInput, match="choose cycle_average or parallel"):
+        preprocess.load("fourier")(made, 5.0)
+    with pytest.raises(BadInput, match="known in one cycle at least"):
+        preprocess.load("cycle_average")(made, 5.0)
+
+
+@pytest.mark.parametrize("cutoff", [4.0, 9.0, 20.0])
+def test_savitzky_golay_smooths_by_three_decibels_at_the_cutoff(cutoff: float) -> None:
+    t = np.arange(1000) / 200
+    wave = np.cos(2 * np.pi * cutoff * t)[:, None]
+    prepared = preprocess.load("savgol")(samples(wave, wave, 200.0), cutoff)
+    assert np.nanmax(prepared.torque) == pytest.approx(np.sqrt(0.5), abs=0.05)
+    np.testing.assert_allclose(prepared.condition(wave), prepared.torque)
+
+
+@pytest.mark.parametrize("method", ["savgol", "fourier", "cycle_average"])
+def test_every_method_recovers_the_truth(make: Make, truth: Floats, method: str) -> None:
+    assert relative_residual(make(cycles=2), truth, method) < 0.02

@@ -1,0 +1,183 @@
+"""The measured signals of a recording on an even grid of instants, with its gaps, as every later stage needs them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.torque_map import torque_from_voltage, torque_per_volt
+from recordings.errors import BadInput
+from recordings.recording import Bools, Floats, Ints, Recording
+
+LEAST_TRAVEL = 1e-3
+"""A joint that moves less than this is held still [rad or m]."""
+ON_TIME = 0.1
+"""A sample that is further than this from its SYNC, in sample periods, is not of an even grid."""
+LONGEST_STEP = 2.0
+"""Samples further apart than this, in sample periods, have a gap between them."""
+AT_REST = 0.01
+"""A motion begins when a joint has left its place by this share of its travel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """n instants of dof joints. NaN is a gap."""
+
+    rate: float
+    """Instants per second [Hz]."""
+    position: Floats
+    """(n, dof) [rad or m]."""
+    drive: Floats
+    """(n, dof) what was measured of the drives: voltage [V], or else the effort itself."""
+    torque: Floats
+    """(n, dof) [N m or N]."""
+    slope: Floats
+    """(n, dof) derivative of the torque by `drive`."""
+    repeat: Ints
+    """(n,) repetition of the motion; -1 outside of all."""
+    phase: Floats
+    """(n,) time since the repetition began [s]; NaN outside of all."""
+    wanted: Bools
+    """(n,) False while approaching and stopping, or at rest before and after a motion that is not marked."""
+
+
+def sample(recording: Recording) -> Samples:
+    """The signals of `recording`, on the grid of its SYNCs, or on a grid of the median step if its steps are uneven.
+
+    Uneven samples are joined by cubic splines, but nothing is invented in a gap.
+
+    Raises:
+        BadInput: the recording holds nothing that could be fitted: a joint at rest, a drive that gives nothing, time
+            that runs backwards, a run that was interrupted before its motion.
+    """
+    _refuse_incomplete(recording)
+    drive, is_torque = drive_signal(recording), holds_torque(recording)
+    _refuse_useless(recording, drive)
+    _refuse_backwards(recording)
+    index = np.rint(recording.time * recording.run.rate).astype(np.int64)
+    if _is_even(recording, index):
+        rate = recording.run.rate
+        position, drive = _on_every_instant(recording.position, index), _on_every_instant(drive, index)
+    else:
+        rate = float(1 / np.median(np.diff(recording.time)))
+        index = np.rint(recording.time * rate).astype(np.int64)
+        position, drive = (_interpolated(recording.time, signal, rate) for signal in (recording.position, drive))
+    repeat, phase = _repetitions(recording, index, rate)
+    torque = recording.rig.torque
+    return Samples(
+        rate=rate,
+        position=position,
+        drive=drive,
+        torque=drive if is_torque else torque_from_voltage(drive, torque),
+        slope=np.ones_like(drive) if is_torque else torque_per_volt(drive, torque),
+        repeat=repeat,
+        phase=phase,
+        wanted=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
+    )
+
+
+def holds_torque(recording: Recording) -> bool:
+    """True where the effort itself was measured, and no voltage."""
+    return recording.effort is not None and not np.isfinite(recording.voltage).any()
+
+
+def drive_signal(recording: Recording) -> Floats:
+    """(n, dof) what was measured of the drives: voltage [V], or else the effort itself [N m or N]."""
+    effort = recording.effort if holds_torque(recording) else None
+    return recording.voltage if effort is None else effort
+
+
+def _refuse_incomplete(recording: Recording) -> None:
+    if not recording.complete and not (recording.repeat >= 0).any():
+        raise BadInput(
+            f"{recording.path.name}: a repeated motion expected, but the run was interrupted before it; record again"
+        )
+
+
+def _refuse_useless(recording: Recording, drive: Floats) -> None:
+    name, rig = recording.path.name, recording.rig
+    kind, units = ("effort", rig.effort_units) if holds_torque(recording) else ("voltage", ("V",) * rig.dof)
+    for joint, (position, signal) in enumerate(zip(recording.position.T, drive.T, strict=True), start=1):
+        position, signal = position[np.isfinite(position)], signal[np.isfinite(signal)]
+        if not len(position) or np.ptp(position) < LEAST_TRAVEL:
+            raise BadInput(f"{name}: joint {joint} should move, but its position is constant; record a motion")
+        if not len(signal) or np.ptp(signal) == 0:
+            found = f"{signal[0]:g} {units[joint - 1]} throughout" if len(signal) else "never received"
+            raise BadInput(
+                f"{name}: {'an' if kind == 'effort' else 'a'} {kind} that drives the motion expected, but that of "
+                f"joint {joint} is {found}; check the {kind} object in the rig file, or the column that was imported"
+            )
+
+
+def _refuse_backwards(recording: Recording) -> None:
+    step = np.diff(recording.time)
+    if (step <= 0).any():
+        at = int(np.argmax(step <= 0))
+        raise BadInput(
+            f"{recording.path.name}: time that increases from sample to sample expected, {recording.time[at]:g} s is "
+            f"followed by {recording.time[at + 1]:g} s; check the time stamps"
+        )
+
+
+def _is_even(recording: Recording, index: Ints) -> bool:
+    """Whether every sample is on time for the SYNC `index` (n,), and no two for the same."""
+    off = np.abs(recording.time * recording.run.rate - index)
+    return bool((np.diff(index) >= 1).all() and off.max() <= ON_TIME)
+
+
+def _on_every_instant(x: Floats, index: Ints) -> Floats:
+    """`x` (n, ...) at the instants `index`; NaN where there is no sample: a SYNC that nobody answered to."""
+    full: Floats = np.full((index[-1] + 1, *x.shape[1:]), np.nan)
+    full[index] = x
+    return full
+
+
+def _interpolated(time: Floats, x: Floats, rate: float) -> Floats:
+    """`x` (n, dof) at even instants, by a cubic spline through the known samples; NaN in gaps between them."""
+    from scipy.interpolate import CubicSpline
+
+    grid = np.arange(int(time[-1] * rate * (1 + 1e-12)) + 1) / rate
+    columns = []
+    for signal in x.T:
+        known = np.isfinite(signal)
+        instants = time[known]
+        after = np.clip(np.searchsorted(instants, grid), 1, len(instants) - 1)
+        gap = instants[after] - instants[after - 1] > LONGEST_STEP * (1 + 1e-6) / rate
+        outside = (grid < instants[0]) | (grid > instants[-1])
+        values = CubicSpline(instants, signal[known])(grid)
+        columns.append(np.where(gap | outside, np.nan, values))
+    return np.stack(columns, axis=1)
+
+
+def _repetitions(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:
+    """Of every instant: its repetition, -1 where none, and how far into it the motion is [s], NaN where none.
+
+    The motion waits while the host misses SYNCs (it resumes where it stood); where samples were lost otherwise, it
+    went on. Which of the two it was, shows in what fills the period: the samples, or the SYNCs.
+    """
+    repeat: Ints = np.full(index[-1] + 1, -1, np.int64)
+    phase: Floats = np.full(len(repeat), np.nan)
+    period = round(recording.run.period * rate)
+    first = end = 0
+    for number in np.unique(recording.repeat[recording.repeat >= 0]):
+        own = index[recording.repeat == number]
+        waited = len(own) == period
+        # A repetition that begins in a hole began a period after the last one did.
+        first = int(own[0] if waited or end == 0 else min(max(end, first + period), own[0]))
+        end = int(own[-1]) + 1
+        every = np.arange(first, end)
+        repeat[every] = number
+        phase[every] = (np.searchsorted(own, every) if waited else every - first) / rate
+    return repeat, phase
+
+
+def _in_motion(position: Floats) -> Bools:
+    """(n,) True from where the first joint has left the place it began at, until the last is where it ends."""
+    away = AT_REST * (np.nanmax(position, axis=0) - np.nanmin(position, axis=0))
+    known = np.isfinite(position)
+    first = position[known.argmax(axis=0), np.arange(position.shape[1])]
+    last = position[len(position) - 1 - known[::-1].argmax(axis=0), np.arange(position.shape[1])]
+    left = (np.abs(position - first) > away).any(axis=1)
+    to_go = (np.abs(position - last) > away).any(axis=1)
+    moving = np.zeros(len(position), bool)
+    moving[int(left.argmax()) : len(position) - int(to_go[::-1].argmax())] = True
+    return moving
