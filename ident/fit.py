@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident import estimators
+from ident import estimators, noise
 from ident.dataset import Dataset
-from ident.estimators import Estimate, Progress
+from ident.estimators import Estimate, Problem, Progress
 from ident.mechanisms import Mechanism, Parameter
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -35,10 +35,12 @@ class Fit:
 
     @property
     def at_bound(self) -> tuple[bool, ...]:
-        """For each parameter, whether it ended on the edge of the search region, which then decided, not the data."""
-        lowest, highest = self.bounds.T
-        margin = 1e-6 * (highest - lowest)
-        on_edge = (self.parameters <= lowest + margin) | (self.parameters >= highest - margin)
+        """For each parameter, whether it ended on the edge of the search region, which then decided, not the data.
+
+        Methods that do not search may end beyond.
+        """
+        from_edge = np.abs(self.parameters[:, None] - self.bounds).min(axis=1)
+        on_edge = from_edge <= 1e-6 * np.ptp(self.bounds, axis=1)
         return tuple(bool(flag) for flag in on_edge)
 
     def torque(self, dataset: Dataset) -> Floats:
@@ -64,8 +66,22 @@ def fit(
     regressor = np.concatenate([row[0] for row in rows])
     torque = np.concatenate([row[1] for row in rows])
     bounds = search_region(mechanism.parameters, regressor, torque)
-    estimate = estimators.load(method).estimate(regressor, torque, bounds, generator, progress, settings)
+    deviation = _deviation(datasets, regressor, torque) if estimators.weighted(method) else None
+    problem = Problem(regressor, torque, bounds, deviation)
+    estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     return Fit(estimate, bounds, len(torque))
+
+
+def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
+    """(r,) standard deviation [N m] of what a fit leaves in each row, by the noise that a first fit shows."""
+    first = np.linalg.lstsq(regressor, torque, rcond=None)[0]
+    residuals = [dataset.torque - dataset.regressor @ first for dataset in datasets]
+    found = noise.estimate(datasets, residuals)
+    deviations = [
+        noise.residual_std(dataset, residual, found).T[np.isfinite(dataset.torque).T]
+        for dataset, residual in zip(datasets, residuals, strict=True)
+    ]
+    return np.concatenate(deviations)
 
 
 def search_region(parameters: Sequence[Parameter], regressor: Floats, torque: Floats) -> Floats:

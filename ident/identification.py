@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ident import effects, mechanisms
+from ident import effects, estimators, mechanisms
 from ident.dataset import Dataset, build
 from ident.estimators import Progress
 from ident.fit import Fit, fit
 from ident.fitness import fitness
 from ident.mechanisms import Mechanism
-from ident.model import Agreement, FittedParameter, JointFitness, Method, Model, Preprocessing, source
+from ident.model import Agreement, Certified, FittedParameter, JointFitness, Method, Model, Preprocessing, source
 from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -66,13 +66,15 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
     _refuse_different_rigs(recordings)
-    mechanism = effects.with_effects(mechanisms.create(rig), choices.effects, rig)
+    form = estimators.form(choices.method)
+    mechanism = effects.with_effects(mechanisms.create(rig, form), choices.effects, rig)
     datasets = tuple(build(recording, mechanism, choices.preprocessing, choices.cutoff) for recording in recordings)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress)
     model = Model(
         mechanism=rig.mechanism,
+        form=form,
         effects=choices.effects,
         joints=rig.joint_names,
         effort_units=rig.effort_units,
@@ -86,6 +88,8 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
             seed=choices.seed,
             objective=result.estimate.objective,
             rows=result.rows,
+            certified=_certified(result),
+            diagnostics=dict(result.estimate.diagnostics),
         ),
         preprocessing=Preprocessing(name=choices.preprocessing, bandwidth=train[0].bandwidth, rate=train[0].rate),
         train=_agreement(train, result),
@@ -129,6 +133,14 @@ def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...
             mechanism.parameters, result.parameters, result.bounds, result.at_bound, strict=True
         )
     )
+
+
+def _certified(result: Fit) -> Certified | None:
+    estimate = result.estimate
+    if estimate.certificate is None:
+        return None
+    proof = estimate.certificate
+    return Certified(minimum=proof.objective, lower_bound=proof.lower_bound, excess=proof.excess(estimate.objective))
 
 
 def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:

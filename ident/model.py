@@ -35,6 +35,17 @@ class FittedParameter(Section):
     """In the form of (36), where friction has the opposite sign."""
 
 
+class Certified(Section):
+    """The exact minimum of objective (33), and how near the estimator came."""
+
+    minimum: float
+    """[N m], as it was computed."""
+    lower_bound: float
+    """[N m], proven: no parameters in the search region have a lower objective."""
+    excess: float
+    """How far at most the estimator's objective is above the minimum, relative."""
+
+
 class Method(Section):
     """The estimator and what it ended with."""
 
@@ -43,6 +54,10 @@ class Method(Section):
     seed: int
     objective: float
     rows: int
+    certified: Certified | None = None
+    """Only where the estimator's objective is (33)."""
+    diagnostics: dict[str, Any] = Field(default_factory=dict)
+    """What else the estimator has to say, such as a rank."""
 
 
 class Preprocessing(Section):
@@ -93,6 +108,8 @@ class Model(Section):
     schema_version: Literal[1] = Field(1, alias="schema")
     software: str = Field(default_factory=lambda: version("delta-workbench"))
     mechanism: Mechanism
+    form: str | None = None
+    """Linear model of the mechanism that was identified, where it is not the mechanism's own (`ident/forms/`)."""
     effects: tuple[str, ...] = ()
     """What was added to the mechanism, in this order."""
     joints: tuple[str, ...]

@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from ident.certificate import Certificate
 from ident.dataset import Dataset
 from ident.identification import Identification
 from recordings.recording import Floats
@@ -40,10 +41,10 @@ def draw(result: Identification, folder: Path) -> None:
             title += ", SIMULATED"
         torque(folder / f"{role}_torque.png", title, dataset, computed)
         residual(folder / f"{role}_residual.png", title, dataset, computed)
-    history = result.fit.estimate.history
-    if len(history) > 1:
-        ended = f"{model.method.name}, seed {model.method.seed}: objective ended at {history[-1]:.6g}"
-        convergence(folder / "convergence.png", ended, history)
+    estimate = result.fit.estimate
+    if len(estimate.history) > 1 and estimate.certificate:
+        ended = f"{model.method.name}, seed {model.method.seed}: objective ended at {estimate.objective:.6g}"
+        convergence(folder / "convergence.png", ended, estimate.history, estimate.certificate)
 
 
 def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
@@ -80,13 +81,13 @@ def residual(path: Path, title: str, dataset: Dataset, computed: Floats) -> None
         axes[-1].set_xlabel("time [s]")
 
 
-def convergence(path: Path, title: str, history: Floats) -> None:
-    """Draw how the best objective fell, as its excess over where it ended."""
+def convergence(path: Path, title: str, history: Floats, certificate: Certificate) -> None:
+    """Draw how the best objective fell towards its certified minimum."""
     with _figure(path, title, 1) as (axis,):
-        excess = history / history[-1] - 1
-        falling = excess > 0
-        axis.semilogy(np.flatnonzero(falling), excess[falling], color=COMPUTED, lw=1.6)
-        axis.set(xlabel="iteration", ylabel="objective above its\nfinal value, relative")
+        excess = np.array([certificate.excess(value) for value in history])
+        above = excess > 0
+        axis.semilogy(np.flatnonzero(above), excess[above], color=COMPUTED, lw=1.6)
+        axis.set(xlabel="iteration", ylabel="objective above its\nminimum, relative")
         axis.set_xlim(0, len(history) - 1)
 
 

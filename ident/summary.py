@@ -1,5 +1,7 @@
 """A fit on the screen: parameters, agreement per joint, and where the model fails."""
 
+from collections.abc import Iterator
+
 from rich.console import Console
 from rich.table import Table
 
@@ -13,6 +15,8 @@ def show(result: Identification, console: Console) -> None:
     for line in notices(result):
         console.print(line, style="bold yellow", highlight=False)
     console.print(_parameters(model))
+    for line in _method(model):
+        console.print(line, highlight=False)
     console.print(_agreements(model))
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
@@ -46,8 +50,8 @@ def notices(result: Identification) -> list[str]:
 
 def _parameters(model: Model) -> Table:
     label = ", relative" if model.relative else ""
-    of_paper = model.mechanism == "delta"
-    equation = " of Eq. (26)" if of_paper and not model.effects else ""
+    of_paper = model.mechanism == "delta" and model.form is None
+    equation = " of Eq. (26)" if of_paper and not model.effects else " of Eq. (38)" if model.form else ""
     table = Table(title=f"Parameters{equation}{label}", title_justify="left")
     table.add_column("")
     table.add_column("value", justify="right")
@@ -58,9 +62,25 @@ def _parameters(model: Model) -> Table:
     for parameter in model.parameters:
         values = [_number(parameter.value), parameter.unit, *([_number(parameter.paper_value)] if of_paper else [])]
         table.add_row(parameter.name, *values, "yes" if parameter.at_bound else "")
-    table.caption = "Friction is positive where it opposes motion"
-    table.caption += "; (36) has the opposite sign." if of_paper else "."
+    if model.form is None:
+        table.caption = "Friction is positive where it opposes motion"
+        table.caption += "; (36) has the opposite sign." if of_paper else "."
     return table
+
+
+def _method(model: Model) -> Iterator[str]:
+    """What the estimator has to say of its own result."""
+    method, proof = model.method, model.method.certified
+    if proof:
+        yield (
+            f"Objective (33): {method.objective:.7g} {model.effort_units[0]}, at most {proof.excess:.1e} (relative) "
+            "above its certified minimum."
+        )
+    steps = method.diagnostics.get("iterations")
+    if steps is not None and steps < method.settings["iterations"]:
+        yield f"The swarm stopped there after {steps} of {method.settings['iterations']} iterations."
+    if "rank" in method.diagnostics:
+        yield f"Rank {method.diagnostics['rank']} of {len(model.parameters)}."
 
 
 def _number(value: float) -> str:

@@ -28,9 +28,8 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--preprocess",
     type=click.Choice(discovery.names("preprocess")),
-    default="parallel",
-    show_default=True,
-    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike.",
+    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike."
+    "  [default: parallel]",
 )
 @click.option("--cutoff", type=float, metavar="HZ", help="Low-pass, -3 dB.  [default: 30, or a tenth of the rate]")
 @click.option(
@@ -39,6 +38,12 @@ FILE = click.Path(path_type=Path)
     help="Best neighbour by current position, as printed, or by personal best.  [default: current]",
 )
 @click.option("--iterations", type=click.IntRange(min=1), metavar="N", help="Steps of the swarm.  [default: 1000]")
+@click.option(
+    "--paper",
+    is_flag=True,
+    help="As in the paper: central differences on all rows, and all 1000 steps of the swarm, whereas it otherwise "
+    "stops when it has reached the certified minimum.",
+)
 @click.option(
     "--with",
     "effects",
@@ -55,10 +60,11 @@ def command(
     files: tuple[Path, ...],
     validate: Path | None,
     method: str,
-    preprocess: str,
+    preprocess: str | None,
     cutoff: float | None,
     neighbourhood: str | None,
     iterations: int | None,
+    paper: bool,
     effects: tuple[str, ...],
     seed: int,
     out: Path | None,
@@ -71,6 +77,10 @@ def command(
     Writes the model and pictures beside the first recording, and says how well the model agrees with the measured
     torque, and where it does not.
     """
+    if paper:
+        filtering = None if preprocess == "central" else preprocess
+        _refuse_beside_paper(preprocess=filtering, cutoff=cutoff, iterations=iterations)
+    preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
     if not force:
@@ -79,13 +89,20 @@ def command(
     from ident import estimators
     from ident.identification import Choices, identify
 
-    given = {"neighbourhood": neighbourhood, "iterations": iterations}
+    tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
+    given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
     with _progress_bar() as progress:
         result = identify(files, validate, Choices(method, settings, seed, preprocess, cutoff, effects), progress)
     _write(result, out, plots)
     _show(result, as_json)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
+
+
+def _refuse_beside_paper(**given: object) -> None:
+    for option, value in given.items():
+        if value:
+            raise BadInput(f"no --{option} expected beside --paper, which sets it, '{value}' found; leave one out")
 
 
 def _refuse_overwriting(out: Path, plots: Path) -> None:

@@ -1,22 +1,39 @@
 """Estimators find the parameters. One estimator is one file here, with one signature for all:
 
-    estimate(regressor, torque, bounds, generator, progress, settings) -> Estimate
+    estimate(problem, generator, progress, settings) -> Estimate
 
-and a frozen dataclass `Settings` of what can be set, all with defaults.
+and a frozen dataclass `Settings` of what can be set, all with defaults. A module that says `FORM = "name"` identifies
+that form of the mechanism (`ident/forms/`) instead of the mechanism's own model; one that says `WEIGHTED = True` is
+told how well each torque is known.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any, Protocol, cast
 
 from numpy.random import Generator
 
 from ident import discovery
+from ident.certificate import Certificate
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
 Progress = Callable[[int, int], None]
 """Called with steps done and steps in all."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """What is to be fitted: torque = regressor . parameters, m rows, k parameters."""
+
+    regressor: Floats
+    """(m, k)"""
+    torque: Floats
+    """(m,) [N m]"""
+    bounds: Floats
+    """(k, 2) search region [lowest, highest]. Only methods that search look at it."""
+    deviation: Floats | None = None
+    """(m,) standard deviation of what a good fit leaves of each torque [N m], for estimators that are WEIGHTED."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +46,10 @@ class Estimate:
     """Value of the objective that the estimator minimises, at `parameters`."""
     history: Floats
     """Best objective so far, before the first step and after each; of length one where there are no steps."""
+    certificate: Certificate | None = None
+    """The minimum of (33) with its proof, where that is the estimator's objective."""
+    diagnostics: Mapping[str, Any] = field(default_factory=dict)
+    """What else there is to know, ready for JSON."""
 
 
 class Estimator(Protocol):
@@ -36,22 +57,30 @@ class Estimator(Protocol):
 
     Settings: type[Any]
 
-    def estimate(
-        self,
-        regressor: Floats,
-        torque: Floats,
-        bounds: Floats,
-        generator: Generator,
-        progress: Progress,
-        settings: Any,
-    ) -> Estimate:
-        """Fit torque (m,) [N m] by regressor (m, k) times parameters within bounds (k, 2)."""
+    def estimate(self, problem: Problem, generator: Generator, progress: Progress, settings: Any) -> Estimate:
+        """Solve `problem`."""
         ...
 
 
 def load(name: str) -> Estimator:
     """The estimator `name`. Raises BadInput where there is none."""
     return cast(Estimator, discovery.load("estimators", name))
+
+
+def form(name: str) -> str | None:
+    """The form of the mechanism that the estimator `name` identifies; None: the mechanism's own model."""
+    found: str | None = getattr(load(name), "FORM", None)
+    return found
+
+
+def weighted(name: str) -> bool:
+    """Whether the estimator `name` asks for `Problem.deviation`."""
+    return getattr(load(name), "WEIGHTED", False)
+
+
+def has_setting(name: str, setting: str) -> bool:
+    """Whether the estimator `name` has such a setting."""
+    return setting in [field.name for field in fields(load(name).Settings)]
 
 
 def settings(name: str, given: Mapping[str, Any]) -> Any:
@@ -63,6 +92,6 @@ def settings(name: str, given: Mapping[str, Any]) -> Any:
     kind = load(name).Settings
     known = [field.name for field in fields(kind)]
     for setting in given:
-        if setting not in known:
+        if not has_setting(name, setting):
             raise BadInput(f"method {name}: a setting of {', '.join(known) or 'none'} expected, '{setting}' found")
     return kind(**given)

@@ -8,6 +8,7 @@ from typing import Protocol, cast
 
 from ident import discovery
 from ident.motion import Motion
+from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -23,6 +24,13 @@ class Parameter:
     """True for masses and inertias: the search goes no lower than zero."""
     paper_sign: int = 1
     """The paper prints this parameter times paper_sign."""
+    friction: bool = False
+    """True where a negative value would help the motion: no real machine has that, though a fit may."""
+
+    @property
+    def physically_positive(self) -> bool:
+        """True where no real machine has a negative value."""
+        return self.nonnegative or self.friction
 
 
 class Mechanism(Protocol):
@@ -42,6 +50,18 @@ class Mechanism(Protocol):
         ...
 
 
-def create(rig: Rig) -> Mechanism:
-    """The mechanism of `rig`."""
-    return cast(Mechanism, discovery.load("mechanisms", rig.mechanism).create(rig))
+def create(rig: Rig, form: str | None = None) -> Mechanism:
+    """The mechanism of `rig`; with a `form`, another linear model of it (`ident/forms/`).
+
+    Raises:
+        BadInput: there is no such form of this mechanism.
+    """
+    if form is None:
+        return cast(Mechanism, discovery.load("mechanisms", rig.mechanism).create(rig))
+    module = discovery.load("forms", form)
+    if module.MECHANISM != rig.mechanism:
+        raise BadInput(
+            f"the model form '{form}' is one of the mechanism {module.MECHANISM}, {rig.mechanism} found; choose a "
+            "method that needs no such form"
+        )
+    return cast(Mechanism, module.create(rig))

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
+from scipy.sparse import hstack, identity
 
 from ident import mechanisms
 from ident.motion import Motion
@@ -78,6 +80,22 @@ def write_recording(made: Recording) -> Path:
             zeros = [0] * made.rig.dof
             writer.amplifiers(stamp, stamp, k, made.repeat[k], 0.0, made.voltage[k], zeros, zeros)
     return made.path
+
+
+def least_absolute_deviations_by_simplex(regressor: Floats, torque: Floats, bounds: Floats) -> tuple[Floats, float]:
+    """Minimum of (33) inside `bounds` as a linear program for HiGHS: residual = above - below, both >= 0."""
+    m, k = regressor.shape
+    cost = np.concatenate([np.zeros(k), np.ones(2 * m)])
+    equations = hstack([regressor, identity(m), -identity(m)], format="csc")
+    options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+    region = [*bounds, *[(0, None)] * (2 * m)]
+    solved = linprog(cost, A_eq=equations, b_eq=torque, bounds=region, method="highs", options=options)
+    return solved.x[:k], solved.fun
+
+
+@pytest.fixture(scope="session")
+def least_absolute_deviations() -> Callable[[Floats, Floats, Floats], tuple[Floats, float]]:
+    return least_absolute_deviations_by_simplex
 
 
 @pytest.fixture(scope="session")

@@ -13,8 +13,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from ident import mechanisms, model
 from ident.cli import program
+from ident.dataset import build
+from ident.fitness import fitness
 from recordings.errors import BadInput
+from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Geometry, simulated_rig
 
@@ -70,6 +74,40 @@ def test_writes_model_and_pictures_and_says_what_they_mean(folder: Path, truth: 
     ]
 
 
+def test_every_pso_result_is_certified(folder: Path) -> None:
+    result = fit(folder / "a.mcap")
+    assert "above its certified minimum" in " ".join(result.stdout.split())
+    method = json.loads((folder / "a.model.json").read_text())["method"]
+    assert method["certified"]["lower_bound"] <= method["certified"]["minimum"] <= method["objective"]
+    assert 0 <= method["certified"]["excess"] <= 1e-8 == method["settings"]["tolerance"]
+    assert method["diagnostics"]["iterations"] < 1000
+
+
+def test_the_papers_procedure_takes_all_rows_and_all_iterations(folder: Path) -> None:
+    result = fit(folder / "a.mcap", "--paper")
+    assert result.exit_code == 0, result.output
+    content = json.loads((folder / "a.model.json").read_text())
+    assert content["preprocessing"]["name"] == "central"
+    assert content["preprocessing"]["rate"] == 500
+    assert content["method"]["settings"]["tolerance"] == 0
+    assert content["method"]["diagnostics"]["iterations"] == 1000
+    assert content["method"]["certified"]["excess"] < 1e-6
+
+
+@pytest.mark.parametrize("method", ["rls", "svd"])
+def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, method: str) -> None:
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", "--method", method)
+    assert "Eq. (38)" in result.stdout
+    assert ("Rank 13 of 14" in result.stdout) == (method == "svd")
+    loaded = model.load(folder / "a.model.json")
+    assert loaded.form == "lagrange14"
+    assert [parameter.name for parameter in loaded.parameters] == [f"theta_{i}" for i in range(1, 15)]
+    dataset = build(read(folder / "b.mcap"), mechanisms.create(simulated_rig(), loaded.form), "parallel", None)
+    predicted = dataset.regressor @ np.array([parameter.value for parameter in loaded.parameters])
+    assert loaded.validate_ is not None
+    assert fitness(dataset.torque, predicted).rms == pytest.approx(loaded.validate_.fitted.rms)
+
+
 def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
     out = [folder / f"{i}.json" for i in range(3)]
     for path, seed in zip(out, (5, 5, 6), strict=True):
@@ -105,6 +143,8 @@ def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
         (["none.mcap"], r"none.mcap"),
         (["--cutoff", "400"], r"a fifth of the rate"),
         (["--cutoff", "20", "--preprocess", "central"], r"no cut-off"),
+        (["--paper", "--preprocess", "parallel"], r"no --preprocess expected beside --paper, .* 'parallel' found"),
+        (["--paper"], r"no --iterations expected"),
     ],
 )
 def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list[str], message: str) -> None:

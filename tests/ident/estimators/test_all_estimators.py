@@ -4,28 +4,36 @@ import numpy as np
 import pytest
 
 from ident import discovery, estimators
+from ident.estimators import Problem
 from recordings.errors import BadInput
 
 NAMES = discovery.names("estimators")
+TRUTH = np.array([2.0, -0.5, 30.0, 0.1])
 
 
-def estimate(name: str, seed: int) -> estimators.Estimate:
+def estimate(name: str, seed: int, noise: float = 1e-3) -> estimators.Estimate:
     rng = np.random.default_rng(5)
     regressor = rng.normal(size=(600, 4)) * [1, 10, 0.1, 3]
-    truth = np.array([2.0, -0.5, 30.0, 0.1])
     bounds = np.array([[-10, 10], [-5, 5], [-100, 100], [0, 1.0]])
-    torque = regressor @ truth + 1e-3 * rng.normal(size=600)
-    module = estimators.load(name)
-    generator = np.random.default_rng(seed)
-    return module.estimate(regressor, torque, bounds, generator, lambda *_: None, estimators.settings(name, {}))
+    torque = regressor @ TRUTH + noise * rng.normal(size=600)
+    problem = Problem(regressor, torque, bounds, deviation=np.ones(600))
+    settings = estimators.settings(name, {})
+    return estimators.load(name).estimate(problem, np.random.default_rng(seed), lambda *_: None, settings)
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_recovers_planted_parameters(name: str) -> None:
     found = estimate(name, seed=1)
-    np.testing.assert_allclose(found.parameters, [2.0, -0.5, 30.0, 0.1], rtol=1e-2)
+    np.testing.assert_allclose(found.parameters, TRUTH, rtol=1e-2)
     assert found.history[-1] == found.objective
     assert (np.diff(found.history) <= 0).all()
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_data_without_any_noise_is_no_trouble(name: str) -> None:
+    found = estimate(name, seed=1, noise=0.0)
+    np.testing.assert_allclose(found.parameters, TRUTH, rtol=1e-2)
+    assert np.isfinite(found.objective)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -39,6 +47,22 @@ def test_same_seed_same_bits(name: str) -> None:
 def test_an_unknown_setting_is_refused(name: str) -> None:
     with pytest.raises(BadInput, match="warp_factor"):
         estimators.settings(name, {"warp_factor": 9})
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_progress_ends(name: str) -> None:
+    told: list[tuple[int, int]] = []
+    problem = Problem(np.eye(4), np.arange(4.0), np.tile([-9.0, 9.0], (4, 1)), np.ones(4))
+    settings = estimators.settings(name, {})
+    estimators.load(name).estimate(problem, np.random.default_rng(0), lambda *step: told.append(step), settings)
+    assert told
+    assert all(0 < done <= of for done, of in told)
+
+
+def test_the_baselines_identify_the_papers_linear_form_and_nothing_else_does() -> None:
+    forms = {name: estimators.form(name) for name in NAMES}
+    assert {name for name, form in forms.items() if form} == {"rls", "dls", "svd"}
+    assert set(forms.values()) == {None, "lagrange14"}
 
 
 def test_an_unknown_estimator_is_refused_with_those_there_are() -> None:

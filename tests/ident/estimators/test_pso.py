@@ -1,13 +1,15 @@
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.optimize import linprog
 
-from ident.estimators import Estimate, pso
+from ident.estimators import Estimate, Problem, pso, pso_classic
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
+LinearProgram = Callable[[Floats, Floats, Floats], tuple[Floats, float]]
 BOUNDS = np.tile([-20.0, 20.0], (11, 1))
 
 
@@ -20,35 +22,49 @@ def problem(m: int = 900) -> tuple[Floats, Floats]:
 
 
 def estimate(settings: pso.Settings, bounds: Floats = BOUNDS, seed: int = 1) -> Estimate:
-    return pso.estimate(*problem(), bounds, np.random.default_rng(seed), lambda *_: None, settings)
-
-
-def least_absolute_deviations(regressor: Floats, torque: Floats, bounds: Floats) -> tuple[Floats, float]:
-    """Minimum of (33) inside `bounds` as a linear program: residual = above - below, both >= 0."""
-    m, k = regressor.shape
-    cost = np.concatenate([np.zeros(k), np.ones(2 * m)])
-    equations = np.hstack([regressor, np.eye(m), -np.eye(m)])
-    solved = linprog(cost, A_eq=equations, b_eq=torque, bounds=[*bounds, *[(0, None)] * (2 * m)])
-    return solved.x[:k], solved.fun
+    return pso.estimate(Problem(*problem(), bounds), np.random.default_rng(seed), lambda *_: None, settings)
 
 
 @pytest.mark.parametrize("neighbourhood", ["current", "personal"])
-def test_reaches_the_exact_minimum(neighbourhood: str) -> None:
-    found = estimate(pso.Settings(neighbourhood=neighbourhood))  # type: ignore[arg-type]
+def test_reaches_the_exact_minimum(neighbourhood: str, least_absolute_deviations: LinearProgram) -> None:
+    found = estimate(pso.Settings(neighbourhood=neighbourhood, tolerance=0.0))  # type: ignore[arg-type]
     parameters, minimum = least_absolute_deviations(*problem(), BOUNDS)
     assert minimum * (1 - 1e-12) <= found.objective <= minimum * (1 + 1e-6)
     np.testing.assert_allclose(found.parameters, parameters, atol=1e-2)
 
 
-def test_a_minimum_on_the_edge_of_the_region_is_reached() -> None:
+def test_a_minimum_on_the_edge_of_the_region_is_reached(least_absolute_deviations: LinearProgram) -> None:
     bounds = BOUNDS.copy()
     free, _ = least_absolute_deviations(*problem(), BOUNDS)
     bounds[3] = free[3] + 0.2, free[3] + 5
     bounds[7] = free[7] - 5, free[7] - 0.1
-    found = estimate(pso.Settings(iterations=500), bounds)
+    found = estimate(pso.Settings(iterations=500, tolerance=0.0), bounds)
     _, minimum = least_absolute_deviations(*problem(), bounds)
     assert found.objective <= minimum * (1 + 1e-6)
     np.testing.assert_allclose(found.parameters[[3, 7]], [bounds[3, 0], bounds[7, 1]], rtol=1e-9)
+
+
+def test_the_classical_swarm_comes_near(least_absolute_deviations: LinearProgram) -> None:
+    """But not to the minimum: it contracts too early (Remark 1)."""
+    given = Problem(*problem(), BOUNDS)
+    found = pso_classic.estimate(given, np.random.default_rng(1), lambda *_: None, pso_classic.Settings())
+    _, minimum = least_absolute_deviations(*problem(), BOUNDS)
+    assert minimum * (1 - 1e-12) <= found.objective <= minimum * (1 + 1e-4)
+    cyclic = estimate(pso.Settings())
+    assert cyclic.objective < found.objective
+
+
+def test_stops_at_the_tolerance_and_not_before() -> None:
+    found = estimate(pso.Settings(tolerance=1e-4))
+    assert found.certificate is not None
+    excess = [found.certificate.excess(value) for value in found.history]
+    assert excess[-1] <= 1e-4 < excess[-2]
+    assert found.diagnostics["iterations"] == len(found.history) - 1 < 1000
+
+
+def test_without_tolerance_all_iterations_are_run() -> None:
+    found = estimate(pso.Settings(tolerance=0.0, iterations=600))
+    assert len(found.history) == 601
 
 
 def test_the_region_is_never_left() -> None:
@@ -69,6 +85,7 @@ def test_the_two_neighbourhoods_and_other_seeds_are_other_searches() -> None:
 
 def test_settings_are_the_papers() -> None:
     settings = pso.Settings()
+    assert settings.tolerance  # stops early, unlike the paper
     assert (settings.inertia, settings.cognitive, settings.social) == (0.72984, 1.49618, 1.49618)
     assert (settings.particles, settings.neighbours, settings.iterations) == (300, 60, 1000)
 
@@ -82,7 +99,17 @@ def test_the_best_neighbour_is_sought_on_a_ring_of_indices(values: list[float], 
         assert found[i] == min(around, key=lambda j: values[j])
 
 
-@pytest.mark.parametrize("wrong", [{"neighbours": 7}, {"neighbours": 300}, {"neighbours": -2}, {"iterations": 0}])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"neighbours": 7},
+        {"neighbours": 300},
+        {"neighbours": -2},
+        {"iterations": 0},
+        {"particles": 1, "neighbours": 0},
+        {"tolerance": -1},
+    ],
+)
 def test_impossible_settings_are_refused(wrong: dict[str, int]) -> None:
     with pytest.raises(BadInput, match="expected"):
         pso.Settings(**wrong)  # type: ignore[arg-type]
@@ -91,5 +118,5 @@ def test_impossible_settings_are_refused(wrong: dict[str, int]) -> None:
 def test_progress_is_told_at_every_step() -> None:
     told: list[tuple[int, int]] = []
     settings = pso.Settings(iterations=5)
-    pso.estimate(*problem(), BOUNDS, np.random.default_rng(0), lambda *step: told.append(step), settings)
+    pso.estimate(Problem(*problem(), BOUNDS), np.random.default_rng(0), lambda *step: told.append(step), settings)
     assert told == [(i, 5) for i in range(1, 6)]

@@ -1,0 +1,16 @@
+"""Compilation of the few loops that numpy cannot express, by numba, kept on disk for the next run."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+
+
+def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
+    """`function` compiled on its first call, with numba's `options`."""
+    try:
+        kept: Callable[..., Any] = numba.njit(cache=True, **options)(function)
+    except RuntimeError:
+        # Neither the package's folder nor the user's cache can be written: compile anew in every process.
+        kept = numba.njit(**options)(function)
+    return kept

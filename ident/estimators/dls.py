@@ -1,0 +1,38 @@
+"""Damped least squares on the linear regression model (37)-(40), after reference [18] of the paper.
+
+Minimises |torque - Psi theta|^2 + (damping s)^2 |theta|^2, where s is the largest singular value of Psi. The paper
+does not print the damping; a thousandth damps what the motion hardly shows, and nothing else.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from ident.estimators import Estimate, Problem, Progress
+from recordings.errors import BadInput
+
+FORM = "lagrange14"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Settings of the damping."""
+
+    damping: float = 1e-3
+    """In units of the regressor's largest singular value."""
+
+    def __post_init__(self) -> None:
+        if not self.damping >= 0:
+            raise BadInput(f"a damping of 0 or more expected, {self.damping:g} found; change it")
+
+
+def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
+    """Each component along a singular vector is damped by s_i / (s_i^2 + damping^2) instead of divided by s_i."""
+    left, singular, right = np.linalg.svd(problem.regressor, full_matrices=False)
+    damping = settings.damping * singular[0]
+    parameters = right.T @ (singular / (singular**2 + damping**2) * (left.T @ problem.torque))
+    residual = problem.torque - problem.regressor @ parameters
+    objective = float(residual @ residual + damping**2 * parameters @ parameters)
+    progress(1, 1)
+    return Estimate(parameters, objective, np.array([objective]))

@@ -1,0 +1,26 @@
+"""Plain least squares on the mechanism's own model, the 11 parameters of (30).
+
+Not in the paper. The fair variant beside its baselines RLS, DLS and SVD: their objective, but the regressor that the
+swarm is given. The search region is not looked at.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from ident.estimators import Estimate, Problem, Progress
+from recordings.recording import Floats
+
+
+@dataclass(frozen=True)
+class Settings:
+    """None."""
+
+
+def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
+    """Minimise the sum of squared residuals."""
+    parameters: Floats = np.asarray(np.linalg.lstsq(problem.regressor, problem.torque, rcond=None)[0], np.float64)
+    objective = float(np.sum((problem.torque - problem.regressor @ parameters) ** 2))
+    progress(1, 1)
+    return Estimate(parameters, objective, np.array([objective]))

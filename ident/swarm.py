@@ -1,0 +1,104 @@
+"""Particle swarms on objective (33): what the cyclic and the classical one have in common."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.random import Generator
+
+from ident.certificate import certify
+from ident.estimators import Estimate, Problem, Progress
+from ident.l1_kernel import L1Objective
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+Leaders = Callable[["Swarm"], Floats]
+"""Where each particle is drawn to beside its own best position: (n, k)."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What every swarm has; defaults are the paper's, except `tolerance`."""
+
+    particles: int = 300
+    """N_p."""
+    iterations: int = 1000
+    inertia: float = 0.72984
+    """c_0."""
+    cognitive: float = 1.49618
+    """c_1."""
+    social: float = 1.49618
+    """c_2."""
+    tolerance: float = 1e-8
+    """Stop once the objective is so near to its certified minimum, relative; 0: never stop early, as in the paper."""
+
+    def __post_init__(self) -> None:
+        if self.particles < 2:
+            raise BadInput(f"at least two particles expected, {self.particles} found; give a larger number")
+        if self.iterations < 1:
+            raise BadInput(f"at least one iteration expected, {self.iterations} found; give a larger number")
+        if not 0 <= self.tolerance < 1:
+            raise BadInput(f"a tolerance from 0 to below 1 expected, {self.tolerance:g} found; change it")
+
+
+@dataclass
+class Swarm:
+    """n particles at one step."""
+
+    current: Floats
+    """(n, k) positions, taken into the search region."""
+    value: Floats
+    """(n,) objective there."""
+    personal: Floats
+    """(n, k) best position of each so far."""
+    personal_value: Floats
+    """(n,)"""
+
+
+def search(
+    problem: Problem, generator: Generator, progress: Progress, settings: Settings, leaders: Leaders
+) -> Estimate:
+    """Let a swarm of this topology search the region of `problem`, Eqs. (34)-(35), (A14)-(A15).
+
+    r1, r2 are one number per particle and step, as printed. Particles start in the region and may leave it, as
+    nothing in (34)-(35) keeps them; the objective is then taken at the nearest point of the region, and it is that
+    point which is remembered.
+    """
+    certificate = certify(problem.regressor, problem.torque, problem.bounds)
+    objective = L1Objective(problem.regressor, problem.torque)
+    lowest, highest = problem.bounds.T
+    shape = (settings.particles, len(lowest))
+
+    position = generator.uniform(lowest, highest, shape)
+    velocity = np.zeros(shape)
+    value = objective(position)
+    swarm = Swarm(position, value, position, value)  # (31)
+    history = [value.min()]
+    for step in range(settings.iterations):
+        r1, r2 = generator.random((2, settings.particles, 1))
+        velocity = (
+            settings.inertia * velocity
+            + settings.cognitive * r1 * (swarm.personal - position)
+            + settings.social * r2 * (leaders(swarm) - position)
+        )  # (34)
+        position = position + velocity  # (35)
+        _remember(swarm, np.clip(position, lowest, highest), objective)
+        history.append(swarm.personal_value.min())
+        progress(step + 1, settings.iterations)
+        if settings.tolerance and certificate.excess(history[-1]) <= settings.tolerance:
+            break
+    best = int(swarm.personal_value.argmin())
+    return Estimate(
+        swarm.personal[best],
+        float(history[-1]),
+        np.array(history),
+        certificate,
+        diagnostics={"iterations": len(history) - 1},
+    )
+
+
+def _remember(swarm: Swarm, current: Floats, objective: Callable[[Floats], Floats]) -> None:
+    swarm.current, swarm.value = current, objective(current)
+    better = swarm.value < swarm.personal_value
+    swarm.personal = np.where(better[:, None], current, swarm.personal)
+    swarm.personal_value = np.where(better, swarm.value, swarm.personal_value)

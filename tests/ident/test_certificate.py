@@ -1,0 +1,116 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ident.certificate import Certificate, certify
+from recordings.recording import Floats
+
+LinearProgram = Callable[[Floats, Floats, Floats], tuple[Floats, float]]
+WIDE = np.tile([-100.0, 100.0], (5, 1))
+
+
+def problem(m: int = 500, k: int = 5, seed: int = 0) -> tuple[Floats, Floats]:
+    """Columns whose sizes differ by up to 1e4, and a torque with noise of heavy tails."""
+    rng = np.random.default_rng(seed)
+    regressor = rng.normal(size=(m, k)) * np.geomspace(0.01, 100, k)
+    return regressor, regressor @ rng.normal(size=k) + rng.standard_t(2, size=m)
+
+
+def objective(regressor: Floats, torque: Floats, parameters: Floats) -> float:
+    return float(np.abs(torque - regressor @ parameters).sum())
+
+
+def exact(certificate: Certificate) -> bool:
+    return 0 < certificate.lower_bound <= certificate.objective <= certificate.lower_bound * (1 + 1e-10)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_is_the_optimum_of_the_linear_program(seed: int, least_absolute_deviations: LinearProgram) -> None:
+    regressor, torque = problem(seed=seed)
+    found = certify(regressor, torque, WIDE)
+    parameters, minimum = least_absolute_deviations(regressor, torque, WIDE)
+    assert exact(found)
+    assert found.objective == pytest.approx(minimum, rel=1e-10)
+    assert found.objective == pytest.approx(objective(regressor, torque, found.parameters), rel=1e-14)
+    np.testing.assert_allclose(found.parameters, parameters, rtol=1e-6)
+
+
+def test_is_the_optimum_within_the_search_region(least_absolute_deviations: LinearProgram) -> None:
+    regressor, torque = problem()
+    free = certify(regressor, torque, WIDE).parameters
+    bounds = np.stack([free - 3, free + 3], axis=1)
+    bounds[1], bounds[3] = free[1] + [0.1, 4], free[3] - [4, 0.001]
+    found = certify(regressor, torque, bounds)
+    parameters, minimum = least_absolute_deviations(regressor, torque, bounds)
+    assert exact(found)
+    assert found.objective == pytest.approx(minimum, rel=1e-10)
+    np.testing.assert_allclose(found.parameters, parameters, rtol=1e-5)
+    assert ((bounds[:, 0] <= found.parameters) & (found.parameters <= bounds[:, 1])).all()
+
+
+@settings(deadline=None, max_examples=40)
+@given(
+    m=st.integers(1, 60),
+    k=st.integers(1, 6),
+    seed=st.integers(0, 10**6),
+    quantised=st.booleans(),
+    width=st.sampled_from([0.1, 1.0, 1e3]),
+)
+def test_nothing_in_the_region_is_below_the_bound(m: int, k: int, seed: int, quantised: bool, width: float) -> None:
+    rng = np.random.default_rng(seed)
+    regressor, torque = rng.normal(size=(m, k)), rng.normal(size=m)
+    if quantised:  # many equal rows and residuals
+        regressor, torque = np.round(regressor), np.round(torque)
+    bounds = np.sort(rng.uniform(-width, width, (k, 2)), axis=1)
+    found = certify(regressor, torque, bounds)
+    assert ((bounds[:, 0] <= found.parameters) & (found.parameters <= bounds[:, 1])).all()
+    assert found.objective >= found.lower_bound
+    for parameters in [*rng.uniform(*bounds.T, (30, k)), found.parameters]:
+        assert objective(regressor, torque, parameters) >= found.lower_bound * (1 - 1e-13)
+
+
+def degenerate(kind: str) -> tuple[Floats, Floats]:
+    regressor, torque = problem()
+    if kind == "equal columns":
+        regressor[:, 1] = regressor[:, 0]
+    elif kind == "column of zeros":
+        regressor[:, 2] = 0
+    elif kind == "standstill":
+        regressor[300:], torque[300:] = regressor[300], torque[300]
+    elif kind == "quantised":
+        regressor, torque = np.round(regressor), np.round(torque)
+    return regressor, torque
+
+
+@pytest.mark.parametrize("kind", ["equal columns", "column of zeros", "standstill", "quantised"])
+def test_degenerate_data(kind: str, least_absolute_deviations: LinearProgram) -> None:
+    regressor, torque = degenerate(kind)
+    found = certify(regressor, torque, WIDE)
+    _, minimum = least_absolute_deviations(regressor, torque, WIDE)
+    assert found.objective == pytest.approx(minimum, rel=1e-8)
+    assert found.lower_bound == pytest.approx(minimum, rel=1e-5)
+
+
+def test_a_perfect_fit_has_an_excess_in_units_of_the_torque() -> None:
+    regressor, _ = problem()
+    truth = np.arange(1.0, 6.0)
+    torque = regressor @ truth
+    found = certify(regressor, torque, WIDE)
+    np.testing.assert_allclose(found.parameters, truth, rtol=1e-9)
+    assert found.excess(found.objective) < 1e-3
+    assert found.excess(1e-9 * np.abs(torque).sum()) == pytest.approx(1, rel=1e-3)
+
+
+def test_no_torque_at_all() -> None:
+    found = certify(problem()[0], np.zeros(500), WIDE)
+    assert found.objective == pytest.approx(0, abs=1e-9)
+    assert np.isfinite(found.excess(1.0))
+
+
+def test_the_excess_is_relative_and_never_negative() -> None:
+    certificate = Certificate(np.zeros(1), 100.0, 100.0, 100.0)
+    assert certificate.excess(101.0) == pytest.approx(0.01)
+    assert certificate.excess(100.0 - 1e-12) == 0
