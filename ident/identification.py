@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from ident import effects, estimators, mechanisms
-from ident.dataset import Dataset, build
+from ident.dataset import Dataset, build_all
 from ident.estimators import Progress
 from ident.fit import Fit, fit
 from ident.fitness import fitness
 from ident.mechanisms import Mechanism
 from ident.model import Agreement, Certified, FittedParameter, JointFitness, Method, Model, Preprocessing, source
+from ident.samples import holds_torque
 from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -68,7 +69,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     _refuse_different_rigs(recordings)
     form = estimators.form(choices.method)
     mechanism = effects.with_effects(mechanisms.create(rig, form), choices.effects, rig)
-    datasets = tuple(build(recording, mechanism, choices.preprocessing, choices.cutoff) for recording in recordings)
+    datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress)
@@ -80,7 +81,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
-        relative=rig.torque.gain_source == "assumed",
+        relative=rig.torque.gain_source == "assumed" and not holds_torque(recordings[0]),
         parameters=_parameters(mechanism, result),
         method=Method(
             name=choices.method,
@@ -91,7 +92,12 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
             certified=_certified(result),
             diagnostics=dict(result.estimate.diagnostics),
         ),
-        preprocessing=Preprocessing(name=choices.preprocessing, bandwidth=train[0].bandwidth, rate=train[0].rate),
+        preprocessing=Preprocessing(
+            name=choices.preprocessing,
+            bandwidth=train[0].bandwidth,
+            rate=train[0].rate,
+            cutoff=train[0].cutoff.sentence() if train[0].cutoff else None,
+        ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
     )

@@ -68,6 +68,8 @@ class Preprocessing(Section):
     """[Hz]"""
     rate: float
     """Rows per second and joint [Hz]."""
+    cutoff: str | None = None
+    """Why this bandwidth, in words; None where the preprocessing has no choice."""
 
 
 class Source(Section):

@@ -18,6 +18,8 @@ def show(result: Identification, console: Console) -> None:
     for line in _method(model):
         console.print(line, highlight=False)
     console.print(_agreements(model))
+    if model.preprocessing.cutoff:
+        console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
     for sentence in result.where():

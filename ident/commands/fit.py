@@ -28,10 +28,11 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--preprocess",
     type=click.Choice(discovery.names("preprocess")),
-    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike."
+    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike; savgol: "
+    "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
     "  [default: parallel]",
 )
-@click.option("--cutoff", type=float, metavar="HZ", help="Low-pass, -3 dB.  [default: 30, or a tenth of the rate]")
+@click.option("--cutoff", type=float, metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
 @click.option(
     "--neighbourhood",
     type=click.Choice(["current", "personal"]),
