@@ -32,7 +32,12 @@ class Axes:
         """Inertias, viscous and Coulomb friction of all joints, then the weights of those that have one."""
         numbered = list(enumerate(self.axes, start=1))
         friction = [
-            Parameter(f"{name}{i}", f"{_effort(axis)}{unit}".format(_position(axis)), f"{kind} friction of joint {i}")
+            Parameter(
+                f"{name}{i}",
+                f"{_effort(axis)}{unit}".format(_position(axis)),
+                f"{kind} friction of joint {i}",
+                friction=True,
+            )
             for name, unit, kind in (("c_v", " s/{}", "viscous"), ("c_c", "", "Coulomb"))
             for i, axis in numbered
         ]

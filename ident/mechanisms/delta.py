@@ -27,8 +27,11 @@ PARAMETERS = (
     Parameter("m_p", "kg", "mass moved with the platform: platform and forearms", nonnegative=True),
     Parameter("T_g", "N m", "torque that holds one actuated arm level against gravity"),
     *(Parameter(f"I_{i}", "kg m^2", f"inertia of arm {i} and its motor", nonnegative=True) for i in (1, 2, 3)),
-    *(Parameter(f"c_v{i}", "N m s/rad", f"viscous friction of joint {i}", paper_sign=-1) for i in (1, 2, 3)),
-    *(Parameter(f"c_c{i}", "N m", f"Coulomb friction of joint {i}", paper_sign=-1) for i in (1, 2, 3)),
+    *(
+        Parameter(f"{name}{i}", unit, f"{kind} friction of joint {i}", paper_sign=-1, friction=True)
+        for name, unit, kind in (("c_v", "N m s/rad", "viscous"), ("c_c", "N m", "Coulomb"))
+        for i in (1, 2, 3)
+    ),
 )
 """In the order of Eq. (30)."""
 
