@@ -56,20 +56,35 @@ def fit(
     settings: Any,
     generator: Generator,
     progress: Progress,
+    physical: bool = False,
 ) -> Fit:
     """Find the parameters of `mechanism` from `datasets` together, by the estimator `method` with its `settings`.
 
+    If `physical`, friction must oppose motion too; masses and inertias are never searched below zero.
+
     Raises:
-        BadInput: the motion leaves a parameter without any effect.
+        BadInput: the motion leaves a parameter without any effect; or the result was to be physical, but the method
+            does not look at the search region, and left it.
     """
     rows = [dataset.rows() for dataset in datasets]
     regressor = np.concatenate([row[0] for row in rows])
     torque = np.concatenate([row[1] for row in rows])
-    bounds = search_region(mechanism.parameters, regressor, torque)
+    bounds = search_region(mechanism.parameters, regressor, torque, physical)
     deviation = _deviation(datasets, regressor, torque) if estimators.weighted(method) else None
     problem = Problem(regressor, torque, bounds, deviation)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
+    if physical:
+        _refuse_unphysical(mechanism.parameters, estimate.parameters, bounds, method)
     return Fit(estimate, bounds, len(torque))
+
+
+def _refuse_unphysical(parameters: Sequence[Parameter], values: Floats, bounds: Floats, method: str) -> None:
+    for parameter, value, lowest in zip(parameters, values, bounds[:, 0], strict=True):
+        if parameter.physically_positive and value < lowest:
+            raise BadInput(
+                f"method {method} does not keep to a search region: {parameter.name} of 0 or more expected, "
+                f"{value:.4g} {parameter.unit} found; choose pso or lad, or leave out --physical"
+            )
 
 
 def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
@@ -84,13 +99,15 @@ def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -
     return np.concatenate(deviations)
 
 
-def search_region(parameters: Sequence[Parameter], regressor: Floats, torque: Floats) -> Floats:
+def search_region(
+    parameters: Sequence[Parameter], regressor: Floats, torque: Floats, physical: bool = False
+) -> Floats:
     """Bounds (k, 2) for fitting torque (m,) [N m] by regressor (m, k).
 
     A term (parameter times column) that were alone many times larger than the torque would have to be cancelled by
     the others at every sample; so its RMS is limited to REACH times the torque's. That makes the region follow the
     robot's size and an unknown gain. Masses and inertias stop at zero. Friction does not: (36) shows that a fit may
-    want a negative coefficient, which the user should see.
+    want a negative coefficient, which the user should see; only if `physical` does it stop at zero too.
 
     Raises:
         BadInput: the motion leaves a parameter without any effect.
@@ -103,5 +120,5 @@ def search_region(parameters: Sequence[Parameter], regressor: Floats, torque: Fl
                 "effect on this one; record a richer motion"
             )
     highest = REACH * np.sqrt(np.mean(torque**2)) / size
-    nonnegative = np.array([parameter.nonnegative for parameter in parameters])
-    return np.stack([np.where(nonnegative, 0.0, -highest), highest], axis=1)
+    from_zero = np.array([parameter.nonnegative or (physical and parameter.friction) for parameter in parameters])
+    return np.stack([np.where(from_zero, 0.0, -highest), highest], axis=1)

@@ -15,6 +15,9 @@ from ident.fitness import fitness
 from ident.mechanisms import Mechanism
 from ident.model import Agreement, Certified, FittedParameter, JointFitness, Method, Model, Preprocessing, source
 from ident.samples import holds_torque
+from ident.sensitivity import Sensitivity, sensitivity
+from ident.trust import Knowledge, assess
+from ident.uncertainty import Source
 from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -35,6 +38,10 @@ class Choices:
     """[Hz], or the preprocessing's own."""
     effects: tuple[str, ...] = ()
     """Added to the mechanism."""
+    physical: bool = False
+    """Friction must oppose motion."""
+    intervals: Source = "stationary"
+    """See `ident.uncertainty`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +79,12 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
-    result = fit(train, mechanism, choices.method, choices.settings, generator, progress)
+    result = fit(train, mechanism, choices.method, choices.settings, generator, progress, choices.physical)
+    relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
+    trust, knowledge = None, (Knowledge(),) * len(mechanism.parameters)
+    if form is None:
+        moved = _moved(train, choices)
+        trust, knowledge = assess(train, result, mechanism, choices.method, moved, relative, choices.intervals)
     model = Model(
         mechanism=rig.mechanism,
         form=form,
@@ -81,8 +93,8 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
-        relative=rig.torque.gain_source == "assumed" and not holds_torque(recordings[0]),
-        parameters=_parameters(mechanism, result),
+        relative=relative,
+        parameters=_parameters(mechanism, result, knowledge),
         method=Method(
             name=choices.method,
             settings=asdict(choices.settings),
@@ -100,6 +112,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
         ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
+        trust=trust,
     )
     return Identification(model, mechanism, result, train, validation)
 
@@ -124,7 +137,16 @@ def _physics(rig: Rig) -> dict[str, Any]:
     return {"mechanism": rig.mechanism, "axes": axes, **values}
 
 
-def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...]:
+def _moved(train: Sequence[Dataset], choices: Choices) -> Sensitivity:
+    def create(rig: Rig) -> Mechanism:
+        return effects.with_effects(mechanisms.create(rig), choices.effects, rig)
+
+    recordings = [dataset.recording for dataset in train]
+    cutoff = train[0].cutoff.hz if train[0].cutoff else None
+    return sensitivity(recordings, create, choices.preprocessing, cutoff)
+
+
+def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Knowledge]) -> tuple[FittedParameter, ...]:
     return tuple(
         FittedParameter(
             name=parameter.name,
@@ -134,9 +156,10 @@ def _parameters(mechanism: Mechanism, result: Fit) -> tuple[FittedParameter, ...
             upper=float(upper),
             at_bound=at_bound,
             paper_value=float(parameter.paper_sign * value),
+            **known.model_dump(),
         )
-        for parameter, value, (lower, upper), at_bound in zip(
-            mechanism.parameters, result.parameters, result.bounds, result.at_bound, strict=True
+        for parameter, value, (lower, upper), at_bound, known in zip(
+            mechanism.parameters, result.parameters, result.bounds, result.at_bound, knowledge, strict=True
         )
     )
 

@@ -13,6 +13,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from ident.fitness import Fitness
+from ident.trust import Knowledge, Trust
 from recordings.config import Section, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -21,8 +22,8 @@ from recordings.rig import Geometry, Mechanism, Torque
 SCHEMA = 1
 
 
-class FittedParameter(Section):
-    """One identified parameter; friction is positive where it opposes motion."""
+class FittedParameter(Knowledge):
+    """One identified parameter and how well it is known; friction is positive where it opposes motion."""
 
     name: str
     value: float
@@ -127,6 +128,8 @@ class Model(Section):
     preprocessing: Preprocessing
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
+    trust: Trust | None = None
+    """None for forms of the mechanism that are not meant to be true, but to be compared with."""
 
     def as_json(self) -> Mapping[str, Any]:
         """As it stands in the file."""

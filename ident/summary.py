@@ -5,12 +5,13 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
+from ident import trust_summary
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
 
 
-def show(result: Identification, console: Console) -> None:
-    """Print everything a person needs to judge `result`."""
+def show(result: Identification, console: Console, details: bool = False) -> None:
+    """Print everything a person needs to judge `result`; with `details`, all that is known about its errors."""
     model = result.model
     for line in notices(result):
         console.print(line, style="bold yellow", highlight=False)
@@ -18,6 +19,7 @@ def show(result: Identification, console: Console) -> None:
     for line in _method(model):
         console.print(line, highlight=False)
     console.print(_agreements(model))
+    trust_summary.show(model, console, details)
     if model.preprocessing.cutoff:
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
     judged = "validation" if result.validation else "training"
@@ -44,7 +46,9 @@ def notices(result: Identification) -> list[str]:
             "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
         )
     if model.geometry and model.geometry.L2_source == "assumed":
-        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed; 10 mm shift m_p by about 10 %.")
+        lines.append(
+            f"The forearm length L2 = {model.geometry.L2:g} m is assumed{trust_summary.length_moves(model)}."
+        )
     if at_bound:
         lines.append(f"On the edge of the search region, so not determined by the data: {', '.join(at_bound)}.")
     return lines
@@ -57,12 +61,19 @@ def _parameters(model: Model) -> Table:
     table = Table(title=f"Parameters{equation}{label}", title_justify="left")
     table.add_column("")
     table.add_column("value", justify="right")
+    if model.trust:
+        table.add_column("± 95 %", justify="right")
     table.add_column("unit")
     if of_paper:
         table.add_column("as in (36)", justify="right")
     table.add_column("at bound")
     for parameter in model.parameters:
-        values = [_number(parameter.value), parameter.unit, *([_number(parameter.paper_value)] if of_paper else [])]
+        values = [
+            _number(parameter.value),
+            *([trust_summary.margin(parameter)] if model.trust else []),
+            parameter.unit,
+        ]
+        values += [_number(parameter.paper_value)] if of_paper else []
         table.add_row(parameter.name, *values, "yes" if parameter.at_bound else "")
     if model.form is None:
         table.caption = "Friction is positive where it opposes motion"

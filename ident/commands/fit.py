@@ -15,6 +15,7 @@ from recordings.errors import BadInput
 if TYPE_CHECKING:
     from ident.estimators import Progress
     from ident.identification import Identification
+    from ident.uncertainty import Source
 
 FILE = click.Path(path_type=Path)
 
@@ -52,9 +53,18 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     help="Add an effect to the base model; may be given several times.",
 )
+@click.option("--physical", is_flag=True, help="Allow no friction that helps the motion. For methods that search.")
+@click.option(
+    "--intervals",
+    type=click.Choice(["stationary", "hac", "cycles"]),
+    default="stationary",
+    show_default=True,
+    help="Where the noise's autocovariance is from: its spectrum; Newey-West; differences between repetitions.",
+)
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .plots]")
+@click.option("--details", is_flag=True, help="Show all that is known about the parameters' errors.")
 @click.option("--force", is_flag=True, help="Replace an existing model and its pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
 def command(
@@ -67,9 +77,12 @@ def command(
     iterations: int | None,
     paper: bool,
     effects: tuple[str, ...],
+    physical: bool,
+    intervals: Source,
     seed: int,
     out: Path | None,
     plots: Path | None,
+    details: bool,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -93,10 +106,11 @@ def command(
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
+    choices = Choices(method, settings, seed, preprocess, cutoff, effects, physical, intervals)
     with _progress_bar() as progress:
-        result = identify(files, validate, Choices(method, settings, seed, preprocess, cutoff, effects), progress)
+        result = identify(files, validate, choices, progress)
     _write(result, out, plots)
-    _show(result, as_json)
+    _show(result, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
 
 
@@ -134,7 +148,7 @@ def _write(result: Identification, out: Path, plots: Path) -> None:
     draw(result, plots)
 
 
-def _show(result: Identification, as_json: bool) -> None:
+def _show(result: Identification, as_json: bool, details: bool) -> None:
     import json
 
     from rich.console import Console
@@ -145,4 +159,4 @@ def _show(result: Identification, as_json: bool) -> None:
         document = {**result.model.as_json(), "where": result.where()}
         click.echo(json.dumps(document, indent=2))
     else:
-        summary.show(result, Console())
+        summary.show(result, Console(), details)

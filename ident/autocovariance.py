@@ -1,0 +1,165 @@
+"""The variance of weighted sums of autocorrelated noise.
+
+All use Parzen's lag weights, which keep variances non-negative, over a bandwidth that follows Andrews,
+"Heteroskedasticity and autocorrelation consistent covariance matrix estimation", Econometrica 59 (1991), 817-858,
+Eqs. (6.2), (6.4), from first-order autoregressions.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from recordings.recording import Floats
+
+Complexes = NDArray[np.complex128]
+
+_BANDWIDTH, _SQUARE = 2.6614, 0.539285
+"""Of Parzen's kernel: constant of the optimal bandwidth, and the integral of its square."""
+_STRONGEST = 0.97
+"""No first-order autocorrelation is taken to be stronger: towards 1 the bandwidth would grow without limit."""
+
+
+def bandwidth(blocks: Sequence[Floats]) -> float:
+    """Andrews' bandwidth [rows] for `blocks` of series (m, s), all brought to the same variance."""
+    rows = sum(len(block) for block in blocks)
+    products = sum((block[1:] * block[:-1]).sum(axis=0) for block in blocks)
+    squares = sum((block[:-1] ** 2).sum(axis=0) for block in blocks)
+    present = squares > 0
+    rho = np.clip(products[present] / squares[present], -_STRONGEST, _STRONGEST)
+    innovation = (1 - rho**2) ** 2
+    alpha = np.sum(4 * rho**2 * innovation / (1 - rho) ** 8) / np.sum(innovation / (1 - rho) ** 4)
+    return float(np.clip(_BANDWIDTH * (alpha * rows) ** 0.2, 1.0, rows))
+
+
+def parzen(width: float) -> Floats:
+    """Weights of the lags 0, 1, ... below `width`."""
+    share = np.arange(int(np.ceil(width))) / width
+    weights: Floats = np.where(share <= 0.5, 1 - 6 * share**2 + 6 * share**3, 2 * (1 - share) ** 3)
+    return weights
+
+
+def variance_of_sum(blocks: Sequence[Floats]) -> tuple[Floats, Floats]:
+    """Covariance (k, k) of the sums of series (m, k) over all `blocks`, from nothing but the series; and its freedom.
+
+    The degrees of freedom (k,) are those of a variance estimated from so many rows with so wide a bandwidth.
+    """
+    rows, series = sum(len(block) for block in blocks), blocks[0].shape[1]
+    width = bandwidth(blocks)
+    weights = parzen(width)
+    total = np.zeros((series, series))
+    for block in blocks:
+        size = _transform_length(len(block) + len(weights))
+        transform = np.fft.rfft(block, size, axis=0)
+        smoothed = np.fft.irfft(transform * _spectrum(weights, size)[:, None], size, axis=0)[: len(block)]
+        total += block.T @ smoothed
+    return (total + total.T) / 2, np.full(series, rows / (width * _SQUARE))
+
+
+@dataclass(frozen=True, eq=False)
+class Process:
+    """Stationary noise of several joints, known by its autocovariances."""
+
+    covariance: Floats
+    """(lags, dof, dof) of joint j, l rows later, with joint i, at [l, i, j]; smoothed by the lag weights."""
+    weights: Floats
+    """(lags,) the lag weights."""
+    samples: Floats
+    """(dof,) from how many samples."""
+
+    @classmethod
+    def of(cls, blocks: Sequence[Floats], known: Sequence[Floats]) -> "Process":
+        """From `blocks` of noise (m, dof), zero where not `known` (m, dof; else one)."""
+        width = min(bandwidth(blocks), max(len(block) for block in blocks) / 2)
+        weights = parzen(width)
+        products = sum(_lagged(block, len(weights)) for block in blocks)
+        pairs = sum(_lagged(mask, len(weights)) for mask in known)
+        covariance = weights[:, None, None] * np.where(pairs > 0.5, products / np.maximum(pairs, 0.5), 0.0)
+        samples = np.sum([mask.sum(axis=0) for mask in known], axis=0)
+        return cls(covariance, weights, samples)
+
+    def variance_of_sums(self, blocks: Iterable[Floats]) -> tuple[Floats, Floats]:
+        """Covariance (k, k) of the sums of factor (m, dof, k) times noise over all `blocks` of factors; its freedom.
+
+        The estimated autocovariances scatter. What that does to each variance is Bartlett's formula; the degrees of
+        freedom (k,) are those of a chi-squared variable that scatters as much.
+        """
+        lags, dof = len(self.weights), self.covariance.shape[1]
+        total, own = np.zeros((0, 0)), np.zeros((lags, dof, 0))
+        for factor in blocks:
+            if not own.shape[2]:
+                total, own = np.zeros((factor.shape[2],) * 2), np.zeros((lags, dof, factor.shape[2]))
+            size = _transform_length(len(factor) + lags)
+            transforms = [np.fft.rfft(factor[:, joint], size, axis=0) for joint in range(dof)]
+            for i in range(dof):
+                power = np.fft.irfft(np.abs(transforms[i]) ** 2, size, axis=0)
+                own[:, i] += power[:lags]
+                for j in range(dof):
+                    cross = _cross_spectrum(self.covariance[:, i, j], self.covariance[:, j, i], size)
+                    total += _summed(transforms[i], cross[:, None] * transforms[j], size)
+        return (total + total.T) / 2, self._freedom(own)
+
+    def _freedom(self, own: Floats) -> Floats:
+        """(k,), given the autocorrelation (lags, dof, k) of the factors of each joint and parameter."""
+        variance, scatter = np.zeros(own.shape[2]), np.zeros(own.shape[2])
+        size = _transform_length(2 * len(self.weights))
+        for joint, samples in enumerate(self.samples):
+            density = _spectrum(self.covariance[:, joint, joint], size)[:, None]
+            shape = np.stack([_spectrum(self.weights * column, size) for column in own[:, joint].T], axis=1)
+            variance += _mean(shape * density, size)
+            scatter += 2 / samples * _mean((shape * density) ** 2, size)
+        freedom: Floats = 2 * variance**2 / np.where(scatter > 0, scatter, np.inf)
+        return np.where(freedom > 0, freedom, np.inf)
+
+
+def _lagged(x: Floats, lags: int) -> Floats:
+    """(lags, dof, dof) sums of x[t, i] x[t + l, j] over all rows of `x` (m, dof)."""
+    size = _transform_length(len(x) + lags)
+    transform = np.fft.rfft(x, size, axis=0)
+    sums: Floats = np.fft.irfft(transform[:, :, None].conj() * transform[:, None, :], size, axis=0)[:lags]
+    return sums
+
+
+def _spectrum(lagged: Floats, size: int) -> Floats:
+    """Transform (size // 2 + 1,) of an even sequence, given its lags 0, 1, ..."""
+    spectrum: Floats = 2 * np.fft.rfft(lagged, size).real - lagged[0]
+    return spectrum
+
+
+def _cross_spectrum(later: Floats, earlier: Floats, size: int) -> Complexes:
+    """Transform of the cross-covariance whose lags 0, 1, ... are `later`, and 0, -1, ... are `earlier`.
+
+    In sum over s, t of a[s] c[t - s] b[t] it multiplies the transform of b.
+    """
+    ahead, behind = np.fft.rfft(later, size), np.fft.rfft(earlier, size)
+    spectrum: Complexes = ahead.conj() + behind - later[0]
+    return spectrum
+
+
+def _summed(a: Complexes, b: Complexes, size: int) -> Floats:
+    """(k, k) sums over all rows of the products of two real sequences (rows, k), given their transforms."""
+    weight = _both_sides(len(a), size)[:, None]
+    sums: Floats = (a.conj().T @ (weight * b)).real / size
+    return sums
+
+
+def _mean(spectrum: Floats, size: int) -> Floats:
+    """(k,) mean over all `size` frequencies of a real, even spectrum (size // 2 + 1, k)."""
+    mean: Floats = _both_sides(len(spectrum), size) @ spectrum / size
+    return mean
+
+
+def _both_sides(length: int, size: int) -> Floats:
+    """How often each frequency of a one-sided transform stands in the whole one."""
+    weight = np.full(length, 2.0)
+    weight[0] = 1.0
+    if size % 2 == 0:
+        weight[-1] = 1.0
+    return weight
+
+
+def _transform_length(rows: int) -> int:
+    from scipy.fft import next_fast_len
+
+    return int(next_fast_len(rows, real=True))

@@ -1,0 +1,80 @@
+"""Whether parameters can be those of a real machine: masses and inertias positive, friction dissipative."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.mechanisms import Mechanism, Parameter
+from ident.motion import Motion
+from recordings.recording import Floats
+
+_MOST_SAMPLES = 2000
+"""Instants of the motion at which the inertia matrix is looked at."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """A parameter that no real machine can have."""
+
+    name: str
+    value: float
+    significant: bool
+    """The whole 95 % interval is impossible; otherwise the data allow a possible value too."""
+    sentence: str
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """The inertia matrix D of Eq. (27) along a recording."""
+
+    off_diagonal: tuple[tuple[float, ...], ...]
+    """RMS of D_ij / sqrt(D_ii D_jj) along the motion: 1 on the diagonal; 0 where joints do not couple."""
+    share: float
+    """RMS of the off-diagonal part over that of the whole matrix (Frobenius norms)."""
+    positive: bool
+    """D is positive definite throughout, as kinetic energy demands."""
+
+
+def doubts(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[Doubt, ...]:
+    """The implausible among `values` (k,), with their 95 % `intervals` (k, 2), NaN where there is none."""
+    found = []
+    for parameter, value, highest in zip(parameters, values, intervals[:, 1], strict=True):
+        if value < 0 and parameter.physically_positive:
+            significant = bool(highest < 0)
+            what = "friction would help the motion" if parameter.friction else "no body has a negative one"
+            certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
+            sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {what}{certainty}"
+            found.append(Doubt(parameter.name, float(value), significant, sentence))
+    return tuple(found)
+
+
+def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling | None:
+    """How strongly the joints' inertias couple along `motion`, for parameters (k,); None for a single joint."""
+    known = np.isfinite(motion.position).all(axis=1)
+    position = motion.position[known]
+    position = position[:: max(1, len(position) // _MOST_SAMPLES)]
+    D = inertia_matrix(mechanism, position, values)
+    own = np.diagonal(D, axis1=1, axis2=2)
+    dof = own.shape[1]
+    if dof == 1:
+        return None
+    positive = bool((np.linalg.eigvalsh((D + D.swapaxes(1, 2)) / 2)[:, 0] > 0).all())
+    relative = D / np.sqrt(np.abs(own[:, :, None] * own[:, None, :]))
+    off = D * (1 - np.eye(dof))
+    matrix = np.sqrt(np.mean(relative**2, axis=0))
+    rows = tuple(tuple(float(x) for x in row) for row in matrix)
+    return Coupling(rows, float(np.sqrt(np.mean(off**2) / np.mean(D**2))), positive)
+
+
+def inertia_matrix(mechanism: Mechanism, position: Floats, values: Floats) -> Floats:
+    """D (n, dof, dof) at `position` (n, dof): column j is what a unit acceleration of joint j adds to the torque."""
+    rest = np.zeros_like(position)
+
+    def torque(acceleration: Floats) -> Floats:
+        computed: Floats = mechanism.regressor(Motion(position, rest, acceleration, rest)) @ values
+        return computed
+
+    still = torque(rest)
+    columns = [torque(rest + unit) - still for unit in np.eye(position.shape[1])]
+    return np.stack(columns, axis=2)
