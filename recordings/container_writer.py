@@ -44,8 +44,8 @@ Index = Mapping[int, NDArray[np.uint64]]
 """Channel: (m, 2) log time [ns] of each of its messages in a chunk, and where it stands in the unpacked chunk."""
 
 
-def create(path: Path) -> BufferedWriter:
-    """A new file for a recording.
+def create(path: Path, what: str = "recording") -> BufferedWriter:
+    """A new file; `what` names its kind in errors.
 
     Raises:
         BadInput: the file exists, or cannot be created.
@@ -53,11 +53,11 @@ def create(path: Path) -> BufferedWriter:
     try:
         return path.open("xb")
     except FileExistsError:
-        raise BadInput(f"recording {path} exists; choose another name or remove it") from None
+        raise BadInput(f"{what} {path} exists; choose another name or remove it") from None
     except FileNotFoundError:
         raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
     except OSError as error:
-        raise BadInput(f"recording {path} cannot be created: {error.strerror}; choose another name") from None
+        raise BadInput(f"{what} {path} cannot be created: {error.strerror}; choose another name") from None
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,33 @@
+"""`daq export`: a recording in another program's format."""
+
+import json
+from pathlib import Path
+
+import click
+
+from daq import exporting
+
+_FILE = click.Path(path_type=Path)
+_ENDINGS = {"candump": ".log"}
+
+
+@click.command(
+    short_help="Write a recording as CSV, Parquet, MAT or candump log.",
+    epilog="Example: daq export run.mcap --to csv",
+)
+@click.argument("file", type=_FILE)
+@click.option("--to", "form", type=click.Choice(exporting.names()), required=True, help="Format.")
+@click.option("--out", type=_FILE, help="File to write.  [default: FILE with another ending]")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+def command(file: Path, form: str, out: Path | None, as_json: bool) -> None:
+    """Write a recording in another program's format; units are SI, a gap is an empty cell, null or NaN.
+
+    csv is the format that `daq import` reads. candump holds the bus frames, for the tools of can-utils; the others
+    hold the samples.
+    """
+    out = out or file.with_suffix(_ENDINGS.get(form, f".{form}"))
+    written = exporting.export(file, form, out)
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "recording": str(file), "format": form, "out": str(out)}))
+    else:
+        click.echo(f"{out}: {written}")

@@ -1,0 +1,131 @@
+"""Reading CSV files of numbers, a large block at a time, with errors that name line and column."""
+
+import csv
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+_BLOCK = 1 << 24
+"""Bytes that are parsed at a time."""
+
+
+@dataclass(frozen=True, eq=False)
+class Table:
+    """Named columns of numbers; row k stands in line k + 2 of the file."""
+
+    path: Path
+    columns: dict[str, Floats]
+    """Name: (n,), NaN where the cell is empty; none is infinite."""
+    digest: str
+    """SHA-256 of the file."""
+
+    def where(self, row: int, name: str | None = None) -> str:
+        """Names a row, or a cell, in errors."""
+        return f"{self.path}, line {row + 2}{f', column {name!r}' if name else ''}"
+
+
+def read_table(path: Path) -> Table:
+    """Read a comma-separated file with a header row.
+
+    Raises:
+        BadInput: the file is missing or unreadable, the header names nothing or one thing twice, a line has another
+            number of cells, or a cell is not a finite number, empty or NaN.
+    """
+    digest = hashlib.sha256()
+    try:
+        with path.open("rb") as stream:
+            header = stream.readline()
+            digest.update(header)
+            names = _names(path, header)
+            parts, line = [np.empty((0, len(names)))], 2
+            for block in _blocks(stream):
+                digest.update(block)
+                parts.append(_parse(path, block, names, line))
+                line += len(parts[-1])
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist; check the path") from None
+    except OSError as error:
+        raise BadInput(f"{path} cannot be read: {error.strerror}") from None
+    table = Table(path, dict(zip(names, np.concatenate(parts).T.copy(), strict=True)), digest.hexdigest())
+    for name, column in table.columns.items():
+        if np.isinf(column).any():
+            where = table.where(int(np.argmax(np.isinf(column))), name)
+            raise BadInput(f"{where}: a finite number expected, infinity found; leave the cell empty for a gap")
+    return table
+
+
+def _names(path: Path, header: bytes) -> list[str]:
+    try:
+        text = header.decode("utf-8-sig").strip()
+    except UnicodeDecodeError:
+        raise BadInput(f"{path}, line 1: text in UTF-8 expected; save the file as UTF-8 CSV") from None
+    if not text:
+        raise BadInput(f"{path}, line 1: a header row such as time,position_1,voltage_1 expected, none found")
+    names = [name.strip() for name in next(csv.reader([text]))]
+    if len(names) == 1 and (";" in text or "\t" in text):
+        raise BadInput(f"{path}, line 1: commas between columns expected, {text[:40]!r} found; convert the file")
+    for name in names:
+        if not name or names.count(name) > 1:
+            found = f"{name!r} twice" if name else "an empty one"
+            raise BadInput(f"{path}, line 1: every column needs a name of its own, {found} found")
+    return names
+
+
+def _blocks(stream: BinaryIO) -> Iterator[bytes]:
+    """The rest of the file in blocks of whole lines."""
+    while block := stream.read(_BLOCK):
+        yield block if block.endswith(b"\n") else block + stream.readline()
+
+
+def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
+    """The numbers (n, k) of a block that begins at `line`."""
+    text = block.decode("utf-8", "replace").replace("\r", "").replace(" ", "").replace("\t", "")
+    text = text.rstrip("\n") + "\n"
+    if text == "\n":
+        return np.empty((0, len(names)))
+    if "\n\n" in text or text.startswith("\n"):
+        _refuse_first_wrong_line(path, text, names, line)
+    if ",," in text or ",\n" in text or "\n," in text or text.startswith(","):
+        text = _with_gaps(text)
+    try:
+        numbers = np.loadtxt(StringIO(text), delimiter=",", comments=None, ndmin=2)
+        if numbers.shape[1] == len(names):
+            return numbers
+    except ValueError:
+        pass
+    _refuse_first_wrong_line(path, text, names, line)
+    raise BadInput(f"{path}, behind line {line}: numbers expected; check the file")
+
+
+def _with_gaps(text: str) -> str:
+    """Empty cells as NaN."""
+    text = text.replace("\n,", "\nnan,").replace(",\n", ",nan\n")
+    text = f"nan{text}" if text.startswith(",") else text
+    # Twice: neighbouring empty cells share a comma.
+    return text.replace(",,", ",nan,").replace(",,", ",nan,")
+
+
+def _refuse_first_wrong_line(path: Path, text: str, names: list[str], line: int) -> None:
+    for number, content in enumerate(text.rstrip("\n").split("\n"), start=line):
+        cells = content.split(",") if content else []
+        if len(cells) != len(names):
+            raise BadInput(f"{path}, line {number}: {len(names)} cells as in the header expected, {len(cells)} found")
+        for name, cell in zip(names, cells, strict=True):
+            if not _is_number(cell):
+                raise BadInput(f"{path}, line {number}, column {name!r}: a number expected, {cell[:40]!r} found")
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        np.loadtxt(StringIO(cell or "nan"), comments=None)
+    except ValueError:
+        return False
+    return True

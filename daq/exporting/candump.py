@@ -1,0 +1,45 @@
+"""The log format of can-utils (`candump -L`): every frame of the bus, `(1436509052.249713) can0 044#2A366C2BBA`."""
+
+from pathlib import Path
+from typing import BinaryIO
+
+from recordings.errors import BadInput
+from recordings.reader import read_can
+from recordings.recording import CanFrames
+
+CHANNEL = "can0"
+"""The interface's name in the log; what it was called when the frames were recorded is not told by the frames."""
+_ERROR_FLAG = 0x2000_0000
+_FRAMES = 50_000
+"""Frames that are text in memory at a time."""
+
+
+def write(file: Path, stream: BinaryIO) -> str:
+    """See `Format`."""
+    frames = read_can(file)
+    count = len(frames.id)
+    if not count:
+        raise BadInput(f"recording {file}: frames of a CAN bus expected, none found; export csv, parquet or mat")
+    for first in range(0, count, _FRAMES):
+        stream.write("".join(_lines(frames, slice(first, first + _FRAMES))).encode())
+    return f"{count} frames"
+
+
+def _lines(frames: CanFrames, part: slice) -> list[str]:
+    seconds, nanoseconds = (frames.log[part] // 10**9).tolist(), (frames.log[part] % 10**9).tolist()
+    names = [
+        f"{number | _ERROR_FLAG:08X}" if error else f"{number:08X}" if extended else f"{number:03X}"
+        for number, extended, error in zip(
+            frames.id[part].tolist(), frames.extended[part].tolist(), frames.error[part].tolist(), strict=True
+        )
+    ]
+    contents = [
+        (f"R{dlc}" if dlc else "R") if rtr else data[:dlc].hex().upper()
+        for dlc, rtr, data in zip(
+            frames.dlc[part].tolist(), frames.rtr[part].tolist(), map(bytes, frames.data[part]), strict=True
+        )
+    ]
+    return [
+        f"({second}.{nanosecond // 1000:06d}) {CHANNEL} {name}#{content}\n"
+        for second, nanosecond, name, content in zip(seconds, nanoseconds, names, contents, strict=True)
+    ]

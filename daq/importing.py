@@ -1,0 +1,214 @@
+"""Measurements of other programs, in the CSV format of README, as recordings."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daq.columns import JOINT_COLUMNS
+from daq.csv_table import Table, read_table
+from recordings import blocks
+from recordings.blocks import Samples
+from recordings.config import validated
+from recordings.cycles import find_cycles
+from recordings.errors import BadInput
+from recordings.imported import imported_rig, measured_torque
+from recordings.recording import Floats, Ints, Run
+from recordings.rig import JointType, Mechanism, Rig, Torque
+
+_JOINT_COLUMN = re.compile(rf"({'|'.join(JOINT_COLUMNS)})_([1-9]\d*)")
+_LONGEST = 2**31
+"""Seconds that a ROS time stamp holds."""
+_HIGHEST_RATE = 4000.0
+"""Of a rig description [Hz]."""
+
+
+@dataclass(frozen=True)
+class Description:
+    """What is known of the machine besides the measurements."""
+
+    rig: Rig | None = None
+    mechanism: Mechanism | None = None
+    joints: tuple[JointType, ...] = ("revolute",)
+    torque: Mapping[str, Any] | None = None
+    """Keys of the section [torque] of a rig file; None: nothing is known."""
+    simulated: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """What became of a CSV file."""
+
+    rig: Rig
+    run: Run
+    samples: Samples
+
+    @property
+    def steps(self) -> Floats:
+        """(n - 1,) between samples [s]."""
+        return np.diff(self.samples.stamp) / 1e9
+
+
+def import_csv(path: Path, out: Path, description: Description) -> Imported:
+    """Write the measurements in `path` to the new recording `out`.
+
+    Stamps stay as uneven as they are. Time is counted from the first sample.
+
+    Raises:
+        BadInput: the file is not as README describes, or does not fit the description; `out` exists.
+        OSError: `out` cannot be written; nothing of it is left.
+    """
+    table = read_table(path)
+    stamp = _stamps(table)
+    joints = _joints(table)
+    position = joints["position"]
+    rate = float(1e9 / np.median(np.diff(stamp)))
+    rig = _rig(table, description, position.shape[1], "voltage" in joints, rate)
+    repeat, period = _repeat(table, stamp, joints.get("command", position))
+    run = Run(
+        trajectory="imported",
+        trajectory_digest=table.digest,
+        period=period,
+        cycles=max(int(repeat.max()) + 1, 1),
+        rate=rate,
+        software=f"delta-workbench {version('delta-workbench')}",
+        simulated=description.simulated,
+        pace="realtime",
+        start="1970-01-01T00:00:00.000+00:00",
+        exit_status=0,
+        reason=f"imported from {path.name}",
+    )
+    samples = Samples(
+        joints=rig.joint_names,
+        stamp=stamp,
+        log=stamp,
+        cycle=np.arange(len(stamp)),
+        repeat=repeat,
+        extra={name: column for name, column in table.columns.items() if not _is_known(name)},
+        position=position,
+        command=joints.get("command"),
+        voltage=joints.get("voltage"),
+        velocity=joints.get("velocity"),
+        effort=joints.get("effort"),
+    )
+    blocks.write(out, rig, run, samples)
+    return Imported(rig, run, samples)
+
+
+def _is_known(name: str) -> bool:
+    return name in ("time", "cycle") or _JOINT_COLUMN.fullmatch(name) is not None
+
+
+def _stamps(table: Table) -> Ints:
+    """(n,) [ns] from the first sample."""
+    if "time" not in table.columns:
+        raise BadInput(f"{table.path}, line 1: a column 'time' expected, {', '.join(table.columns)} found; rename it")
+    time = table.columns["time"]
+    if len(time) < 2:
+        raise BadInput(f"{table.path}: at least two samples expected, {len(time)} found")
+    if np.isnan(time).any():
+        raise BadInput(f"{table.where(int(np.argmax(np.isnan(time))), 'time')}: a time expected, none found")
+    # Whole seconds apart, so that the nanoseconds of a time since 1970 are as good as a float can hold them.
+    seconds = np.floor(time)
+    if seconds[-1] - seconds[0] >= _LONGEST:
+        raise BadInput(f"{table.path}: times in seconds within {_LONGEST} s expected; check the unit")
+    relative = (seconds - seconds[0]).astype(np.int64) * 10**9 + np.rint((time - seconds) * 1e9).astype(np.int64)
+    stamp: Ints = relative - relative[0]
+    wrong = np.flatnonzero(np.diff(stamp) <= 0)
+    if len(wrong):
+        row = int(wrong[0]) + 1
+        raise BadInput(
+            f"{table.where(row, 'time')}: a time after {float(time[row - 1])!r} s expected, {float(time[row])!r} "
+            "found; sort the rows and remove those that stand twice"
+        )
+    return stamp
+
+
+def _joints(table: Table) -> dict[str, Floats]:
+    """Quantity: (n, dof), for those that the file has."""
+    numbers: dict[str, set[int]] = {}
+    for name in table.columns:
+        if match := _JOINT_COLUMN.fullmatch(name):
+            numbers.setdefault(match[1], set()).add(int(match[2]))
+    dof = max(numbers.get("position", {0}))
+    if not dof:
+        raise BadInput(f"{table.path}, line 1: columns position_1, position_2, ... expected, none found; rename them")
+    for name, found in numbers.items():
+        expected = set(range(1, dof + 1))
+        if wrong := sorted(found ^ expected):
+            problem = "is missing" if wrong[0] in expected else f"has no position_{wrong[0]}"
+            raise BadInput(
+                f"{table.path}, line 1: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}"
+            )
+    if not {"voltage", "effort"} & numbers.keys():
+        raise BadInput(f"{table.path}, line 1: columns voltage_1 ... or effort_1 ... expected, neither found")
+    return {name: np.column_stack([table.columns[f"{name}_{i + 1}"] for i in range(dof)]) for name in numbers}
+
+
+def _rig(table: Table, description: Description, dof: int, volts: bool, rate: float) -> Rig:
+    if description.rig is not None:
+        if description.rig.dof != dof:
+            raise BadInput(
+                f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i found"
+            )
+        return description.rig
+    if description.torque is not None and not volts:
+        raise BadInput(f"{table.path} holds efforts, which need no torque map or gain; leave these out")
+    if dof != 3 and description.mechanism is None:
+        raise BadInput(
+            f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "
+            "with --mechanism axes --joints revolute|prismatic"
+        )
+    given = validated(dict(description.torque or {}), Torque, "--torque-map, --gain")
+    return imported_rig(
+        table.path.stem,
+        dof,
+        min(rate, _HIGHEST_RATE),
+        mechanism=description.mechanism,
+        joints=description.joints,
+        torque=given if volts else measured_torque(dof),
+    )
+
+
+def _repeat(table: Table, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
+    """(n,) repetition of each sample, -1 where none, and the period [s], 0 where nothing repeats."""
+    if "cycle" in table.columns:
+        return _given_repeat(table, stamp)
+    step = float(np.median(np.diff(stamp)))
+    grid = np.arange(0, stamp[-1] + step / 2, step)
+    cycles = find_cycles(_on(grid, stamp, motion))
+    if cycles is None:
+        return np.full(len(stamp), -1), 0.0
+    # Half a step early, so that a sample on the boundary falls on its own side whatever the rounding.
+    since = stamp + step / 2 - grid[cycles.first]
+    repeat = np.floor(since / (cycles.period * step)).astype(np.int64)
+    return np.where((repeat >= 0) & (repeat < cycles.count), repeat, -1), cycles.period * step / 1e9
+
+
+def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
+    """`motion` (n, dof) at the instants `grid` [ns], by straight lines over gaps; NaN for a joint never measured."""
+    known = np.isfinite(motion)
+    return np.column_stack(
+        [
+            np.interp(grid, stamp[k], column[k]) if k.any() else np.full(len(grid), np.nan)
+            for column, k in zip(motion.T, known.T, strict=True)
+        ]
+    )
+
+
+def _given_repeat(table: Table, stamp: Ints) -> tuple[Ints, float]:
+    cycle = np.nan_to_num(table.columns["cycle"], nan=-1.0)
+    wrong = np.flatnonzero((cycle != np.rint(cycle)) | (np.abs(cycle) > 2**31))
+    if len(wrong):
+        row = int(wrong[0])
+        raise BadInput(f"{table.where(row, 'cycle')}: a whole number expected, {float(cycle[row])!r} found")
+    inside = cycle >= 0
+    numbers, rank = np.unique(cycle[inside], return_inverse=True)
+    repeat = np.full(len(cycle), -1)
+    repeat[inside] = rank
+    first = [int(stamp[np.argmax(repeat == number)]) for number in range(len(numbers))]
+    return repeat, float(np.median(np.diff(first))) / 1e9 if len(first) > 1 else 0.0

@@ -1,0 +1,155 @@
+"""Every format: its own program's reader finds in it what the recording holds."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from daq import exporting
+from daq.commands.export import command
+from recordings.errors import BadInput
+from recordings.reader import read, read_can
+from recordings.recording import Run
+from recordings.rig import simulated_rig
+from recordings.writer import RecordingWriter
+
+STAMP = 1_700_000_000_000_000_000
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """Five SYNCs, a gap in the third; frames of every kind."""
+    run = Run(
+        trajectory="fig5a",
+        trajectory_digest="d1f0",
+        period=0.004,
+        cycles=2,
+        rate=500.0,
+        software="0.1.0",
+        simulated=True,
+        pace="lockstep",
+        start="",
+    )
+    path = tmp_path / "run.mcap"
+    with RecordingWriter(path, simulated_rig(), run) as writer:
+        writer.can(STAMP, STAMP + 1_234_567, 0x123, b"\x2a\x36\xff", sent=True)
+        writer.can(STAMP, STAMP + 2_000_000, 0x12345, b"", sent=False, extended=True)
+        writer.can(STAMP, STAMP + 3_000_000, 0x7F, b"", sent=False, rtr=True)
+        writer.can(STAMP, STAMP + 4_000_000, 0x84, bytes(8), sent=False, error=True)
+        for k in range(5):
+            stamp = STAMP + k * 2_000_000
+            position = (0.1 * k, np.nan if k == 2 else 0.2, -1 / 3)
+            writer.joint_states(stamp, stamp, position)
+            writer.joint_commands(stamp, stamp, (0.1, 0.2, 0.3))
+            writer.amplifiers(stamp, stamp, k, k // 2 - 1, k * 1e-4, (1.0, 2.0, 3.0), (7, 8, 9), (0, 0, k))
+    return path
+
+
+def exported(recording: Path, form: str) -> Path:
+    out = recording.with_suffix(f".{form}")
+    exporting.export(recording, form, out)
+    return out
+
+
+def test_csv(recording: Path) -> None:
+    lines = exported(recording, "csv").read_text().splitlines()
+    assert lines[0].split(",") == [
+        "time",
+        *(f"{name}_{i}" for name in ("position", "command", "voltage") for i in (1, 2, 3)),
+        "cycle",
+    ]
+    assert lines[3] == "0.004,0.2,,-0.3333333333333333,0.1,0.2,0.3,1.0,2.0,3.0,0"
+    assert len(lines) == 6
+
+
+def test_parquet(recording: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    table = parquet.read_table(exported(recording, "parquet"))
+    assert table.column("position_2").to_pylist() == [0.2, 0.2, None, 0.2, 0.2]
+    assert table.column("error_code_3").to_pylist() == [0, 1, 2, 3, 4]
+    np.testing.assert_array_equal(table.column("time").to_numpy(), read(recording).time)
+    assert json.loads(table.schema.metadata[b"run"])["trajectory"] == "fig5a"
+    assert json.loads(table.schema.metadata[b"rig"])["mechanism"] == "delta"
+
+
+def test_parquet_says_what_it_lacks(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(BadInput, match=r"pip install 'delta-workbench\[parquet\]'"):
+        exported(recording, "parquet")
+    assert not (tmp_path / "run.parquet").exists()
+
+
+def test_mat(recording: Path) -> None:
+    from scipy.io import loadmat
+
+    found, whole = loadmat(exported(recording, "mat")), read(recording)
+    for name in ("position", "command", "voltage", "statusword", "error_code"):
+        np.testing.assert_array_equal(found[name], getattr(whole, name), err_msg=name)
+    for name, array in (("time", whole.time), ("cycle", whole.repeat), ("lateness", whole.lateness)):
+        np.testing.assert_array_equal(found[name], array[:, None], err_msg=name)
+    assert np.isnan(found["velocity"]).all()
+    assert [name.item() for name in found["joint_names"].ravel()] == ["joint_1", "joint_2", "joint_3"]
+    assert json.loads(found["run"].item())["period"] == 0.004
+
+
+def test_candump(recording: Path) -> None:
+    assert exported(recording, "candump").read_text().splitlines() == [
+        "(1700000000.001234) can0 123#2A36FF",
+        "(1700000000.002000) can0 00012345#",
+        "(1700000000.003000) can0 07F#R",
+        "(1700000000.004000) can0 20000084#0000000000000000",
+    ]
+
+
+def test_candump_is_read_by_python_can(recording: Path) -> None:
+    from can import CanutilsLogReader
+
+    log = exported(recording, "candump").rename(recording.with_suffix(".log"))
+    with CanutilsLogReader(log) as reader:
+        messages = list(reader)
+    frames = read_can(recording)
+    assert [message.arbitration_id for message in messages] == frames.id.tolist()
+    assert [message.is_remote_frame for message in messages] == frames.rtr.tolist()
+    assert [message.is_error_frame for message in messages] == frames.error.tolist()
+    np.testing.assert_allclose([message.timestamp for message in messages], frames.log / 1e9, atol=1.1e-6)
+
+
+@pytest.mark.parametrize("form", exporting.names())
+def test_nothing_is_overwritten_and_what_is_no_recording_leaves_nothing(form: str, recording: Path) -> None:
+    out = recording.with_suffix(".out")
+    out.write_text("precious")
+    with pytest.raises(BadInput, match="exists"):
+        exporting.export(recording, form, out)
+    assert out.read_text() == "precious"
+    (recording.parent / "noise.mcap").write_text("noise")
+    with pytest.raises(BadInput):
+        exporting.export(recording.parent / "noise.mcap", form, recording.parent / "other")
+    assert not (recording.parent / "other").exists()
+
+
+def test_a_recording_without_a_bus_has_no_frames(tmp_path: Path) -> None:
+    from daq.importing import Description, import_csv
+
+    (tmp_path / "data.csv").write_text("time,position_1,effort_1\n0,1,1\n1,2,2\n")
+    import_csv(tmp_path / "data.csv", tmp_path / "r.mcap", Description(mechanism="axes"))
+    with pytest.raises(BadInput, match="frames of a CAN bus expected, none found"):
+        exported(tmp_path / "r.mcap", "candump")
+    for form in ("csv", "mat"):
+        exported(tmp_path / "r.mcap", form)
+
+
+def test_the_command(recording: Path) -> None:
+    result = CliRunner().invoke(command, [str(recording), "--to", "candump"], catch_exceptions=False)
+    assert result.stdout == f"{recording.with_suffix('.log')}: 4 frames\n"
+    result = CliRunner().invoke(command, [str(recording), "--to", "mat", "--json"], catch_exceptions=False)
+    assert json.loads(result.stdout)["out"] == str(recording.with_suffix(".mat"))
+    assert CliRunner().invoke(command, [str(recording), "--to", "xls"]).exit_code == 2
+
+
+def test_help_needs_no_heavy_package() -> None:
+    code = "import sys; from daq.commands import export; assert not {'numpy', 'scipy', 'pyarrow'} & set(sys.modules)"
+    subprocess.run([sys.executable, "-c", code], check=True)

@@ -1,0 +1,249 @@
+"""CSV files as recordings: what comes back, and what is said of files that are not as they should be."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from daq import exporting
+from daq.commands.import_ import command
+from daq.importing import Description, import_csv
+from recordings import blocks
+from recordings.blocks import Samples
+from recordings.errors import BadInput
+from recordings.imported import imported_rig
+from recordings.reader import read
+from recordings.recording import Run
+
+GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
+CYCLES = "time,position_1,effort_1,cycle\n0,1,2,0\n1,2,2,1\n2,3,2,2\n"
+AXES = Description(mechanism="axes")
+
+
+def imported(folder: Path, text: str | bytes, description: Description = AXES) -> Path:
+    (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
+    out = folder / "data.mcap"
+    out.unlink(missing_ok=True)
+    import_csv(folder / "data.csv", out, description)
+    return out
+
+
+NUMBERS = st.floats(allow_infinity=False, width=64)
+
+
+@st.composite
+def measurements(draw: st.DrawFn) -> tuple[Samples, Run]:
+    n, dof = draw(st.integers(2, 12)), draw(st.integers(1, 4))
+
+    def table() -> np.ndarray:
+        return draw(arrays(np.float64, (n, dof), elements=NUMBERS))
+
+    steps = draw(arrays(np.int64, n, elements=st.integers(1, 10**10)))
+    position = table()
+    position[draw(st.integers(0, n - 1))] = 0.5
+    effort = table() if draw(st.booleans()) else None
+    voltage = table() if effort is None else None
+    for known in (effort, voltage):
+        if known is not None:
+            known[0] = 1.0  # a column without any number is left out
+    names = draw(st.lists(st.text(min_size=1, max_size=8).map(str.strip).filter(is_plain), unique=True, max_size=2))
+    samples = Samples(
+        joints=tuple(f"joint_{i + 1}" for i in range(dof)),
+        stamp=np.cumsum(steps) - steps[0],
+        log=np.arange(n),
+        cycle=np.arange(n),
+        repeat=np.sort(draw(arrays(np.int64, n, elements=st.integers(-1, 0)))),
+        position=position,
+        effort=effort,
+        voltage=voltage,
+        extra={name: draw(arrays(np.float64, n, elements=NUMBERS)) for name in names},
+    )
+    return samples, draw(st.sampled_from([run(0.0), run(0.5)]))
+
+
+def is_plain(name: str) -> bool:
+    return bool(name) and name.isprintable() and not name.startswith(("time", "cycle", "position", "\ufeff"))
+
+
+def run(period: float) -> Run:
+    return Run(
+        trajectory="t",
+        trajectory_digest="",
+        period=period,
+        cycles=1,
+        rate=100.0,
+        software="0",
+        simulated=True,
+        pace="lockstep",
+        start="",
+    )
+
+
+@given(measurements())
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[Samples, Run]) -> None:
+    samples, its_run = made
+    dof = samples.position.shape[1]
+    for name in ("a.mcap", "a.csv", "b.mcap"):
+        (tmp_path / name).unlink(missing_ok=True)
+    blocks.write(tmp_path / "a.mcap", imported_rig("a", dof, 100.0, mechanism="axes"), its_run, samples)
+    exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
+    import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
+    one, other = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
+    for name in ("time", "position", "command", "voltage", "repeat"):
+        np.testing.assert_array_equal(getattr(other, name), getattr(one, name), err_msg=name)
+    assert (other.effort is None) == (one.effort is None)
+    if one.effort is not None:
+        np.testing.assert_array_equal(other.effort, one.effort)
+    assert list(other.extra) == list(one.extra)
+    for name in one.extra:
+        np.testing.assert_array_equal(other.extra[name], one.extra[name])
+
+
+@pytest.mark.parametrize("name", ["fig5a", "fig5b"])
+def test_a_sample_recording_there_and_back(name: str, tmp_path: Path) -> None:
+    source = Path(__file__).parents[2] / "recordings" / "samples" / f"{name}.mcap"
+    exporting.export(source, "csv", tmp_path / "a.csv")
+    import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
+    one, other = read(source), read(tmp_path / "b.mcap")
+    for array in ("time", "position", "command", "voltage", "repeat"):
+        np.testing.assert_array_equal(getattr(other, array), getattr(one, array), err_msg=array)
+    assert (other.run.rate, other.run.period, other.run.cycles) == (one.run.rate, one.run.period, one.run.cycles)
+    assert other.run.simulated
+    assert other.rig.mechanism == "delta"
+
+
+def test_cycles_are_found_where_the_file_does_not_tell_them(tmp_path: Path) -> None:
+    """The steps are uneven, so the motion repeats only between samples."""
+    rng = np.random.default_rng(0)
+    time = np.cumsum(rng.uniform(0.002, 0.006, size=4000))
+    angle = np.sin(2 * np.pi * time / 2.0) + 0.5 * np.cos(2 * np.pi * 3 * time / 2.0)
+    rows = "".join(f"{t!r},{x!r},1\n" for t, x in zip(time.tolist(), angle.tolist(), strict=True))
+    recording = read(imported(tmp_path, "time,position_1,effort_1\n" + rows))
+    assert recording.run.period == pytest.approx(2.0, abs=0.005)
+    assert recording.run.cycles == int((time[-1] - time[0]) / 2.0)
+    begin = [recording.time[np.argmax(recording.repeat == k)] for k in range(recording.run.cycles)]
+    np.testing.assert_allclose(np.diff(begin), 2.0, atol=0.012)
+    np.testing.assert_allclose(recording.time, time - time[0], atol=1e-9)
+
+
+def test_what_is_kept_and_how(tmp_path: Path) -> None:
+    text = (
+        "\ufefftime, position_1 ,effort_1,velocity_1,cycle,temperature\r\n"
+        "10,1,2,,1,20.5\r\n10.5,,3,0.1,1,\r\n11.25,3,NaN,0.2,4,21\r\n"
+    )
+    recording = read(imported(tmp_path, text, Description(mechanism="axes", joints=("prismatic",))))
+    np.testing.assert_array_equal(recording.time, [0, 0.5, 1.25])
+    np.testing.assert_array_equal(recording.position, [[1], [np.nan], [3]])
+    np.testing.assert_array_equal(recording.effort, [[2], [3], [np.nan]])
+    np.testing.assert_array_equal(recording.velocity, [[np.nan], [0.1], [0.2]])
+    np.testing.assert_array_equal(recording.voltage, [[np.nan]] * 3)
+    np.testing.assert_array_equal(recording.repeat, [0, 0, 1])
+    np.testing.assert_array_equal(recording.extra["temperature"], [20.5, np.nan, 21])
+    assert recording.rig.joint_types == ("prismatic",)
+    assert recording.rig.torque.gain_source == "calibrated", "the effort itself was measured"
+    assert recording.gaps.tolist() == [1]
+    assert (recording.complete, recording.run.reason) == (True, "imported from data.csv")
+
+
+BAD: dict[str, tuple[str | bytes, str]] = {
+    "empty file": ("", "line 1: a header row"),
+    "no rows": ("time,position_1,voltage_1\n", "two samples expected, 0 found"),
+    "not text": (b"\xff\xfe\x00t", "UTF-8"),
+    "semicolons": ("time;position_1;voltage_1\n0;1;2\n", "commas between columns expected"),
+    "no time": (GOOD.replace("time", "t"), "column 'time' expected, t, position_1"),
+    "no position": (GOOD.replace("position", "angle"), "position_1, position_2, ... expected, none found"),
+    "no voltage": (GOOD.replace("voltage", "volts"), "voltage_1 ... or effort_1 ... expected, neither"),
+    "a joint is missing": (GOOD.replace("position_1", "position_2"), "position_1 is missing"),
+    "voltage of no joint": (GOOD.replace("voltage_1", "voltage_2"), "voltage_1 is missing"),
+    "a name twice": (GOOD.replace("voltage_1", "position_1"), "'position_1' twice found"),
+    "a name is missing": (GOOD.replace("voltage_1", ""), "an empty one found"),
+    "not a number": (GOOD.replace("1.5", "1,5"), "line 3: 3 cells as in the header expected, 4 found"),
+    "text in a cell": (GOOD.replace("2.5", "abc"), "line 3, column 'voltage_1': a number expected, 'abc' found"),
+    "too few cells": (GOOD.replace(",3\n", "\n"), "line 4: 3 cells as in the header expected, 2 found"),
+    "an empty line": (GOOD.replace("\n0.1", "\n\n0.1"), "line 3: 3 cells as in the header expected, 0 found"),
+    "infinity": (GOOD.replace("2.5", "inf"), "line 3, column 'voltage_1': a finite number expected, infinity"),
+    "time stands still": (GOOD.replace("0.3", "0.1"), "line 4, column 'time': a time after 0.1 s expected, 0.1"),
+    "time runs back": (GOOD.replace("0.3", "-1"), "line 4, column 'time': a time after 0.1 s expected, -1.0 found"),
+    "a time is missing": (GOOD.replace("0.1", ""), "line 3, column 'time': a time expected, none"),
+    "times beyond a stamp": (GOOD.replace("0.3", "1e10"), "check the unit"),
+    "half a cycle": (CYCLES.replace(",2\n", ",0.5\n"), "line 4, column 'cycle': a whole number expected, 0.5 found"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_files_are_explained_by_line_and_column(name: str, tmp_path: Path) -> None:
+    text, expected = BAD[name]
+    with pytest.raises(BadInput) as failure:
+        imported(tmp_path, text)
+    assert expected in str(failure.value)
+    assert not (tmp_path / "data.mcap").exists()
+
+
+def test_the_line_is_right_far_down_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("daq.csv_table._BLOCK", 100)
+    rows = "".join(f"{k},1,2\n" for k in range(500))
+    with pytest.raises(BadInput, match=r"line 402, column 'position_1': .*'x' found"):
+        imported(tmp_path, "time,position_1,voltage_1\n" + rows.replace("\n400,1,", "\n400,x,"))
+    assert len(read(imported(tmp_path, "time,position_1,voltage_1\n" + rows)).time) == 500
+
+
+OPTIONS: dict[str, tuple[list[str], str]] = {
+    "one joint is no delta robot": ([], "--mechanism axes"),
+    "nor if it is called one": (["--mechanism", "delta"], "three revolute joints expected"),
+    "joints without axes": (["--joints", "prismatic"], "add it"),
+    "a joint of another kind": (["--mechanism", "axes", "--joints", "ball"], "'ball' found"),
+    "two kinds for one joint": (["--mechanism", "axes", "--joints", "revolute,prismatic"], "one each"),
+    "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
+    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--torque-map, --gain"),
+    "two gains for one joint": (["--mechanism", "axes", "--gain", "1,2"], "torque.gain needs 1"),
+    "a rig file and more": (["--rig", "rig.toml", "--gain", "1"], "both found"),
+    "a rig with other joints": (["--rig", "rig.toml"], "2 joints expected by the rig file, 1"),
+    "no such rig file": (["--rig", "none.toml"], "does not exist"),
+}
+
+
+@pytest.mark.parametrize("name", OPTIONS)
+def test_options_that_do_not_fit_are_explained(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data.csv").write_text(GOOD)
+    (tmp_path / "rig.toml").write_text('name = "two"\nmechanism = "axes"\n[[axes]]\n[[axes]]\n')
+    options, expected = OPTIONS[name]
+    with pytest.raises(BadInput) as failure:
+        CliRunner().invoke(command, ["data.csv", "--out", "data.mcap", *options], catch_exceptions=False)
+    assert expected in str(failure.value)
+    assert not (tmp_path / "data.mcap").exists()
+
+
+def test_efforts_need_no_gain(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD.replace("voltage", "effort"))
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes", "--gain", "2"]
+    with pytest.raises(BadInput, match="need no torque map or gain"):
+        CliRunner().invoke(command, arguments, catch_exceptions=False)
+
+
+def test_a_recording_that_exists_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "data.mcap").write_text("precious")
+    (tmp_path / "data.csv").write_text(GOOD)
+    with pytest.raises(BadInput, match="exists"):
+        import_csv(tmp_path / "data.csv", tmp_path / "data.mcap", AXES)
+    assert (tmp_path / "data.mcap").read_text() == "precious"
+
+
+def test_the_command_tells_what_it_found(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD)
+    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--torque-map", "linear", "--gain", "2.5"]
+    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "a.mcap")], catch_exceptions=False)
+    assert "steps: 150 ms, from 100 ms to 200 ms" in result.stdout
+    assert "cycles: none found" in result.stdout
+    assert "torque gain: assumed" in result.stderr
+    result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "b.mcap"), "--json"])
+    figures = json.loads(result.stdout)
+    assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 1, 0, [0])
+    torque = read(tmp_path / "b.mcap").rig.torque
+    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "assumed")
