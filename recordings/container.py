@@ -58,13 +58,19 @@ class Container:
     """Whether the file ends before its footer."""
 
 
-def load(path: Path, topics: Collection[str]) -> Container:
+def _as_it_is(batch: Batch) -> Batch:
+    return batch
+
+
+def load(path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _as_it_is) -> Container:
     """Read the messages of `topics` and all metadata. Of a file that is cut off, everything intact.
+
+    Every batch is kept as `condense` returns it: a long recording's messages may not fit into memory as they are.
 
     Raises:
         BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
     """
-    loader = _Loader(path, topics)
+    loader = _Loader(path, topics, condense)
     for _ in loader.walk(contents(path)):
         pass
     return loader.container
@@ -105,9 +111,10 @@ def contents(path: Path) -> bytes:
 
 
 class _Loader:
-    def __init__(self, path: Path, topics: Collection[str]) -> None:
+    def __init__(self, path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _as_it_is) -> None:
         self.container = Container(path)
         self._topics = topics
+        self._condense = condense
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
@@ -133,7 +140,7 @@ class _Loader:
                 self._chunk(unpacked(decode(Chunk.read, body)))
                 yield
             elif opcode == Opcode.DATA_END:
-                _compare_crc(body, data[:offset])
+                _compare_crc(body, memoryview(data)[:offset])
             elif opcode == Opcode.FOOTER:
                 summary_start = int.from_bytes(body[:8], "little")
                 _compare_crc(body[16:], data[summary_start : offset + _RECORD.size + 16])
@@ -175,7 +182,8 @@ class _Loader:
             topic = self._channels.get(channel)
             if topic in self.container.fields:
                 found = rows(data, length, offsets)
-                self.container.batches.setdefault(topic, []).extend(_batches(self.container.fields[topic], found))
+                batches = self.container.batches.setdefault(topic, [])
+                batches.extend(map(self._condense, _batches(self.container.fields[topic], found)))
 
 
 def unpacked(chunk: Chunk) -> bytes:
@@ -243,7 +251,7 @@ def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:
     return read(ReadDataStream(BytesIO(body)))
 
 
-def _compare_crc(expected: bytes, data: bytes) -> None:
+def _compare_crc(expected: bytes, data: bytes | memoryview) -> None:
     crc = int.from_bytes(expected[:4], "little")
     if crc not in (0, zlib.crc32(data)):  # 0: the file was written without
         raise ValueError("its checksum does not match its contents")

@@ -1,7 +1,7 @@
 """Reading a recording into arrays, be it complete or interrupted."""
 
 import json
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,11 @@ from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
 from recordings.rig import Rig
 
 _SYNCED = ("/joint_states", "/joint_commands", "/amplifiers")
+_WANTED = {
+    *("header.stamp", "position", "velocity", "effort", "voltage", "statusword", "error_code", "repeat", "lateness"),
+    *("value", "level", "name", "msg"),
+}
+"""Fields of messages that `read` looks at, beside the names of joints."""
 _LEVELS = {number: name for name, number in schemas.LEVELS.items()}
 
 
@@ -31,7 +36,7 @@ def read(path: Path) -> Recording:
     Raises:
         BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
     """
-    container = _load(path, (*_SYNCED, "/events"), optional=("/extra",))
+    container = _load(path, (*_SYNCED, "/events"), _condensed, optional=("/extra",))
     run = _run(container)
     grid = _Grid(container, _rig(container), _stamps(container, run))
     return Recording(
@@ -59,7 +64,7 @@ def read_can(path: Path) -> CanFrames:
     Raises:
         BadInput: the file is missing, not MCAP, damaged, or not a recording of this program.
     """
-    container = _load(path, ("/can",))
+    container = _load(path, ("/can",), lambda batch: batch)
     # "tx" and "rx" are three bytes with their NUL; an empty array gives the type where there are no frames.
     none = np.empty(0, Layout(parse_schema(schemas.CAN_FRAME), lambda *_: 3).dtype)
     batches = container.batches.get("/can", [])
@@ -142,8 +147,10 @@ class _Grid:
             ) from None
 
 
-def _load(path: Path, topics: Collection[str], optional: Collection[str] = ()) -> Container:
-    container = load(path, (*topics, *optional))
+def _load(
+    path: Path, topics: Collection[str], condense: Callable[[Batch], Batch], optional: Collection[str] = ()
+) -> Container:
+    container = load(path, (*topics, *optional), condense)
     lacking = [name for name in ("rig", "run") if name not in container.metadata]
     lacking += [topic for topic in topics if topic not in container.fields]
     if lacking and container.cut_off:
@@ -155,6 +162,17 @@ def _load(path: Path, topics: Collection[str], optional: Collection[str] = ()) -
         )
     _check_layout(container)
     return container
+
+
+def _condensed(batch: Batch) -> Batch:
+    """`batch` without the fields that nobody asks for: an hour's messages as they are would fill the memory."""
+    names = [name for name in batch["message"].dtype.names or () if name in _WANTED or name.startswith("name.")]
+    if not names:  # not our messages; `_check_layout` will say so
+        return batch
+    message = batch["message"][names]
+    slim = np.empty(len(batch), [("log", "<u8"), ("message", [(name, message.dtype[name]) for name in names])])
+    slim["log"], slim["message"] = batch["log"], message
+    return slim
 
 
 def _check_layout(container: Container) -> None:
