@@ -8,7 +8,7 @@ from typing import Literal
 
 from drivers import cia402
 from drivers.protocol import Finding, Goal, Power
-from drivers.serial_line import Refused, Reply, Script, ask, ask_integer, tell
+from drivers.serial_protocol import Refused, Reply, Script, ask, ask_integer, tell
 from recordings.errors import RunFailed
 from recordings.rig import Drive, Rig
 
@@ -216,6 +216,7 @@ class Axis:
         """Power on, with the measured position as target."""
         yield from tell(self.target(counts))
         self.released = self._stopping = False
+        self.power = Power.UNKNOWN  # until it tells, not off
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
     def _stands(self, look: bool) -> bool:

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from drivers.protocol import Finding, Goal, Identity, Report, Sample
 from drivers.serial_axis import Axis
-from drivers.serial_line import Garbage, Line, LineError, LineLost, Reply, Script, Unanswered, converse
+from drivers.serial_line import Line, converse
+from drivers.serial_protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 

@@ -1,145 +1,21 @@
-"""The ASCII drive protocol on one serial line: a command, its reply, the next command; back in step after garbage.
+"""One serial line: a command, its reply, the next command; back in step after garbage.
 
-A command ends with a carriage return, the reply is `ok`, `v VALUE` or `e CODE`. Replies carry neither address nor
-number, so while one may still be under way nothing is sent: it would be taken for the next one's.
-
-What is to be said on a line is a script: a generator that yields commands and is sent their replies. `converse` runs
-one script on each of several lines at the same time.
+Replies carry neither address nor number, so while one may still be under way nothing is sent: it would be taken for
+the next one's. `converse` runs a script on each of several lines at the same time.
 """
 
-import re
 import select
 import time
-from collections.abc import Generator, Mapping
-from dataclasses import dataclass
-from typing import Any, Literal, Protocol
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any, Protocol
 
 import serial
 
-LONGEST_REPLY = 14
-"""Characters of `v -2147483648` with its end."""
+from drivers.serial_protocol import END, LONGEST_REPLY, Garbage, LineError, LineLost, Reply, Script, Unanswered, parse
+
 _LONGEST_LINE = 256
 """Without an end so far: garbage."""
-_INTEGER = re.compile(r"-?[0-9]{1,10}")
-_CODE = re.compile(r"[0-9]{1,4}")
-
-_ERRORS = {
-    1: "too much data passed with the command",
-    3: "unknown command",
-    4: "not enough data supplied with the command",
-    5: "too much data supplied with the command",
-    9: "unknown register",
-    10: "value out of range",
-    11: "register is read-only",
-    14: "not possible in the state of the axis",
-    15: "register does not exist on this page",
-    16: "illegal serial port forwarding",
-    18: "a move cannot start while moving",
-    19: "illegal velocity limit",
-    20: "illegal acceleration limit",
-    21: "illegal deceleration limit",
-    22: "illegal jerk limit",
-    25: "invalid trajectory mode",
-    27: "not allowed while a program runs in the drive",
-    31: "invalid node id for serial port forwarding",
-    32: "CAN communication failed",
-    33: "command not understood",
-}
-"""Copley-style error codes."""
-_MISHEARD = (3, 33)
-"""Codes that a correct command gets only where it was disturbed on its way."""
-
-
-class LineError(Exception):
-    """Something went wrong between a command and its reply."""
-
-
-class Garbage(LineError):
-    """What came is not the reply to the command."""
-
-
-class Unanswered(LineError):
-    """No reply in time."""
-
-
-class LineLost(LineError):
-    """The port is gone."""
-
-
-class Refused(LineError):
-    """The drive replied `e CODE`."""
-
-    def __init__(self, command: str, code: int) -> None:
-        self.code = code
-        super().__init__(f"the drive refuses '{command}': {_ERRORS.get(code, 'unknown error')} (e {code})")
-
-
-@dataclass(frozen=True)
-class Reply:
-    """One reply; `text` is the value of `v`, the code of `e`, nothing with `ok`."""
-
-    kind: Literal["ok", "v", "e"]
-    text: str = ""
-
-
-Script = Generator[str, Reply, None]
-
-
-def parse(line: bytes) -> Reply:
-    """One reply without its end.
-
-    Raises:
-        Garbage: it is none.
-    """
-    text = line.decode("ascii", "replace")
-    kind, _, rest = text.partition(" ")
-    if text == "ok":
-        return Reply("ok")
-    if kind == "v" and rest.isprintable() and rest.isascii() and rest.strip():
-        return Reply("v", rest.strip())
-    if kind == "e" and _CODE.fullmatch(rest):
-        return Reply("e", rest)
-    raise Garbage(f"a reply expected, {line!r} found")
-
-
-def ask(command: str) -> Generator[str, Reply, str]:
-    """Part of a script: the value that a command is answered with.
-
-    Raises:
-        Refused: by the drive.
-        Garbage: something else came.
-    """
-    reply = yield command
-    _refuse_error(command, reply)
-    if reply.kind != "v":
-        raise Garbage(f"a value expected in reply to '{command}', 'ok' found")
-    return reply.text
-
-
-def ask_integer(command: str) -> Generator[str, Reply, int]:
-    """Part of a script: `ask`, where the value is a whole number."""
-    text = yield from ask(command)
-    if not _INTEGER.fullmatch(text):
-        raise Garbage(f"a whole number expected in reply to '{command}', {text!r} found")
-    return int(text)
-
-
-def tell(command: str) -> Generator[str, Reply, None]:
-    """Part of a script: a command that is answered with `ok`. Raises as `ask`."""
-    reply = yield command
-    _refuse_error(command, reply)
-    if reply.kind != "ok":
-        raise Garbage(f"'ok' expected in reply to '{command}', the value {reply.text!r} found")
-
-
-def _refuse_error(command: str, reply: Reply) -> None:
-    if reply.kind == "e":
-        code = int(reply.text)
-        raise (
-            Garbage(f"'{command}' reached the drive disturbed (e {code})")
-            if code in _MISHEARD
-            else Refused(command, code)
-        )
 
 
 class Port(Protocol):
@@ -167,6 +43,7 @@ class Line:
         self._quiet = LONGEST_REPLY * character + turnaround
         self._echo = echo
         self._sent = b""
+        self._awaiting = False
         self._buffer = b""
         self._latest_reply = 0.0
         self._out_of_step_until: float | None = None
@@ -182,7 +59,7 @@ class Line:
         Raises:
             LineLost: the port is gone.
         """
-        self._write(b"\r")
+        self._write(END)
         self._fall_out(time.perf_counter() + self._quiet + self._reply_timeout)
 
     def send(self, command: str) -> float:
@@ -192,8 +69,8 @@ class Line:
             LineLost: the port is gone.
         """
         self._sent = command.encode("ascii")
-        self._buffer = b""
-        self._write(self._sent + b"\r")
+        self._awaiting = True
+        self._write(self._sent + END)
         on_the_wire = (len(self._sent) + 1 + LONGEST_REPLY) * self._character
         self._latest_reply = time.perf_counter() + on_the_wire + self._reply_timeout
         return self._latest_reply
@@ -205,9 +82,13 @@ class Line:
             Garbage: what came is no reply; the line is out of step.
             LineLost: the port is gone.
         """
-        self._buffer += self._read()
+        self._buffer = (self._buffer + self._read()).lstrip(END)
         if self._out_of_step_until is not None:
             self._discard()
+            return None
+        if not self._awaiting:
+            if self._buffer:
+                self.fall_out()
             return None
         try:
             return self._take_reply()
@@ -216,24 +97,23 @@ class Line:
             raise
 
     def _take_reply(self) -> Reply | None:
-        *lines, rest = self._buffer.split(b"\r")
+        *lines, rest = self._buffer.split(END)
         if self._echo and lines and lines.pop(0) != self._sent:
-            raise Garbage(f"the echo of {self._sent!r} expected, {self._buffer!r} found")
+            raise Garbage(f"the echo of {self._sent!r} expected, {self._buffer[:40]!r} found")
         if len(rest) > _LONGEST_LINE or len(lines) > 1 or (lines and rest):
             raise Garbage(f"one reply expected, {self._buffer[:40]!r} found")
         if not lines:
             return None
         if not self._echo and lines[0] == self._sent:
             raise Garbage(f"the reply to {self._sent!r} expected, the command itself found; set bus.echo = true")
+        self._reset()
         return parse(lines[0])
 
     def in_step(self, now: float) -> bool:
         """Whether a command may be sent."""
-        if self._out_of_step_until is None or now < self._out_of_step_until:
-            return self._out_of_step_until is None
-        self._out_of_step_until = None
-        self._buffer = b""
-        return True
+        if self._out_of_step_until is not None and now >= self._out_of_step_until:
+            self._reset()
+        return self._out_of_step_until is None
 
     @property
     def in_step_at(self) -> float:
@@ -255,32 +135,37 @@ class Line:
         self._reply_owed = False
 
     def _discard(self) -> None:
-        if not self._buffer:
-            return
-        if self._reply_owed and self._buffer.endswith(b"\r"):
-            try:
-                self._take_reply()
-            except Garbage:
+        """Out of step: throw away what comes, unless it is the very reply that is late."""
+        if not self._reply_owed or len(self._buffer) > _LONGEST_LINE:
+            if self._buffer:
                 self.fall_out()
-            else:
-                self._out_of_step_until = 0.0  # the late reply itself: from now on all is well
-        elif not self._reply_owed:
+            return
+        try:
+            self._take_reply()
+        except Garbage:
             self.fall_out()
+
+    def _reset(self) -> None:
+        """In step, nothing under way."""
+        self._out_of_step_until = None
+        self._awaiting = False
+        self._buffer = b""
 
     def close(self) -> None:
         """Release the port."""
-        self._port.close()
+        with suppress(serial.SerialException, OSError):
+            self._port.close()
 
     def _read(self) -> bytes:
         try:
             return self._port.read(4096).replace(b"\n", b"")
-        except (serial.SerialException, OSError, TypeError) as error:
+        except (serial.SerialException, OSError) as error:
             raise self._gone(error) from None
 
     def _write(self, data: bytes) -> None:
         try:
             self._port.write(data)
-        except (serial.SerialException, OSError, TypeError) as error:
+        except (serial.SerialException, OSError) as error:
             raise self._gone(error) from None
 
     def _gone(self, error: Exception) -> LineLost:
@@ -345,7 +230,7 @@ class _Talk:
             self.line.give_up()
             raise Unanswered("no reply in time")
 
-    def _say(self, proceed: Any) -> None:
+    def _say(self, proceed: Callable[[], str]) -> None:
         try:
             command = proceed()
         except StopIteration:

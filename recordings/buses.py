@@ -72,7 +72,7 @@ class SerialBus(Section):
     """What addresses each drive, e.g. "2 " or ".b "; if left out its node id on a shared line, else nothing."""
     echo: bool = False
     """Whether everything sent comes back before the reply (two-wire RS-485)."""
-    turnaround: Annotated[float, Field(ge=0)] = 0.0002
+    turnaround: Annotated[float, Field(ge=0)] = 0.0003
     """From the end of a command to the start of its reply, adapter and host included [s]."""
     reply_timeout: Positive = 0.01
     """A drive that has not replied by then will not reply any more [s]."""

@@ -20,10 +20,11 @@ _FILE = click.Path(path_type=Path)
 @click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed.")
 @click.option("--truth", type=_FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
 def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden: int | None, truth: Path) -> None:
-    """Serve three simulated CANopen drives around a simulated robot, until SIGINT or SIGTERM.
+    """Serve three simulated drives around a simulated robot, until SIGINT or SIGTERM.
 
     The rig file names the bus: `udp_multicast` reaches other programs on this machine, `socketcan` a real or virtual
-    CAN interface. Record from another terminal with `daq record --rig` and the same file.
+    CAN interface; serial ports are links to pseudo-terminals, made here and removed at the end. Record from another
+    terminal with `daq record --rig` and the same file.
     """
     from daq.simulation import configured, simulated
     from drivers import transports
@@ -33,7 +34,10 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
 
     rig = load_rig(rig_file)
     if transports.of(rig).simulated_here(rig):
-        raise BadInput("the virtual bus ends at this program; set bus.interface to udp_multicast or socketcan")
+        raise BadInput(
+            "a bus that other programs can reach expected, one that ends at this program found; set bus.interface to "
+            "udp_multicast or socketcan, or bus.ports to names in the file system"
+        )
     config = configured(rig, sim_file, hidden, truth)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
     for number in (signal.SIGINT, signal.SIGTERM):

@@ -28,8 +28,10 @@ from drivers.transports.serial import BITS_PER_CHARACTER
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
-_CHUNK = 0.002
-"""Real time: the machine is advanced at least this often [s]."""
+_CHUNK = 0.001
+"""Real time: the machine is advanced at least this often [s], so that little is left to do when a command comes."""
+_REACTION = 0.0001
+"""Real time: what a drive takes to begin its reply [s]; the rest of the rig's turn-around is the host's."""
 _IDLE = 0.05
 """Lockstep: how often the loop looks whether it shall end [s]."""
 
@@ -117,7 +119,11 @@ class SerialRig(Service):
             return
         # A whole command is written at once, so the line is free or still busy with the one before.
         port.busy_until = max(time.perf_counter(), port.busy_until) + (len(command) + 1) * self._character
-        self._at(port.busy_until, lambda: self._answer(port, command))
+        self._at(port.busy_until, lambda: self._hear(port, command))
+
+    def _hear(self, port: "_Port", command: str) -> None:
+        self._catch_up(port.busy_until)
+        self._answer(port, command)
 
     def _answer(self, port: "_Port", command: str) -> None:
         if self._bus.echo:
@@ -132,7 +138,7 @@ class SerialRig(Service):
             port.write(reply)
             self._let_time_pass()
         else:
-            duration = self._bus.turnaround + len(reply) * self._character
+            duration = _REACTION + len(reply) * self._character
             self._at(port.busy_until + duration, lambda: port.write(reply))
 
     def _at(self, due: float, action: Callable[[], None]) -> None:
@@ -141,9 +147,7 @@ class SerialRig(Service):
     def _work_off(self) -> None:
         """Real time: what is due, each at its time."""
         while self._events and self._events[0][0] <= time.perf_counter():
-            due, _, action = heapq.heappop(self._events)
-            self._catch_up(due)
-            action()
+            heapq.heappop(self._events)[-1]()
         self._catch_up(time.perf_counter())
 
     # The machine

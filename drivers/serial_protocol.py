@@ -1,0 +1,134 @@
+"""The words of the ASCII drive protocol: commands, replies, error codes.
+
+A command ends with a carriage return, the reply is `ok`, `v VALUE` or `e CODE`. What is to be said on a line is a
+script: a generator that yields commands and is sent their replies.
+"""
+
+import re
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Literal
+
+END = b"\r"
+LONGEST_REPLY = 14
+"""Characters of `v -2147483648` with its end."""
+_INTEGER = re.compile(r"-?[0-9]{1,10}")
+_CODE = re.compile(r"[0-9]{1,4}")
+
+_ERRORS = {
+    1: "too much data passed with the command",
+    3: "unknown command",
+    4: "not enough data supplied with the command",
+    5: "too much data supplied with the command",
+    9: "unknown register",
+    10: "value out of range",
+    11: "register is read-only",
+    14: "not possible in the state of the axis",
+    15: "register does not exist on this page",
+    16: "illegal serial port forwarding",
+    18: "a move cannot start while moving",
+    19: "illegal velocity limit",
+    20: "illegal acceleration limit",
+    21: "illegal deceleration limit",
+    22: "illegal jerk limit",
+    25: "invalid trajectory mode",
+    27: "not allowed while a program runs in the drive",
+    31: "invalid node id for serial port forwarding",
+    32: "CAN communication failed",
+    33: "command not understood",
+}
+"""Copley-style error codes."""
+_MISHEARD = (3, 33)
+"""Codes that a correct command gets only where it was disturbed on its way."""
+
+
+class LineError(Exception):
+    """Something went wrong between a command and its reply."""
+
+
+class Garbage(LineError):
+    """What came is not the reply to the command."""
+
+
+class Unanswered(LineError):
+    """No reply in time."""
+
+
+class LineLost(LineError):
+    """The port is gone."""
+
+
+class Refused(LineError):
+    """The drive replied `e CODE`."""
+
+    def __init__(self, command: str, code: int) -> None:
+        self.code = code
+        super().__init__(f"the drive refuses '{command}': {_ERRORS.get(code, 'unknown error')} (e {code})")
+
+
+@dataclass(frozen=True)
+class Reply:
+    """One reply; `text` is the value of `v`, the code of `e`, nothing with `ok`."""
+
+    kind: Literal["ok", "v", "e"]
+    text: str = ""
+
+
+Script = Generator[str, Reply, None]
+
+
+def parse(line: bytes) -> Reply:
+    """One reply without its end.
+
+    Raises:
+        Garbage: it is none.
+    """
+    text = line.decode("ascii", "replace")
+    kind, _, rest = text.partition(" ")
+    if text == "ok":
+        return Reply("ok")
+    if kind == "v" and rest.isprintable() and rest.isascii() and rest.strip():
+        return Reply("v", rest.strip())
+    if kind == "e" and _CODE.fullmatch(rest):
+        return Reply("e", rest)
+    raise Garbage(f"a reply expected, {line!r} found")
+
+
+def ask(command: str) -> Generator[str, Reply, str]:
+    """Part of a script: the value that a command is answered with.
+
+    Raises:
+        Refused: by the drive.
+        Garbage: something else came.
+    """
+    reply = yield command
+    _refuse_error(command, reply)
+    if reply.kind != "v":
+        raise Garbage(f"a value expected in reply to '{command}', 'ok' found")
+    return reply.text
+
+
+def ask_integer(command: str) -> Generator[str, Reply, int]:
+    """Part of a script: `ask`, where the value is a whole number."""
+    text = yield from ask(command)
+    if not _INTEGER.fullmatch(text):
+        raise Garbage(f"a whole number expected in reply to '{command}', {text!r} found")
+    return int(text)
+
+
+def tell(command: str) -> Generator[str, Reply, None]:
+    """Part of a script: a command that is answered with `ok`. Raises as `ask`."""
+    reply = yield command
+    _refuse_error(command, reply)
+    if reply.kind != "ok":
+        raise Garbage(f"'ok' expected in reply to '{command}', the value {reply.text!r} found")
+
+
+def _refuse_error(command: str, reply: Reply) -> None:
+    if reply.kind == "e":
+        code = int(reply.text)
+        raise (
+            Garbage(f"'{command}' reached the drive disturbed (e {code})")
+            if code in _MISHEARD
+            else Refused(command, code)
+        )

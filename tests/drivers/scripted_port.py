@@ -1,0 +1,62 @@
+"""A serial port that plays a dialogue: what must be sent, and what comes back to it."""
+
+import os
+from collections import deque
+
+from drivers.serial_line import Line
+
+Exchange = tuple[str, str | bytes]
+"""A command and its reply, both without their ends; "" is silence, bytes are answered as they are."""
+
+
+class ScriptedPort:
+    """Fails the test when something else is sent than the script says."""
+
+    def __init__(self, script: list[Exchange]) -> None:
+        self._script = deque(script)
+        self._out, self._in = os.pipe()
+        os.set_blocking(self._out, False)
+        self.sent: list[str] = []
+
+    def write(self, data: bytes) -> None:
+        assert data.endswith(b"\r")
+        command = data[:-1].decode()
+        self.sent.append(command)
+        assert self._script, f"nothing more expected, '{command}' sent"
+        expected, reply = self._script.popleft()
+        assert command == expected, f"'{expected}' expected, '{command}' sent"
+        if isinstance(reply, bytes):
+            self.arrive(reply)
+        elif reply:
+            self.arrive(reply.encode() + b"\r")
+
+    def arrive(self, data: bytes) -> None:
+        """Let something arrive that nobody asked for."""
+        os.write(self._in, data)
+
+    def read(self, size: int) -> bytes:
+        try:
+            data = os.read(self._out, size)
+        except BlockingIOError:
+            return b""
+        if not data:
+            raise OSError("unplugged")
+        return data
+
+    def fileno(self) -> int:
+        return self._out
+
+    def unplug(self) -> None:
+        """From now on the port is gone."""
+        os.close(self._in)
+
+    def close(self) -> None:
+        os.close(self._out)
+
+    def assert_finished(self) -> None:
+        assert not self._script, f"{len(self._script)} expected commands were never sent: {self._script[0]}"
+
+
+def line_on(port: ScriptedPort, name: str = "port", *, reply_timeout: float = 0.02, echo: bool = False) -> Line:
+    """A line without the wire's time."""
+    return Line(port, name, character=0.0, turnaround=0.002, reply_timeout=reply_timeout, echo=echo)

@@ -1,0 +1,412 @@
+"""The serial driver as (sent, received) pairs, three drives on one line unless said otherwise."""
+
+import math
+
+import numpy as np
+import pytest
+
+from drivers.protocol import Goal, Power
+from drivers.serial_drive import SIMULATED_LOCKSTEP, SerialDrives
+from recordings.buses import SerialBus, SerialRegisters
+from recordings.errors import BadInput, RunFailed
+from recordings.rig import Drive, Rig
+from tests.drivers.scripted_port import Exchange, ScriptedPort, line_on
+
+DRIVES = (
+    Drive(node_id=1, counts_per_turn=1000, gear=math.tau),
+    Drive(node_id=2, counts_per_turn=1000, gear=math.tau, sign=-1, zero_offset=0.5),
+    Drive(node_id=3, counts_per_turn=1000, gear=math.tau),
+)
+"""1000 counts per radian; voltage 0.5 mV per count."""
+RIG = Rig(name="test", rate=20.0, bus=SerialBus(ports=("line",)), drives=DRIVES)
+
+OFF, ON, MOVING, FAULT = 0x8000, 0, 0x0800_0000, 0x0040_8000
+Log = list[tuple[str, str, str]]
+
+
+def drives(script: list[Exchange], rig: Rig = RIG) -> tuple[SerialDrives, ScriptedPort, Log]:
+    """Drives of which nothing is known yet."""
+    port, log = ScriptedPort(script), Log()
+    lines = {"line": line_on(port)}
+    return SerialDrives(rig, lines, lambda *entry: log.append(entry), stamped=False), port, log
+
+
+def read(node: int, counts: int = 0, volts: int = 0) -> list[Exchange]:
+    return [(f"{node} g r0x32", f"v {counts}"), (f"{node} g r0x15", f"v {volts}")]
+
+
+def status(node: int, word: int) -> Exchange:
+    return f"{node} g r0xa0", f"v {word}"
+
+
+def move(node: int, counts: int) -> list[Exchange]:
+    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} t 1", "ok")]
+
+
+def cycle(
+    asked: int, told: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
+) -> list[Exchange]:
+    """One cycle in which it is the turn of drive `asked` to tell its status, before it is told anything."""
+    script: list[Exchange] = []
+    for node in (1, 2, 3):
+        script += [status(node, word)] if node == asked else []
+        script += [*(told or {}).get(node, []), *read(node, counts)]
+    return script
+
+
+def off(node: int) -> Exchange:
+    return f"{node} s r0x24 0", "ok"
+
+
+def enable(node: int, counts: int = 0) -> list[Exchange]:
+    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} s r0x24 21", "ok")]
+
+
+RELEASED = [*cycle(1, {node: [off(node)] for node in (1, 2, 3)}), *cycle(2), *cycle(3)]
+"""What drives are told first of all: no power."""
+ENABLED = [
+    *RELEASED,
+    *cycle(1, {1: enable(1)}),
+    *cycle(2, {2: enable(2)}),
+    *cycle(3, {3: enable(3)}),
+    *cycle(1, word=ON),
+    *cycle(2, word=ON),
+    *cycle(3, word=ON),
+]
+
+
+def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
+    """Drives that follow, and what comes then."""
+    amplifiers, port, log = drives([*ENABLED, *script])
+    for goal, cycles in ((Goal.DISABLED, 3), (Goal.ENABLED, 6)):
+        amplifiers.goal = goal
+        for _ in range(cycles):
+            sample = amplifiers.exchange(None, 1.0)
+    assert sample.power == (Power.ON,) * 3
+    return amplifiers, port, log
+
+
+def test_target_is_the_position_measured_last_before_power() -> None:
+    script = [*RELEASED, *cycle(1, {1: enable(1, 0)}, counts=11), *cycle(2, {2: enable(2, 11)}, counts=22)]
+    amplifiers, port, _ = drives([*script, *cycle(3, {3: enable(3, 22)})])
+    for _ in range(3):
+        amplifiers.exchange(None, 1.0)
+    amplifiers.goal = Goal.ENABLED
+    for _ in range(3):
+        amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_no_power_on_an_old_position() -> None:
+    """Where the last position was not received, there is none to be the target."""
+    script = [
+        *[status(1, OFF), off(1), *read(1), off(2), ("2 g r0x32", "")],
+        *[*read(1), status(2, OFF), *read(2), *read(3)],
+    ]
+    amplifiers, port, _ = drives(script)
+    assert amplifiers.exchange(None, 0.05).missing == 2
+    amplifiers.goal = Goal.ENABLED
+    amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_targets_are_written_and_made_to_count() -> None:
+    rows = np.array([[1.0, 0.0, -1.0]])
+    script = cycle(1, {1: move(1, 1000), 2: move(2, 500), 3: move(3, -1000)}, word=MOVING)
+    amplifiers, port, _ = enabled(script)
+    (setpoint,) = amplifiers.encode(rows)
+    assert amplifiers.exchange(setpoint, 1.0).power == (Power.ON,) * 3
+    port.assert_finished()
+
+
+def test_without_a_target_a_drive_stays_where_it_was_told_to_be() -> None:
+    amplifiers, port, _ = enabled(cycle(1, word=ON))
+    amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_units_signs_and_zero_offset() -> None:
+    script = [status(1, OFF), off(1), *read(1, 250, 2000), off(2), *read(2, 250, 2000), off(3), *read(3, -250, -2000)]
+    amplifiers, _, _ = drives(script)
+    sample = amplifiers.exchange(None, 1.0)
+    assert sample.position == pytest.approx((0.25, 0.25, -0.25))
+    assert sample.voltage == pytest.approx((1.0, -1.0, -1.0))
+    assert sample.power == (Power.OFF, Power.UNKNOWN, Power.UNKNOWN)
+    assert sample.statusword == (0x40, 0, 0)
+    assert sample.voltage_stamp is None
+
+
+def quick_stops() -> dict[int, list[Exchange]]:
+    return {node: [(f"{node} t 0", "ok")] for node in (1, 2, 3)}
+
+
+def test_quick_stop_goes_to_all_at_once_and_power_off_to_each_that_stands() -> None:
+    script = [
+        *cycle(1, quick_stops(), word=MOVING),
+        *cycle(2, quick_stops(), word=MOVING),
+        *cycle(3, {**quick_stops(), 3: [off(3)]}, word=ON),
+        *cycle(1, {1: [off(1)], 2: [("2 t 0", "ok")]}, word=ON),
+        *cycle(2, {2: [off(2)]}, word=ON),
+        *cycle(3),
+        *cycle(1),
+        *cycle(2),
+    ]
+    amplifiers, port, _ = enabled(script)
+    amplifiers.goal = Goal.STOPPED
+    assert amplifiers.exchange(None, 1.0).power == (Power.ON,) * 3
+    assert amplifiers.exchange(None, 1.0).power[1] is Power.STOPPING
+    for _ in range(6):
+        sample = amplifiers.exchange(None, 1.0)
+    assert sample.power == (Power.OFF,) * 3
+    port.assert_finished()
+
+
+def test_a_drive_that_refuses_the_quick_stop_is_switched_off() -> None:
+    amplifiers, port, _ = enabled(cycle(1, {**quick_stops(), 2: [("2 t 0", "e 14"), off(2)]}, word=MOVING))
+    amplifiers.goal = Goal.STOPPED
+    amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_disabled_is_one_command() -> None:
+    amplifiers, port, _ = enabled([*cycle(1, {node: [off(node)] for node in (1, 2, 3)}, word=ON), *cycle(2)])
+    amplifiers.goal = Goal.DISABLED
+    for _ in range(2):
+        amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_a_fault_is_named() -> None:
+    amplifiers, _, _ = enabled([status(1, FAULT), ("1 g r0xa4", "v 512"), *cycle(0)])
+    sample = amplifiers.exchange(None, 1.0)
+    assert sample.power[0] is Power.FAULT
+    assert sample.error_code == (512, 0, 0)
+    assert sample.statusword[0] & 0x4F == 0x08
+    assert sample.trouble == "joint 1 ('1' on line): drive fault, following error (0x0200)"
+
+
+def test_a_refused_command_ends_the_run() -> None:
+    script = cycle(1, {1: [("1 s r0xca 9", "e 10"), status(1, ON)], 2: move(2, 509), 3: move(3, 9)}, word=ON)
+    amplifiers, port, _ = enabled(script)
+    sample = amplifiers.exchange(amplifiers.encode(np.full((1, 3), 0.009).round(3) * [[1, -1, 1]])[0], 1.0)
+    assert sample.trouble == "joint 1 ('1' on line): the drive refuses '1 s r0xca 9': value out of range (e 10)"
+    port.assert_finished()
+
+
+def test_what_a_drive_refuses_because_of_a_fault_is_told_as_the_fault() -> None:
+    refused: list[Exchange] = [("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), status(2, FAULT), ("2 g r0xa4", "v 16")]
+    amplifiers, _, _ = enabled(cycle(1, {1: move(1, 0), 2: refused, 3: move(3, 0)}, word=ON))
+    sample = amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0)
+    assert sample.trouble == "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"
+
+
+def test_after_a_lost_reply_the_rest_of_the_line_is_a_gap_and_the_next_cycle_is_whole() -> None:
+    script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *cycle(2, word=ON)]
+    amplifiers, _, log = enabled(script)
+    sample = amplifiers.exchange(None, 0.2)
+    assert np.isnan(sample.position).tolist() == [False, True, True]
+    assert np.isnan(sample.voltage).tolist() == [False, True, True]
+    assert sample.statusword[1:] == (0, 0)
+    assert sample.power == (Power.ON,) * 3
+    assert sample.missing == 2
+    assert log == [("warning", "port", "no reply in time (disturbance 1)")]
+    assert amplifiers.exchange(None, 1.0).missing == 0
+
+
+@pytest.mark.parametrize("reply", ["v", "ok", "v 1 2 3", b"\xff\xfe\r", b"v 1\rv 2\r", "e 33", b"v " + b"1" * 300])
+def test_after_garbage_too(reply: str | bytes) -> None:
+    script = [status(1, ON), *read(1, 1), ("2 g r0x32", reply), *cycle(2, word=ON)]
+    amplifiers, port, _ = enabled(script)
+    assert amplifiers.exchange(None, 0.2).missing == 2
+    assert amplifiers.exchange(None, 1.0).missing == 0
+    port.assert_finished()
+
+
+def test_a_bad_line_does_not_fill_the_log() -> None:
+    script: list[Exchange] = [("1 g r0xa0" if turn % 3 == 0 else "1 s r0x24 0", "") for turn in range(20)]
+    amplifiers, _, log = drives(script)
+    for _ in range(20):
+        amplifiers.exchange(None, 0.03)
+    assert [entry[2].split("disturbance ")[1] for entry in log] == ["1)", "2)", "4)", "8)", "16)"]
+
+
+def test_a_target_beyond_the_encoder_is_refused() -> None:
+    amplifiers, _, _ = drives([])
+    with pytest.raises(BadInput, match="32 bits"):
+        amplifiers.encode(np.array([[1e7, 0.0, 0.0]]))
+
+
+# Before and after the cycles
+
+FLUSH: Exchange = ("", "e 33")
+ENDS = {1: (-1200, 1400), 2: (-900, 1700), 3: (-1200, 1400)}
+"""Of the way, in counts of each drive; the second one counts the other way round."""
+
+
+def test_drives_present_themselves() -> None:
+    script = [FLUSH, ("1 g f0x80", "v XTL-230"), ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}"), ("3 g f0x80", "v 12")]
+    amplifiers, _, _ = drives(script)
+    identities = amplifiers.discover()
+    assert [identity.device for identity in identities] == ["XTL-230", SIMULATED_LOCKSTEP, "12"]
+    assert [identity.simulated for identity in identities] == [False, True, False]
+    assert [identity.lockstep for identity in identities] == [False, True, False]
+    assert identities[1].address == "'2' on line"
+
+
+def test_silent_drives_are_named_and_the_others_are_not() -> None:
+    silent = [("2 g f0x80", "")] * 3
+    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *silent, ("3 g f0x80", "v A")])
+    with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
+        amplifiers.discover()
+
+
+def test_a_disturbed_reply_is_asked_for_again() -> None:
+    script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
+    amplifiers, port, _ = drives(script)
+    amplifiers.discover()
+    port.assert_finished()
+
+
+def setup(node: int, low: int, high: int) -> list[Exchange]:
+    """Limits of 0.05 rad, 150 rad/s^2, -1.2 and 1.4 rad."""
+    table = [("r0xba", 50), ("r0xcf", 15000), ("r0xb8", high), ("r0xb9", low), ("r0xc8", 0)]
+    return [
+        pair
+        for name, value in table
+        for pair in ((f"{node} s {name} {value}", "ok"), (f"{node} g {name}", f"v {value}"))
+    ]
+
+
+def configured(node: int, low: int, high: int) -> list[Exchange]:
+    return [off(node), (f"{node} g r0xa4", "v 0"), (f"{node} g r0xa4", "v 0"), *setup(node, low, high)]
+
+
+SET_UP = [x for node, ends in ENDS.items() for x in [*configured(node, *ends), status(node, OFF)]]
+
+
+def test_set_up_is_written_and_read_back() -> None:
+    amplifiers, port, _ = drives(SET_UP)
+    amplifiers.configure()
+    port.assert_finished()
+
+
+def test_a_setting_that_reads_back_differently_is_refused() -> None:
+    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:4], ("1 g r0xba", "v 49")])
+    with pytest.raises(RunFailed, match=r"joint 1 .*r0xba \(following error.*reads back as 49, 50 was written"):
+        amplifiers.configure()
+
+
+def test_a_register_that_the_drive_does_not_know_is_named() -> None:
+    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")])
+    with pytest.raises(RunFailed, match=r"joint 1 .*refuses '1 s r0xba 50': unknown register \(e 9\)"):
+        amplifiers.configure()
+
+
+def test_latched_faults_are_cleared() -> None:
+    clear: list[Exchange] = [off(1), ("1 g r0xa4", "v 528"), ("1 s r0xa4 528", "ok"), ("1 g r0xa4", "v 16")]
+    amplifiers, port, _ = drives(clear)
+    with pytest.raises(RunFailed, match=r"joint 1 .*motor too hot \(0x0010\), cannot be reset"):
+        amplifiers.configure()
+    port.assert_finished()
+
+
+def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
+    bus = SerialBus(ports=("line",), registers=SerialRegisters(watchdog="r0xf0"), watchdog_timeout=0.2)
+    script: list[Exchange] = []
+    for node, ends in ENDS.items():
+        armed: list[Exchange] = [(f"{node} s r0xf0 200", "ok"), (f"{node} g r0xf0", "v 200")]
+        script += [*configured(node, *ends), *armed, status(node, OFF)]
+    script += [pair for node in (1, 2, 3) for pair in (off(node), (f"{node} s r0xf0 0", "ok"))]
+    amplifiers, port, _ = drives(script, RIG.model_copy(update={"bus": bus}))
+    amplifiers.configure()
+    amplifiers.close()
+    port.assert_finished()
+
+
+def test_examine_compares_and_writes_nothing() -> None:
+    found = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
+    script: list[Exchange] = []
+    for node in (1, 2, 3):
+        faulty = [status(1, FAULT), ("1 g r0xa4", "v 4")] if node == 1 else [status(node, OFF)]
+        script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in found.items())]
+    amplifiers, port, _ = drives(script)
+    findings = amplifiers.examine()
+    port.assert_finished()
+    noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in findings if f.verdict == "will be written"]
+    assert noteworthy[0] == ("joint 1", "state", "off", "fault: short circuit (0x0004)")
+    assert ("joint 1", "r0xcf", "15000", "7") in noteworthy
+    assert ("joint 2", "r0xb8", "1700", "1400") in noteworthy
+    assert not amplifiers.close()
+    assert port.sent == [command for command, _ in script]
+
+
+def test_closing_takes_power_off_and_never_raises() -> None:
+    script = [off(1), ("2 s r0x24 0", "e 14")]
+    amplifiers, port, log = drives([*SET_UP, *script, *[("3 s r0x24 0", "")] * 3])
+    amplifiers.configure()
+    amplifiers.close()
+    port.assert_finished()
+    assert [(source[:7], text) for _, source, text in log] == [
+        ("joint 2", "while closing: the drive refuses '2 s r0x24 0': not possible in the state of the axis (e 14)"),
+        ("joint 3", "while closing: no reply in time"),
+    ]
+
+
+# Three lines
+
+THREE = Rig(name="test", rate=20.0, bus=SerialBus(ports=("a", "b", "c")), drives=DRIVES)
+
+
+def on_three_lines(scripts: dict[str, list[Exchange]]) -> tuple[SerialDrives, dict[str, ScriptedPort]]:
+    ports = {name: ScriptedPort(script) for name, script in scripts.items()}
+    lines = {name: line_on(port, name) for name, port in ports.items()}
+    return SerialDrives(THREE, lines, lambda *entry: None, stamped=True), ports
+
+
+def alone(word: int, *told: Exchange, counts: int = 0) -> list[Exchange]:
+    """One cycle of a drive on its own line."""
+    return [("g r0xa0", f"v {word}"), *told, ("g r0x32", f"v {counts}"), ("g r0x15", "v 1000")]
+
+
+SWITCH_OFF: Exchange = ("s r0x24 0", "ok")
+SWITCH_ON: list[Exchange] = [("s r0xca 0", "ok"), ("s r0x24 21", "ok")]
+
+
+def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cycle() -> None:
+    amplifiers, ports = on_three_lines({name: alone(OFF, SWITCH_OFF, counts=i) for i, name in enumerate("abc")})
+    sample = amplifiers.exchange(None, 1.0)
+    assert sample.power == (Power.OFF,) * 3
+    assert sample.position == pytest.approx((0.0, 0.499, 0.002))
+    assert sample.voltage_stamp is not None
+    for port in ports.values():
+        port.assert_finished()
+
+
+def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable() -> None:
+    start = [*alone(OFF, SWITCH_OFF), *alone(OFF, *SWITCH_ON)]
+    left = [*alone(ON), ("t 0", "ok"), *alone(MOVING, ("t 0", "ok")), *alone(ON, SWITCH_OFF), *alone(OFF)]
+    amplifiers, ports = on_three_lines({"a": start, "b": [*start, *left], "c": [*start, *left]})
+    amplifiers.exchange(None, 1.0)
+    amplifiers.goal = Goal.ENABLED
+    amplifiers.exchange(None, 1.0)
+    ports["a"].unplug()
+    with pytest.raises(RunFailed, match=r"serial port a is lost \(unplugged\); check cable and adapter"):
+        amplifiers.exchange(None, 1.0)
+    for _ in range(3):
+        sample = amplifiers.exchange(None, 1.0)
+    assert sample.missing == 1
+    assert math.isnan(sample.position[0])
+    # The lost one was told to switch on, and has not said that it is off.
+    assert sample.power == (Power.UNKNOWN, Power.OFF, Power.OFF)
+    for name in "bc":
+        ports[name].assert_finished()
+
+
+def test_when_no_line_is_left_that_is_said() -> None:
+    amplifiers, ports = on_three_lines({"a": [], "b": [], "c": []})
+    for port in ports.values():
+        port.unplug()
+    with pytest.raises(RunFailed, match="is lost"):
+        amplifiers.exchange(None, 1.0)
+    with pytest.raises(RunFailed, match="no serial line is left"):
+        amplifiers.exchange(None, 1.0)

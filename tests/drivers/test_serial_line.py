@@ -1,0 +1,194 @@
+import time
+from collections.abc import Generator
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from drivers.serial_line import Line, converse
+from drivers.serial_protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered, ask, ask_integer, tell
+from tests.drivers.scripted_port import ScriptedPort, line_on
+
+
+def say(line: Line, part: Generator[str, Reply, object], patience: float = 2.0) -> object:
+    """What one part of a script is answered with; raises what goes wrong."""
+    result: list[object] = []
+
+    def script() -> Script:
+        result.append((yield from part))
+
+    failure = converse({line: script()}, time.perf_counter() + patience).get(line)
+    if failure is not None:
+        raise failure
+    return result[0]
+
+
+def test_commands_and_replies_alternate() -> None:
+    port = ScriptedPort([("s r0xca 5", "ok"), ("g r0x32", "v -7")])
+    line = line_on(port)
+    say(line, tell("s r0xca 5"))
+    assert say(line, ask_integer("g r0x32")) == -7
+    port.assert_finished()
+
+
+def test_lines_are_spoken_to_at_the_same_time() -> None:
+    """The second line answers only after it was spoken to, while the first one is still waited for."""
+    first, second = ScriptedPort([("g r0x32", "")]), ScriptedPort([("g r0x32", "v 2"), ("t 1", "ok")])
+    heard: list[int] = []
+
+    def script() -> Script:
+        heard.append((yield from ask_integer("g r0x32")))
+        first.arrive(b"v 1\r")
+        yield from tell("t 1")
+
+    def slow() -> Script:
+        heard.append((yield from ask_integer("g r0x32")))
+
+    failures = converse({line_on(first): slow(), line_on(second): script()}, time.perf_counter() + 2.0)
+    assert not failures
+    assert heard == [2, 1]
+
+
+def test_a_reply_may_come_in_pieces_and_with_line_feeds() -> None:
+    port = ScriptedPort([("g r0x32", "")])
+    line = line_on(port)
+    line.send("g r0x32")
+    for piece in (b"v", b" 1", b"2"):
+        port.arrive(piece)
+        assert line.receive() is None
+    port.arrive(b"\r\n")
+    assert line.receive() == Reply("v", "12")
+
+
+def test_no_reply() -> None:
+    with pytest.raises(Unanswered, match="no reply in time"):
+        say(line_on(ScriptedPort([("g r0x32", "")])), ask("g r0x32"))
+
+
+def test_a_partial_line_is_no_reply_and_not_the_start_of_the_next() -> None:
+    line = line_on(ScriptedPort([("g r0x32", b"v 12"), ("g r0x32", "v 34")]))
+    with pytest.raises(Unanswered):
+        say(line, ask("g r0x32"))
+    assert say(line, ask("g r0x32")) == "34"
+
+
+def test_a_late_reply_is_not_taken_for_the_next() -> None:
+    port = ScriptedPort([("g r0x32", ""), ("g r0x15", "v 2")])
+    line = line_on(port)
+    with pytest.raises(Unanswered):
+        say(line, ask("g r0x32"), patience=0.001)
+    port.arrive(b"v 1\r")
+    assert say(line, ask("g r0x15")) == "2"
+
+
+def test_after_garbage_the_line_is_used_again_when_it_is_silent() -> None:
+    port = ScriptedPort([("g r0x32", "v 1\rv 2"), ("g r0x15", "v 3")])
+    line = line_on(port)
+    with pytest.raises(Garbage, match="one reply expected"):
+        say(line, ask("g r0x32"))
+    port.arrive(b"\xff\x00 more of it")
+    assert say(line, ask("g r0x15")) == "3"
+
+
+def test_what_comes_unasked_is_no_reply() -> None:
+    port = ScriptedPort([("g r0x32", "v 3")])
+    port.arrive(b"v 99\r")
+    assert say(line_on(port), ask("g r0x32")) == "3"
+
+
+def test_a_line_that_never_falls_silent_is_given_up() -> None:
+    class Babbler(ScriptedPort):
+        def read(self, size: int) -> bytes:
+            return b"x" * size
+
+    port = Babbler([])
+    with pytest.raises(Unanswered, match="no silence"):
+        say(line_on(port), ask("g r0x32"), patience=0.02)
+    assert not port.sent
+
+
+def test_echo_is_taken_off() -> None:
+    port = ScriptedPort([("2 g r0x32", "2 g r0x32\rv 5")])
+    assert say(line_on(port, echo=True), ask("2 g r0x32")) == "5"
+
+
+def test_a_disturbed_echo_is_garbage() -> None:
+    with pytest.raises(Garbage, match="echo of b'g r0x32' expected"):
+        say(line_on(ScriptedPort([("g r0x32", "g r0y32\rv 5")]), echo=True), ask("g r0x32"))
+
+
+def test_an_echo_that_the_rig_file_does_not_know_is_named() -> None:
+    with pytest.raises(Garbage, match=r"set bus\.echo = true"):
+        say(line_on(ScriptedPort([("g r0x32", "g r0x32")])), ask("g r0x32"))
+
+
+def test_flush_ends_what_a_drive_may_hold_and_ignores_its_answer() -> None:
+    port = ScriptedPort([("", "e 33"), ("g r0x32", "v 3")])
+    line = line_on(port)
+    line.flush()
+    assert say(line, ask("g r0x32")) == "3"
+
+
+def test_an_unplugged_port_is_lost() -> None:
+    port = ScriptedPort([("g r0x32", "")])
+    line = line_on(port, "/dev/ttyUSB0")
+    port.unplug()
+    with pytest.raises(LineLost, match="/dev/ttyUSB0 is lost"):
+        say(line, ask("g r0x32"))
+    assert line.lost
+
+
+def test_other_errors_of_a_script_pass() -> None:
+    def script() -> Script:
+        yield "g r0x32"
+        raise KeyError("mine")
+
+    with pytest.raises(KeyError, match="mine"):
+        converse({line_on(ScriptedPort([("g r0x32", "ok")])): script()}, time.perf_counter() + 1.0)
+
+
+class Noise:
+    """A port on which anything may arrive at any time."""
+
+    def __init__(self, chunks: list[bytes]) -> None:
+        self._chunks = iter(chunks)
+        self._port = ScriptedPort([])
+        self._port.arrive(b"!")  # always something to read, as far as select can see
+
+    def fileno(self) -> int:
+        return self._port.fileno()
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def read(self, size: int) -> bytes:
+        return next(self._chunks, b"")[:size]
+
+    def close(self) -> None:
+        self._port.close()
+        self._port.unplug()
+
+
+CHUNK = st.one_of(
+    st.binary(max_size=400),
+    st.sampled_from([b"ok\r", b"v 12\r", b"e 3\r", b"e 9\r", b"\r", b"\n", b"ok", b"v ", b"1\r", b"g r0x32\r"]),
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.lists(CHUNK, max_size=30), st.booleans())
+def test_no_bytes_break_or_hang_the_line(chunks: list[bytes], echo: bool) -> None:
+    port = Noise(chunks)
+    line = Line(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
+
+    def script() -> Script:
+        yield from ask_integer("g r0x32")
+        yield from tell("s r0xca 1")
+        yield from ask("g f0x80")
+
+    for _ in range(3):
+        failure = converse({line: script()}, time.perf_counter() + 2e-3).get(line)
+        assert failure is None or isinstance(failure, LineError)
+        assert not isinstance(failure, LineLost)
+        assert len(line._buffer) <= 256 + 400
+    line.close()
