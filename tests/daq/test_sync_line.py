@@ -1,0 +1,83 @@
+"""SYNCs numbered and timed from their arrivals, late and lost as they may be."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from daq.sync_line import line, number
+
+PERIOD = 2_000_000
+START = 1_700_000_000_000_000_000
+
+
+def arrivals(rng: np.random.Generator, index: np.ndarray, period: float, jitter: float = 1e5) -> np.ndarray:
+    """Sent every `period` [ns], each late by an exponential jitter [ns], in order."""
+    late = rng.exponential(jitter, size=len(index))
+    return START + np.maximum.accumulate(np.rint(index * period + late).astype(np.int64))
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    holes=st.lists(st.tuples(st.integers(600, 2400), st.integers(1, 40)), max_size=4, unique_by=lambda hole: hole[0]),
+    stalls=st.lists(st.tuples(st.integers(100, 2400), st.integers(1, 150)), max_size=4),
+    drift=st.floats(-2e-4, 2e-4),
+)
+@settings(deadline=None, max_examples=60)
+def test_holes_are_counted_and_lateness_is_not(
+    seed: int, holes: list[tuple[int, int]], stalls: list[tuple[int, int]], drift: float
+) -> None:
+    lost = {k for first, count in holes for k in range(first, first + count)}
+    index = np.array([k for k in range(3000) if k not in lost])
+    arrival = arrivals(np.random.default_rng(seed), index, PERIOD * (1 + drift))
+    for first, count in stalls:
+        # The sender stalls; what was due in that time comes at once behind it.
+        end = START + (first + count) * PERIOD
+        due = (index >= first) & (arrival < end)
+        arrival[due] = end
+    arrival = np.maximum.accumulate(arrival)
+    np.testing.assert_array_equal(number(arrival), index)
+
+
+def test_jitter_of_half_a_period_is_no_hole() -> None:
+    rng = np.random.default_rng(0)
+    index = np.arange(5000)
+    arrival = START + np.maximum.accumulate(
+        (index * PERIOD + rng.uniform(0, 0.8 * PERIOD, size=5000)).astype(np.int64)
+    )
+    np.testing.assert_array_equal(number(arrival), index)
+
+
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 10])
+def test_few_syncs(n: int) -> None:
+    np.testing.assert_array_equal(number(START + PERIOD * np.arange(n)), np.arange(n))
+
+
+def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
+    rng = np.random.default_rng(1)
+    index = np.delete(np.arange(10_000), slice(4000, 4500))
+    period = PERIOD * (1 + 50e-6)
+    arrival = arrivals(rng, index, period, 3e4)
+    late = rng.choice(len(index), 300, replace=False)
+    arrival[late] += rng.integers(10**6, 10**7, size=300)
+    start, found = line(arrival, index, PERIOD)
+    assert found == pytest.approx(period, rel=1e-7)
+    assert abs(start - START) < 60_000
+
+
+@pytest.mark.parametrize("jitter", [0.0, 3e4, 2e5])
+def test_a_sender_with_our_own_clock_keeps_the_configured_period(jitter: float) -> None:
+    index = np.arange(12_000)
+    start, period = line(arrivals(np.random.default_rng(2), index, PERIOD, jitter), index, PERIOD)
+    assert period == PERIOD
+    assert 0 <= start - START <= 2 * jitter
+
+
+def test_another_clock_is_told_from_ours() -> None:
+    index = np.arange(12_000)
+    _, period = line(arrivals(np.random.default_rng(2), index, PERIOD * (1 + 1e-4)), index, PERIOD)
+    assert period == pytest.approx(PERIOD * (1 + 1e-4), rel=1e-6)
+
+
+def test_one_sync() -> None:
+    assert line(np.array([START]), np.array([0]), PERIOD) == (START, PERIOD)
