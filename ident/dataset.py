@@ -1,7 +1,8 @@
 """One recording as rows for an estimator: the usable samples of its repeated motion, with their regressor."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from typing import cast
 
 import numpy as np
 
@@ -9,10 +10,13 @@ from ident import preprocess
 from ident.cutoff import Cutoff
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
+from ident.preprocess import Prepared
 from ident.samples import sample
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
+BLOCK = 4096
+"""Conditioned samples that are made at a time."""
 LEAST_ROWS = 10
 """Usable samples per parameter below which nothing is fitted."""
 
@@ -63,21 +67,20 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
     prepare = preprocess.load(method)
     try:
         prepared = prepare(samples, cutoff)
-        regressor = prepared.condition(mechanism.regressor(prepared.motion))
+        regressor = _conditioned(prepared, mechanism.regressor, mechanism.pointwise)
     except BadInput as error:  # say, angles at which the mechanism does not close
         raise BadInput(f"{recording.path.name}: {error}") from None
     keep = slice(None, None, prepared.step)
-    nominal = mechanism.nominal_torque(prepared.motion)
     instants = prepared.instants[keep]
     usable = np.isfinite(prepared.torque) & np.isfinite(regressor).all(axis=2) & samples.wanted[instants, None]
     _refuse_few(recording, int(usable.sum(axis=0).min()), LEAST_ROWS * regressor.shape[2])
     return Dataset(
         recording=recording,
         time=instants / samples.rate,
-        motion=Motion(**{field.name: getattr(prepared.motion, field.name)[keep] for field in fields(Motion)}),
+        motion=_part(prepared.motion, keep),
         regressor=regressor,
         torque=np.where(usable, prepared.torque, np.nan),
-        nominal=None if nominal is None else prepared.condition(nominal),
+        nominal=_nominal(prepared, mechanism),
         volt_sensitivity=prepared.sensitivity,
         repeat=samples.repeat[instants],
         phase=samples.phase[instants],
@@ -100,6 +103,37 @@ def build_all(
     if lowest is None or all(dataset.cutoff == lowest for dataset in datasets):
         return datasets
     return tuple(replace(build(recording, mechanism, method, lowest.hz), cutoff=lowest) for recording in recordings)
+
+
+def _conditioned(prepared: Prepared, columns: Callable[[Motion], Floats], pointwise: bool) -> Floats:
+    """What `columns` makes of the motion, conditioned: (m, ...).
+
+    Columns of a long recording at full rate do not fit into memory. Where an instant's columns depend on nothing else
+    (`pointwise`), they are made and conditioned in blocks, each with the surroundings that the filter looks at.
+    """
+    n, step, reach = len(prepared.motion.position), prepared.step, prepared.reach
+    if not pointwise or reach is None:
+        return prepared.condition(columns(prepared.motion))
+    before = -(-reach // step)
+    blocks = []
+    for first in range(0, n, BLOCK * step):
+        start = max(0, first - before * step)
+        part = _part(prepared.motion, slice(start, first + BLOCK * step + reach))
+        conditioned = prepared.condition(columns(part))
+        own = (first - start) // step
+        blocks.append(conditioned[own : own + BLOCK])
+    return np.concatenate(blocks)
+
+
+def _nominal(prepared: Prepared, mechanism: Mechanism) -> Floats | None:
+    first = _part(prepared.motion, slice(1))
+    if mechanism.nominal_torque(first) is None:
+        return None
+    return _conditioned(prepared, lambda motion: cast(Floats, mechanism.nominal_torque(motion)), mechanism.pointwise)
+
+
+def _part(motion: Motion, which: slice) -> Motion:
+    return Motion(**{field.name: getattr(motion, field.name)[which] for field in fields(Motion)})
 
 
 def _refuse_few(recording: Recording, found: int, expected: int) -> None:

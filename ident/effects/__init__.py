@@ -80,6 +80,10 @@ class _Extended:
         ]
         return *self.base.parameters, *own
 
+    @property
+    def pointwise(self) -> bool:
+        return self.base.pointwise
+
     def regressor(self, motion: Motion) -> Floats:
         base, shapes = self.base.regressor(motion), self.effect.columns(motion)
         n, dof, c = shapes.shape

@@ -56,6 +56,11 @@ class Lagrange14:
         """The 14 parameters of Eq. (38)."""
         return PARAMETERS
 
+    @property
+    def pointwise(self) -> bool:
+        """Nothing that the columns depend on outlives the instant."""
+        return True
+
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, 3, 14) of Eq. (40)."""
         theta = motion.position

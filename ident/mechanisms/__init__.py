@@ -41,6 +41,11 @@ class Mechanism(Protocol):
         """The k parameters, in the order of the columns."""
         ...
 
+    @property
+    def pointwise(self) -> bool:
+        """True where the columns of an instant follow from the motion at that instant alone."""
+        ...
+
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, dof, k), each in N m per unit of its parameter; NaN where the motion is."""
         ...

@@ -47,6 +47,11 @@ class Axes:
             *(weight for i, axis in numbered if axis.gravity for weight in _weights(i, axis)),
         )
 
+    @property
+    def pointwise(self) -> bool:
+        """Nothing that the columns depend on outlives the instant."""
+        return True
+
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, dof, k), in the order of `parameters`."""
         dof = len(self.axes)

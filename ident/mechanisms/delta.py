@@ -53,6 +53,11 @@ class Delta:
         """The 11 parameters of Eq. (30)."""
         return PARAMETERS
 
+    @property
+    def pointwise(self) -> bool:
+        """Nothing that the columns depend on outlives the instant."""
+        return True
+
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, 3, 11) of Eq. (26): the derivatives of (27)-(29) by the parameters of (30)."""
         _, J, P_ddot = _platform(self.geometry, motion)

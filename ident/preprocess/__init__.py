@@ -36,6 +36,8 @@ class Prepared:
     """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V]."""
     step: int
     """One conditioned sample for so many of the instants."""
+    reach: int | None
+    """So many instants to either side have a say in a conditioned sample; None: all instants have."""
     rate: float
     """Conditioned samples per second [Hz]."""
     bandwidth: float

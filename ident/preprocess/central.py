@@ -32,6 +32,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
         torque=samples.torque,
         sensitivity=samples.slope,
         step=1,
+        reach=0,
         rate=samples.rate,
         bandwidth=samples.rate / 2,
     )

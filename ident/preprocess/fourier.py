@@ -67,6 +67,7 @@ def of_one_period(
         torque=low_pass(torque),
         sensitivity=np.sqrt(np.maximum(low_pass(slope**2), 0.0)),
         step=1,
+        reach=None,
         rate=rate,
         bandwidth=cutoff.hz,
         cutoff=cutoff,

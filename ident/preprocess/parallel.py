@@ -36,6 +36,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
         torque=signals.convolve(samples.torque, taps, step),
         sensitivity=sensitivity(samples.slope, taps, step),
         step=step,
+        reach=len(taps) // 2,
         rate=rate / step,
         bandwidth=chosen.hz,
         cutoff=chosen,

@@ -40,6 +40,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
         torque=signals.convolve(samples.torque, smoothing),
         sensitivity=sensitivity(samples.slope, smoothing),
         step=1,
+        reach=len(smoothing) // 2,
         rate=rate,
         bandwidth=chosen.hz,
         cutoff=chosen,

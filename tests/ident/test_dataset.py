@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ident import dataset as dataset_module
 from ident import mechanisms
 from ident.dataset import Dataset, build
 from recordings.errors import BadInput
@@ -93,3 +94,16 @@ BAD: list[tuple[str, Callable[[Recording], Recording]]] = [
 def test_a_useless_recording_is_refused(recording: Recording, message: str, spoil: Any) -> None:
     with pytest.raises(BadInput, match=message):
         built(spoil(recording))
+
+
+@pytest.mark.parametrize("method", ["parallel", "central", "savgol"])
+def test_blocks_leave_no_seam(recording: Recording, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    lost = recording.position.copy()
+    lost[1000:1003] = np.nan
+    holed = replace(recording, position=lost)
+    mechanism = mechanisms.create(holed.rig)
+    whole = build(holed, mechanism, method, None)
+    monkeypatch.setattr(dataset_module, "BLOCK", 97)
+    blocks = build(holed, mechanism, method, None)
+    np.testing.assert_array_equal(blocks.regressor, whole.regressor)
+    np.testing.assert_array_equal(blocks.nominal, whole.nominal)
