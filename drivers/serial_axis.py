@@ -238,6 +238,14 @@ class Axis:
         """Nothing but the quick stop."""
         yield from self._stop()
 
+    def take_power(self, patience: float) -> Script:
+        """Power off, waiting for it for at most `patience` [s]."""
+        deadline = time.perf_counter() + patience
+        self.power = Power.UNKNOWN
+        yield from self._release()
+        while self.power not in (Power.OFF, Power.FAULT) and time.perf_counter() < deadline:
+            yield from self._look()
+
     def leave(self) -> Script:
         """Power off, watchdog off."""
         yield from self._release()

@@ -13,12 +13,13 @@ watchdog register. It is then armed before power and fed by every command.
 
 import time
 from collections.abc import Callable, Generator, Sequence
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.protocol import Finding, Goal, Identity, Report, Sample
+from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
 from drivers.serial_axis import Axis
 from drivers.serial_line import Line, converse
 from drivers.serial_protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered
@@ -32,6 +33,8 @@ _ATTEMPTS = 3
 """At what is said before and after the cycles; saying it twice does no harm."""
 _PATIENCE = 3.0
 """For one drive's set-up [s]."""
+_STOPPING_TIME = 1.0
+"""In which a drive that was told to switch off must have come to rest [s]."""
 _FAREWELL = 0.5
 """For the last commands on all lines [s]."""
 
@@ -194,13 +197,21 @@ class SerialDrives:
 
     # The end
 
+    def power_off(self) -> tuple[Power, ...]:
+        """See `Amplifiers`: one drive after the other, each with the patience of the set-up."""
+        self._each("while taking the power", lambda axis: axis.take_power(_STOPPING_TIME))
+        return tuple(axis.power for axis in self._axes)
+
     def close(self) -> None:
         """See `Amplifiers`: power off once more, watchdog off, ports released."""
         if self._configured:
-            for axis in self._axes:
-                try:
-                    self._ask(axis, axis.leave)
-                except (LineError, RunFailed) as error:
-                    self._report("error", axis.name, f"while closing: {error}")
+            self._each("while closing", Axis.leave)
         for line in self._lines:
             line.close()
+
+    def _each(self, when: str, script: Callable[[Axis], Script]) -> None:
+        for axis in self._axes:
+            try:
+                self._ask(axis, partial(script, axis))
+            except (LineError, RunFailed) as error:
+                self._report("error", axis.name, f"{when}: {error}")

@@ -352,6 +352,14 @@ def test_closing_takes_power_off_and_never_raises() -> None:
     ]
 
 
+def test_power_is_taken_from_each_drive_and_waited_for() -> None:
+    script = [off(1), status(1, MOVING), status(1, OFF), *[("2 s r0x24 0", "")] * 3, off(3), status(3, FAULT)]
+    amplifiers, port, log = drives([*script, ("3 g r0xa4", "v 4")])
+    assert amplifiers.power_off() == (Power.OFF, Power.UNKNOWN, Power.FAULT)
+    port.assert_finished()
+    assert log == [("error", "joint 2 ('2' on line)", "while taking the power: no reply in time")]
+
+
 # Three lines
 
 THREE = Rig(name="test", rate=20.0, bus=SerialBus(ports=("a", "b", "c")), drives=DRIVES)

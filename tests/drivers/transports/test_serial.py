@@ -1,0 +1,100 @@
+import os
+
+import pytest
+
+from drivers import transports
+from drivers.transports import serial
+from recordings.buses import SerialBus, SerialRegisters
+from recordings.errors import BadInput
+from recordings.rig import Drive, HomedBit, Rig
+
+
+def rig(*ports: str, rate: float = 20.0, **bus: object) -> Rig:
+    section = SerialBus(ports=ports or ("simulated",), **bus)
+    return Rig(name="r", rate=rate, bus=section, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+
+
+# The longest commands and replies, joint limits of -32856 and 38332 counts; each with its end.
+MOVE = len("1 s r0xca -32856.") + len("ok.") + len("1 t 1.") + len("ok.")
+READ = len("1 g r0x32.") + len("v -32856.") + len("1 g r0x15.") + len("v -32768.")
+LOOK = len("1 g r0xa0.") + len("v 4294967295.")
+SWITCH_ON = len("1 s r0xca -32856.") + len("ok.") + len("1 s r0x24 21.") + len("ok.")
+
+
+def test_the_rig_names_its_transport() -> None:
+    assert transports.of(rig()) is serial
+
+
+def test_one_line_carries_all_drives_one_after_the_other() -> None:
+    characters = 3 * (MOVE + READ) + LOOK + (SWITCH_ON - MOVE)
+    exchanges = 3 * 4 + 1
+    expected = characters * 10 / 115_200 + exchanges * 0.001
+    assert serial.cycle_time(rig(turnaround=0.001)) == pytest.approx(expected)
+
+
+def test_three_lines_carry_one_drive_each_and_need_no_prefix() -> None:
+    characters = MOVE + READ + LOOK + (SWITCH_ON - MOVE) - 5 * len("1 ")
+    assert serial.cycle_time(rig("a", "b", "c", turnaround=0.0)) == pytest.approx(characters * 10 / 115_200)
+
+
+def test_without_an_update_command_a_cycle_is_shorter() -> None:
+    # The drive whose status is read is still switched on in the longest cycle.
+    saved = 2 * (len("1 t 1.") + len("ok."))
+    difference = serial.cycle_time(rig(turnaround=0.0)) - serial.cycle_time(rig(turnaround=0.0, update=""))
+    assert difference == pytest.approx(saved * 10 / 115_200)
+
+
+def test_four_times_the_baud_rate_is_four_times_the_rate() -> None:
+    slow, fast = (serial.highest_rate(rig(turnaround=0.0, baud=baud)) for baud in (115_200, 460_800))
+    assert fast == pytest.approx(4 * slow)
+
+
+def test_the_highest_rate_leaves_the_share_that_the_rig_asks_for() -> None:
+    described = rig(max_load=0.5)
+    assert serial.highest_rate(described) * serial.cycle_time(described) == pytest.approx(0.5)
+
+
+def test_a_rate_too_high_for_the_line_is_refused_with_the_highest_that_fits() -> None:
+    with pytest.raises(BadInput, match=r"at 100 Hz a cycle has 10\.0 ms.* choose --rate 31 or less"):
+        serial.check(rig(rate=100.0))
+    serial.check(rig(rate=31.0))
+
+
+@pytest.mark.parametrize(
+    "told",
+    [{"mode": "interpolated"}, {"torque_actual": True}, {"homed": HomedBit(index=0x2F00)}, {"dcf": "drive.dcf"}],
+)
+def test_what_only_canopen_drives_heed_is_refused(told: dict[str, object]) -> None:
+    plain = rig()
+    drives = (*plain.drives[:2], plain.drives[2].model_copy(update=told))
+    with pytest.raises(BadInput, match=f"'{next(iter(told))}' of joint 3 is for CANopen drives"):
+        serial.check(plain.model_copy(update={"drives": drives}))
+
+
+def test_description_has_the_figures() -> None:
+    assert serial.describe(rig(rate=25.0)) == (
+        "serial, one line (simulated) at 115200 baud: a cycle takes up to 24.0 ms on the wire, 60% of the period; "
+        "highest rate 31 Hz"
+    )
+    assert serial.describe(rig("/dev/a", "/dev/b", "/dev/c")).startswith("serial, 3 lines (/dev/a, /dev/b, /dev/c)")
+
+
+def test_only_ports_named_so_are_simulated_here() -> None:
+    assert serial.simulated_here(rig("simulated1", "simulated2", "simulated3"))
+    assert not serial.simulated_here(rig("/dev/ttyUSB0"))
+
+
+def test_a_port_that_is_not_there_is_named_and_the_others_are_released() -> None:
+    controller, device = os.openpty()
+    described = rig(os.ttyname(device), "/dev/no/such/port", "/dev/none")
+    for _ in range(2):  # a port that were not released would be in use the second time
+        with pytest.raises(BadInput, match=r"'/dev/no/such/port' cannot be opened.*bus\.ports"):
+            serial.connect(described, lambda *line: None, lambda *frame: None, None)
+    os.close(controller)
+    os.close(device)
+
+
+def test_registers_of_the_rig_count() -> None:
+    long_name = rig(turnaround=0.0, registers=SerialRegisters(position="r0x0032"))
+    difference = serial.cycle_time(long_name) - serial.cycle_time(rig(turnaround=0.0))
+    assert difference == pytest.approx(3 * 2 * 10 / 115_200)

@@ -1,0 +1,61 @@
+"""The section [bus]: which transport it is, and what is refused."""
+
+from pathlib import Path
+
+import pytest
+
+from recordings.buses import CanBus, SerialBus
+from recordings.errors import BadInput
+from recordings.rig import Drive, Rig, load_rig
+
+DRIVES = 'name = "r"\n' + "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+
+
+def load(folder: Path, section: str) -> Rig:
+    path = folder / "rig.toml"
+    path.write_text(f"{DRIVES}[bus]\n{section}", encoding="utf-8")
+    return load_rig(path)
+
+
+def test_without_a_transport_it_is_canopen(tmp_path: Path) -> None:
+    assert load(tmp_path, 'channel = "can7"\n').bus == CanBus(channel="can7")
+
+
+def test_serial_has_defaults_for_everything(tmp_path: Path) -> None:
+    rig = load(tmp_path, 'transport = "serial"\n')
+    assert rig.serial == SerialBus()
+    assert rig.serial.registers.watchdog == ""
+
+
+def test_registers_and_meanings_can_be_renamed(tmp_path: Path) -> None:
+    text = (
+        'transport = "serial"\nsetup = { r0xc8 = 256 }\n[bus.registers]\nvoltage = "r0x1e"\n[bus.status]\noff = 1\n'
+    )
+    bus = load(tmp_path, text).serial
+    assert (bus.registers.voltage, bus.status.off, bus.setup) == ("r0x1e", 1, {"r0xc8": 256})
+
+
+@pytest.mark.parametrize(
+    ("section", "reason"),
+    [
+        ('transport = "usb"\n', '\'bus\': a section with transport = "canopen" .* or "serial" expected'),
+        ('interfase = "virtual"\n', "unknown key 'bus.interfase'"),
+        ('transport = "serial"\nchannel = "can0"\n', "unknown key 'bus.channel'"),
+        ('transport = "serial"\nbaud = 300\n', "'bus.baud': .*1200.*found 300"),
+        ('transport = "serial"\nmax_load = 0.9\n', "'bus.max_load': .*0.8"),
+        ('transport = "serial"\nports = []\n', "'bus.ports'"),
+        ('transport = "serial"\nports = ["a", "b"]\n', "bus.ports: one line for all drives or 3 expected, 2 found"),
+        ('transport = "serial"\nports = ["a", "a", "b"]\n', "every port once expected"),
+        ('transport = "serial"\nprefixes = ["1 ", "2 "]\n', "bus.prefixes: none or 3 expected, 2 found"),
+        ('transport = "serial"\nprefixes = ["1 ", "2 ", "1 "]\n', "prefixes of their own"),
+    ],
+)
+def test_a_wrong_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
+    with pytest.raises(BadInput, match=reason):
+        load(tmp_path, section)
+
+
+@pytest.mark.parametrize("bus", [CanBus(channel="can7"), SerialBus(ports=("/dev/ttyUSB0",), echo=True)])
+def test_both_survive_their_way_through_a_recording(bus: CanBus | SerialBus) -> None:
+    rig = Rig(name="r", bus=bus, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+    assert Rig.model_validate_json(rig.model_dump_json()) == rig
