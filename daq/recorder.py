@@ -14,6 +14,8 @@ from recordings.schemas import Level
 from recordings.writer import RecordingWriter
 
 _Write = Callable[[], None]
+_DECIMALS = 9
+"""References are rounded to nanometres and nanoradians, so that the last bits of another processor do not show."""
 
 
 class Recorder:
@@ -62,9 +64,9 @@ class Recorder:
 
         def write() -> None:
             writer = self._writer
-            writer.joint_commands(stamp_ns, log_ns, command)
+            writer.joint_commands(stamp_ns, log_ns, command.round(_DECIMALS))
             if platform is not None:
-                writer.platform_reference(stamp_ns, log_ns, platform)
+                writer.platform_reference(stamp_ns, log_ns, platform.round(_DECIMALS))
             writer.joint_states(stamp_ns, log_ns, sample.position, effort=sample.effort)
             writer.amplifiers(
                 stamp_ns,

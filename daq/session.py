@@ -103,24 +103,28 @@ class Session:
             RunFailed: the motion was not completed, or the file not written to its end.
             BadInput: the bus or the file cannot be opened.
         """
-        drives = self._connect()
-        status, reason = 1, "the program was interrupted"
-        try:
-            identities = drives.discover()
-            self._refuse_false_pace(identities)
-            self._recorder = self._open_recorder(identities)
-            self._write_frame = self._recorder.frame
-            with StopRequest() as stop, display(self.progress):
-                drives.configure()
-                stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
-                stream.run(self._order.trajectory)
-            status, reason = 0, "done"
-        except Exception as error:
-            reason = str(error)
-            raise
-        finally:
-            drives.close()
-            self._close(status, reason)
+        # Signals are kept off until all is closed: however often they come, they cannot cut the end off.
+        with StopRequest() as stop:
+            drives = self._connect()
+            status, reason = 1, "the program was interrupted"
+            try:
+                identities = drives.discover()
+                self._refuse_false_pace(identities)
+                self._recorder = self._open_recorder(identities)
+                self._write_frame = self._recorder.frame
+                with display(self.progress):
+                    drives.configure()
+                    stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
+                    stream.run(self._order.trajectory)
+                status, reason = 0, "done"
+            except Exception as error:
+                reason = str(error)
+                raise
+            finally:
+                try:
+                    drives.close()
+                finally:
+                    self._close(status, reason)
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
 
     def rehearse(self, display: Display) -> tuple[Result, list[float]]:

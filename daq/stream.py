@@ -7,7 +7,7 @@ Where it is not (fault, following error, silence), every drive stops on its own 
 import gc
 import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -27,6 +27,8 @@ Floats = NDArray[np.float64]
 
 _POWER_TIMEOUT = 3.0
 """Time in which all drives must have followed a change of power [s]."""
+_DEAF = 0.2
+"""How long a drive may be silent, or go on as if nothing had been said, while power is taken [s]."""
 _RAMP = 0.4
 """Duration of an orderly stop along the path [s]."""
 _SWITCH_INTERVAL = 1e-4
@@ -199,21 +201,28 @@ class Stream:
     def _disable(self) -> str:
         """Quick stop whatever still moves, then power off; returns the joints that did not confirm."""
         self._progress.phase = "disable"
-        power: tuple[Power, ...] = ()
         try:
             # A drive that stands still leaves the quick stop at once, so it is the right way out for all.
             for goal in (Goal.STOPPED, Goal.DISABLED):
-                self._amplifiers.goal = goal
-                for _ in range(self._cycles(_POWER_TIMEOUT)):
-                    sample = self._cycle(None, self._at_rest)
-                    power = sample.power
-                    if all(p in (Power.OFF, Power.FAULT) for p in power) and not sample.missing:
-                        break
+                power = self._wait_off(goal)
         except RunFailed as error:
             self._recorder.event(self._clock.now(), "error", "bus", str(error))
-        return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if p not in (Power.OFF, Power.FAULT)) or (
-            "" if power else "all joints"
-        )
+            power = (Power.UNKNOWN,)
+        if not _off(power):
+            power = self._amplifiers.power_off()
+        return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if not _off([p]))
+
+    def _wait_off(self, goal: Goal) -> tuple[Power, ...]:
+        """The powers when all are off, when time is up, or when a drive has been silent or deaf for long."""
+        self._amplifiers.goal = goal
+        silent = deaf = 0
+        for _ in range(self._cycles(_POWER_TIMEOUT)):
+            sample = self._cycle(None, self._at_rest)
+            silent = silent + 1 if sample.missing else 0
+            deaf = deaf + 1 if Power.ON in sample.power else 0
+            if (not silent and _off(sample.power)) or max(silent, deaf) >= self._cycles(_DEAF):
+                break
+        return sample.power if not silent else (Power.UNKNOWN,)
 
     # One cycle
 
@@ -264,6 +273,10 @@ class Stream:
 
     def _cycles(self, duration: float) -> int:
         return max(1, round(duration * self._rig.rate))
+
+
+def _off(power: Sequence[Power]) -> bool:
+    return all(p in (Power.OFF, Power.FAULT) for p in power)
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """One CAN bus as the drivers use it: open, send, receive, and show every frame to whoever records."""
 
 import time
+from collections import deque
 from collections.abc import Callable
 from typing import Any
 
@@ -36,16 +37,29 @@ def frame_bits(data_bytes: int) -> int:
     return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
 
 
+_ECHOES = 1000
+"""How many sent frames are remembered until they come back."""
+_UNREADABLE = 1000
+"""After so many datagrams that are no frames the bus counts as lost."""
+
+
+def _echoes(bus: can.BusABC) -> bool:
+    from can.interfaces.udp_multicast import UdpMulticastBus
+
+    return isinstance(bus, UdpMulticastBus)
+
+
 class Link:
     """A CAN bus seen by one participant; single-threaded.
 
     `clock` gives the time stamp [ns] of what is sent and received: the host's clock, or simulated time in lockstep.
     """
 
-    def __init__(self, bus: can.BusABC, *, own_ids: Callable[[int], bool]) -> None:
-        """`own_ids` tells which arbitration ids only we send: on udp_multicast they come back as echoes."""
+    def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
-        self._own_ids = own_ids
+        # Only this interface gives everybody his own frames back.
+        self._awaited: deque[tuple[int, bytes]] | None = deque(maxlen=_ECHOES) if _echoes(bus) else None
+        self._unreadable = 0
         self.tap: Tap | None = None
         self.clock: Callable[[], int] | None = None
         """Simulated time [ns]; None: the host's clock."""
@@ -58,6 +72,8 @@ class Link:
             RunFailed: the bus does not take it.
         """
         message = can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False, check=False)
+        if self._awaited is not None:
+            self._awaited.append((arbitration_id, bytes(data)))
         if self.tap is not None:
             self.tap(self.now(), message, True)
         try:
@@ -72,15 +88,8 @@ class Link:
             RunFailed: the bus is lost.
         """
         deadline = time.perf_counter() + timeout
-        while True:
-            remaining = deadline - time.perf_counter()
-            try:
-                message = self._bus.recv(max(0.0, remaining))
-            except (can.CanError, OSError) as error:
-                raise RunFailed(f"the CAN bus is lost: {error}") from None
-            if message is None:
-                return None
-            if self._own_ids(message.arbitration_id) and not message.is_extended_id:
+        while (message := self._next(deadline)) is not None:
+            if self._is_echo(message):
                 continue
             if self.tap is not None:
                 arrival = round(message.timestamp * 1e9) if self.clock is None else self.clock()
@@ -89,6 +98,30 @@ class Link:
                 self.on_error_frame(message)
             if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):
                 return message.arbitration_id, bytes(message.data)
+        return None
+
+    def _next(self, deadline: float) -> can.Message | None:
+        while True:
+            try:
+                return self._bus.recv(max(0.0, deadline - time.perf_counter()))
+            except can.CanOperationError as error:
+                # On udp_multicast anybody's datagram may be no frame at all.
+                self._unreadable += 1
+                if self._unreadable > _UNREADABLE or self._awaited is None:
+                    raise RunFailed(f"the CAN bus is lost: {error}") from None
+            except (can.CanError, OSError) as error:
+                raise RunFailed(f"the CAN bus is lost: {error}") from None
+
+    def _is_echo(self, message: can.Message) -> bool:
+        if not self._awaited:
+            return False
+        key = (message.arbitration_id, bytes(message.data))
+        if key not in self._awaited:
+            return False
+        # Echoes come in the order of sending; those before this one were lost.
+        while self._awaited.popleft() != key:
+            pass
+        return True
 
     def now(self) -> int:
         """Present time [ns]."""

@@ -125,6 +125,8 @@ class Axis:
             return f"{self.name}: the drive restarted (boot-up message)"
         if self.state in (cia402.State.FAULT, cia402.State.FAULT_REACTION):
             return f"{self.name}: drive fault, {self.error_text or 'no EMCY received'} (0x{self.error_code:04X})"
+        if self.error_code and not self.answered:
+            return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
         if self.unfollowed >= patience:

@@ -17,7 +17,7 @@ from drivers import can_errors, canopen_check, canopen_setup, cia402
 from drivers.bus import Link
 from drivers.canopen_axis import Axis
 from drivers.canopen_poll import VoltagePoll
-from drivers.protocol import Finding, Goal, Identity, Report, Sample
+from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
 from drivers.sdo import Sdo, pretty
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
@@ -30,6 +30,10 @@ _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _HEARTBEAT_SILENCE = 3.5 * canopen_setup.DRIVE_HEARTBEAT_MS / 1000
 """After this time without a heartbeat a drive counts as lost [s]."""
+_LISTEN_FIRST = 0.2
+"""How long the bus is listened to for another master before anything is sent [s]."""
+_STOP_BY_SDO = 0.3
+"""How long a drive may take to come to rest when the cycle does not reach it [s]."""
 _PATIENCE = 0.1
 """How long an enabled drive may take to begin to follow its target [s]."""
 
@@ -70,14 +74,29 @@ class CanopenDrives:
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
+        self._refuse_another_master()
         self._nmt(0x80)
-        silent = [axis.name for axis in self._axes if not axis.sdo.answers()]
+        answers = {axis.name: axis.sdo.answers() for axis in self._axes}
+        silent = [name for name, count in answers.items() if count == 0]
         if silent:
             raise RunFailed(
                 f"no answer from {', '.join(silent)}; check power, cable, termination, bit rate and the node ids "
                 "in the rig file"
             )
+        for name, count in answers.items():
+            if count > 1:
+                raise RunFailed(f"{name}: two drives answer under this node id; give each its own")
         return tuple(self._identify(axis) for axis in self._axes)
+
+    def _refuse_another_master(self) -> None:
+        # In lockstep all is simulated, and silent until it is spoken to.
+        deadline = time.monotonic() + (_LISTEN_FIRST if self._link.clock is None else 0.0)
+        while (frame := self._link.receive(max(0.0, deadline - time.monotonic()))) is not None:
+            if only_from_master(frame[0]):
+                raise RunFailed(
+                    f"another master is on this bus (frame {frame[0]:03X} seen); stop it first, or follow it with "
+                    "daq record --listen"
+                )
 
     def _identify(self, axis: Axis) -> Identity:
         profile = axis.sdo.read(0x1000, 0, "<I") & 0xFFFF
@@ -236,6 +255,28 @@ class CanopenDrives:
             self._report("error" if text == can_errors.BUS_OFF else "warning", "bus", text)
 
     # The end
+
+    def power_off(self) -> tuple[Power, ...]:
+        """See `Amplifiers`: quick stop by SDO, then Disable voltage. Pre-operational nodes answer SDO, too."""
+        try:
+            self._nmt(0x80)
+        except RunFailed as error:
+            self._report("error", "bus", f"while taking the power: {error}")
+        for command in (cia402.Control.QUICK_STOP, cia402.Control.DISABLE_VOLTAGE):
+            for axis in self._axes:
+                self._order_by_sdo(axis, command)
+        return tuple(axis.power for axis in self._axes)
+
+    def _order_by_sdo(self, axis: Axis, command: int) -> None:
+        axis.state = None
+        deadline = time.monotonic() + _STOP_BY_SDO
+        try:
+            axis.sdo.write(0x6040, 0, "<H", command, check=False)
+            self._read_state(axis)
+            while axis.power in (Power.ON, Power.STOPPING) and time.monotonic() < deadline:
+                self._read_state(axis)
+        except RunFailed as error:
+            self._report("error", axis.name, f"while taking the power: {error}")
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage once more by SDO, watchdog off, pre-operational."""

@@ -46,9 +46,18 @@ def setup(rig: Rig, drive: Drive) -> list[Entry]:
     """The objects of one drive, in the order in which they are written.
 
     Raises:
-        BadInput: the rate cannot be told to the drive, or its DCF cannot be read.
+        BadInput: the rate or a limit cannot be told to the drive, or its DCF cannot be read.
     """
-    return [*_configuration_file(drive), *_behaviour(rig, drive), *_watchdogs(), *_rpdo(drive), *_tpdo(drive)]
+    entries = [*_configuration_file(drive), *_behaviour(rig, drive), *_watchdogs(), *_rpdo(drive), *_tpdo(drive)]
+    for entry in entries:
+        try:
+            struct.pack(entry.layout, entry.value)
+        except struct.error:
+            raise BadInput(
+                f"node {drive.node_id}: {entry.value:.6g} does not fit object {entry.index:04X}:{entry.sub:02X}; "
+                "check counts_per_turn, gear, zero_offset and the limits in the rig file"
+            ) from None
+    return entries
 
 
 def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:

@@ -134,6 +134,11 @@ class Amplifiers(Protocol):
         """
         ...
 
+    def power_off(self) -> tuple[Power, ...]:
+        """Take the power by whatever way is left where `exchange` does not reach all drives; the powers it found.
+        Never raises."""
+        ...
+
     def close(self) -> None:
         """Release the drives and leave the bus. Never raises."""
         ...

@@ -13,6 +13,8 @@ from canopen.sdo.constants import RESPONSE_ABORTED
 from drivers.bus import Link
 from recordings.errors import RunFailed
 
+_SECOND_ANSWER = 0.01
+"""How long a second drive under the same node id may take longer than the first [s]."""
 _ABORT_CODE = struct.Struct("<4xL")
 
 
@@ -47,6 +49,17 @@ class _PumpedClient(SdoClient):  # type: ignore[misc]
             return data
         raise SdoCommunicationError("no SDO response received")
 
+    def further_responses(self, duration: float) -> int:
+        """Responses that nobody asked for within `duration` [s]."""
+        count = 0
+        deadline = time.monotonic() + duration
+        while (frame := self._link.receive(deadline - time.monotonic())) is not None:
+            if frame[0] == self.tx_cobid:
+                count += 1
+            else:
+                self._others(*frame)
+        return count
+
 
 class Sdo:
     """The object dictionary of one drive."""
@@ -58,15 +71,16 @@ class Sdo:
         self._client: Any = _PumpedClient(node_id, link, others)
         self._name = name
 
-    def answers(self) -> bool:
-        """Whether the drive answers at all: the device type (object 1000) is asked for."""
+    def answers(self) -> int:
+        """How many drives answer under this node id: the device type (object 1000) is asked for."""
         try:
             self._client.upload(0x1000, 0)
         except SdoAbortedError:
-            return True
+            pass
         except SdoCommunicationError:
-            return False
-        return True
+            return 0
+        further: int = self._client.further_responses(_SECOND_ANSWER)
+        return 1 + further
 
     def read(self, index: int, sub: int, layout: str) -> int:
         """Read an integer object; `layout` is its struct format, e.g. "<I".

@@ -19,6 +19,10 @@ HEADERS: dict[tuple[str, ...], Space] = {
 """Columns of a CSV trajectory; time in s, platform in m, joints in rad."""
 
 
+_LARGEST = 1e6
+"""[s], [m] or [rad]: nothing beyond is a motion."""
+
+
 def read_motion(path: Path) -> Motion:
     """Read a trajectory file.
 
@@ -64,6 +68,11 @@ def _numbers(path: Path, line: int, fields: list[str]) -> list[float]:
         numbers = []
     if len(numbers) != 4 or not np.isfinite(numbers).all():
         raise BadInput(f"{path}, line {line}: four finite numbers expected, '{','.join(fields)[:60]}' found")
+    if max(map(abs, numbers)) > _LARGEST:
+        raise BadInput(
+            f"{path}, line {line}: seconds, metres or radians below {_LARGEST:g} expected, "
+            f"'{','.join(fields)[:60]}' found; check the units"
+        )
     return numbers
 
 

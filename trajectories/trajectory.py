@@ -21,6 +21,8 @@ MIN_RATE = 10.0
 """[Hz]"""
 MIN_SAMPLES = 20
 """In one repetition."""
+MAX_SAMPLES = 10_000_000
+"""In all; hours, and a gigabyte of memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,6 +127,12 @@ def _refuse_nonsense(motion: Motion, cycles: int, rate: float) -> None:
     if not motion.periodic and motion.duration < shortest:
         raise BadInput(
             f"{motion.name}: a path of {shortest:g} s or more expected, {motion.duration:g} s found; slow it down"
+        )
+    samples = motion.duration * rate * cycles
+    if samples > MAX_SAMPLES:
+        raise BadInput(
+            f"{motion.name}: at most {MAX_SAMPLES:,} samples in one recording expected, {samples:.3g} found; "
+            "ask for fewer cycles or a lower rate"
         )
     if not (MIN_RATE <= rate < np.inf and motion.duration * rate >= MIN_SAMPLES):
         raise BadInput(

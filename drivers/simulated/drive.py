@@ -70,6 +70,7 @@ class SimulatedDrive:
         self._node.add_write_callback(self._on_write)
         self._node.set_data(0x2F00, 1, bytes([self._lockstep]))
         self._nmt = _PRE_OPERATIONAL
+        self._in_rpdo = False
         self._previous_controlword = 0
         self._error_code = 0
         self._counts = 0
@@ -117,7 +118,8 @@ class SimulatedDrive:
             if not cob_id & _PDO_INVALID:
                 self._send(cob_id, self._pack_tpdo(0x1A00 + number))
         if self.state is State.ENABLED and self._follows:
-            target = self.joint_angle(self._object(*self._target))
+            counts = min(max(self._object(*self._target), self._object(0x607D, 1)), self._object(0x607D, 2))
+            target = self.joint_angle(counts)
             period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
             self.generator.interpolate(target, period)
 
@@ -134,15 +136,21 @@ class SimulatedDrive:
         if command in (0x81, 0x82):
             self._boot(now)
         else:
-            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, self._nmt)
+            before = self._nmt
+            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, before)
+            if before == _OPERATIONAL != self._nmt:
+                self._lose_connection()
 
     def _on_rpdo(self, data: bytes) -> None:
+        """Take the values; the controlword acts with the next SYNC."""
+        self._in_rpdo = True
         offset = 0
         for index, sub, size in self._mapping(0x1600):
             part = data[offset : offset + size]
             if len(part) == size:
                 self._node.set_data(index, sub, part)
             offset += size
+        self._in_rpdo = False
 
     def _pack_tpdo(self, mapping: int) -> bytes:
         return b"".join(self._node.get_data(index, sub) for index, sub, _ in self._mapping(mapping))
@@ -187,7 +195,10 @@ class SimulatedDrive:
                 variable = self._node.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
                 if variable is None or not variable.pdo_mappable or len(variable) != entry & 0xFF:
                     raise SdoAbortedError(_NOT_MAPPABLE)
-        elif index == 0x6040 and self._nmt != _OPERATIONAL:
+        elif index == 0x1016:
+            # Watching begins with the first heartbeat after this, whatever was heard before.
+            self._master_seen = None
+        elif index == 0x6040 and not self._in_rpdo:
             self._apply_controlword(int.from_bytes(data, "little"))
 
     @property
@@ -280,6 +291,9 @@ class SimulatedDrive:
         self._error_code = 0x8130
         self._node.emcy.send(0x8130, 0x11)
         self._nmt = _PRE_OPERATIONAL
-        # Object 6007 = 3: lost master means quick stop.
+        self._lose_connection()
+
+    def _lose_connection(self) -> None:
+        """The process data have ended: object 6007 = 3 means quick stop."""
         if self.state is State.ENABLED and self._object(0x6007) == 3:
             self._begin_stop(State.QUICK_STOP, State.SWITCH_ON_DISABLED)

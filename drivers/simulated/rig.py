@@ -11,7 +11,6 @@ import can
 import numpy as np
 
 from drivers.bus import Link
-from drivers.canopen_drive import only_from_master
 from drivers.canopen_setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedDrive
@@ -28,7 +27,7 @@ class SimulatedRig(Service):
 
     def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
         super().__init__()
-        self._link = Link(bus, own_ids=lambda arbitration_id: not only_from_master(arbitration_id))
+        self._link = Link(bus)
         self._period = 1.0 / rig.rate
         self._lockstep = pace == "lockstep"
         self.machine = Machine(rig, config, np.random.default_rng(seed))

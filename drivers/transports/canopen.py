@@ -2,7 +2,7 @@
 
 from drivers import canopen_setup
 from drivers.bus import Link, frame_bits, open_bus
-from drivers.canopen_drive import CanopenDrives, only_from_master
+from drivers.canopen_drive import CanopenDrives
 from drivers.canopen_setup import pdo_sizes
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import Clock, Tap
@@ -27,7 +27,8 @@ def highest_rate(rig: Rig) -> float:
 
 def check(rig: Rig) -> None:
     """See `Transport`."""
-    canopen_setup.interpolation_period(rig.rate)
+    for drive in rig.drives:
+        canopen_setup.setup(rig, drive)
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "
@@ -50,8 +51,6 @@ def simulated_here(rig: Rig) -> bool:
 
 def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
     """See `Transport`."""
-    # Only this interface gives everybody his own frames back.
-    echoes = only_from_master if rig.can.interface == "udp_multicast" else (lambda arbitration_id: False)
-    link = Link(open_bus(rig.can), own_ids=echoes)
+    link = Link(open_bus(rig.can))
     link.tap, link.clock = tap, clock
     return CanopenDrives(rig, link, report)

@@ -61,6 +61,13 @@ class PerfectDrives:
             self.position = np.array(setpoint)
         return sample if self._interfere is None else self._interfere(self, len(self.goals), sample)
 
+    def power_off(self) -> tuple[Power, ...]:
+        self.powered_off = True
+        return self.found_by_power_off
+
+    powered_off = False
+    found_by_power_off = (Power.UNKNOWN,) * 3
+
     def stands_disabled(self) -> bool:
         return self.power is Power.OFF and self.goals[-1] is Goal.DISABLED
 
@@ -207,7 +214,7 @@ def test_lost_bus_says_that_nobody_confirmed() -> None:
         return sample
 
     run, _ = stream(PerfectDrives(interfere))
-    with pytest.raises(RunFailed, match=r"the CAN bus is lost.*NOT CONFIRMED DISABLED: all joints"):
+    with pytest.raises(RunFailed, match=r"the CAN bus is lost.*NOT CONFIRMED DISABLED: joint 1, joint 2, joint 3"):
         run.run(TRAJECTORY)
 
 
@@ -215,9 +222,26 @@ def test_drive_that_does_not_obey_is_named() -> None:
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
         return replace(sample, power=(Power.OFF, Power.ON, Power.OFF)) if drives.goal is not Goal.ENABLED else sample
 
-    run, _ = stream(PerfectDrives(interfere))
+    drives = PerfectDrives(interfere)
+    drives.found_by_power_off = (Power.OFF, Power.ON, Power.OFF)
+    run, _ = stream(drives)
     with pytest.raises(RunFailed, match="NOT CONFIRMED DISABLED: joint 2"):
         run.run(TRAJECTORY)
+    assert drives.powered_off
+
+
+def test_drive_that_only_the_slow_way_reaches_is_confirmed() -> None:
+    def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
+        return replace(sample, position=(math.nan,) * 3, missing=3) if cycle >= 300 else sample
+
+    drives = PerfectDrives(interfere)
+    drives.found_by_power_off = (Power.OFF,) * 3
+    run, rows = stream(drives)
+    with pytest.raises(RunFailed) as failure:
+        run.run(TRAJECTORY)
+    assert "NOT CONFIRMED" not in str(failure.value)
+    assert drives.powered_off
+    assert len(rows.rows) < 300 + 2 * RIG.rate
 
 
 class StallingClock(LockstepClock):

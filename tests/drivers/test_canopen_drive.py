@@ -46,7 +46,7 @@ def answered(status: str) -> list[Frame]:
 def drives(script: list[tuple[Frame, list[Frame]]]) -> tuple[CanopenDrives, ScriptedBus, list[tuple[str, str, str]]]:
     bus = ScriptedBus(script)
     log: list[tuple[str, str, str]] = []
-    link = Link(bus, own_ids=lambda arbitration_id: False)
+    link = Link(bus)
     return CanopenDrives(RIG, link, lambda *line: log.append(line)), bus, log
 
 
@@ -230,7 +230,7 @@ def test_manufacturers_text_of_an_error_code() -> None:
             1, lambda k: [(0x083, "01 ff 01 00 00 00 00 00"), tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, FAULT)]
         )
     )
-    amplifiers = CanopenDrives(rig, Link(bus, own_ids=lambda arbitration_id: False), lambda *line: None)
+    amplifiers = CanopenDrives(rig, Link(bus), lambda *line: None)
     assert amplifiers.exchange(None, 0.01).trouble == "joint 3 (node 3): drive fault, resistor hot (0xFF01)"
 
 

@@ -9,7 +9,7 @@ from tests.drivers.scripted import Frame, ScriptedBus
 def sdo(script: list[tuple[Frame, list[Frame]]], others: list[Frame] | None = None) -> tuple[Sdo, ScriptedBus]:
     bus = ScriptedBus(script)
     seen = [] if others is None else others
-    link = Link(bus, own_ids=lambda arbitration_id: False)
+    link = Link(bus)
     return Sdo(2, "joint 2 (node 2)", link, lambda i, data: seen.append((i, data.hex(" ")))), bus
 
 

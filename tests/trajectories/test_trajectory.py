@@ -202,3 +202,8 @@ def test_digest_is_that_of_the_samples(rig: Rig) -> None:
 def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
     with pytest.raises(BadInput, match=r"unknown trajectory 'fig6'; expected excitation, fig5a, fig5b, or the path"):
         load("fig6", rig)
+
+
+def test_more_samples_than_memory_holds_are_refused() -> None:
+    with pytest.raises(BadInput, match="at most 10,000,000 samples"):
+        load("fig5a", simulated_rig(), cycles=99_999_999)

@@ -1,0 +1,51 @@
+"""A cable with a saboteur in it: forwards CAN frames between the recorder's bus and the rig's."""
+
+import threading
+from collections.abc import Callable, Iterable
+
+import can
+
+Saboteur = Callable[[can.Message, bool, int], Iterable[can.Message]]
+"""From a frame, whether the master sent it, and the SYNCs so far: the frames that come out at the far end."""
+
+
+def honest(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    """A good cable."""
+    return (message,)
+
+
+class Bridge:
+    """Forwards in two threads, one per direction; a context manager."""
+
+    def __init__(self, master: str, rig: str, saboteur: Saboteur) -> None:
+        """`master`, `rig`: channels of python-can's virtual bus."""
+        self._ends = [can.Bus(interface="virtual", channel=channel) for channel in (master, rig)]
+        self._saboteur = saboteur
+        self._over = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._forward, args=(source, target, source is self._ends[0]), daemon=True)
+            for source, target in (self._ends, self._ends[::-1])
+        ]
+        self.syncs = 0
+
+    def _forward(self, source: can.BusABC, target: can.BusABC, from_master: bool) -> None:
+        while not self._over.is_set():
+            message = source.recv(0.05)
+            if message is None:
+                continue
+            if from_master and message.arbitration_id == 0x80:
+                self.syncs += 1
+            for forwarded in self._saboteur(message, from_master, self.syncs):
+                target.send(forwarded)
+
+    def __enter__(self) -> "Bridge":
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._over.set()
+        for thread in self._threads:
+            thread.join()
+        for end in self._ends:
+            end.shutdown()

@@ -1,0 +1,177 @@
+"""Running one fault against a recording in lockstep, and what is found out about it."""
+
+import itertools
+import os
+import re
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import can
+import numpy as np
+
+from daq.session import Order, Session
+from daq.stream import Progress
+from drivers.simulated.config import SimConfig
+from drivers.simulated.rig import SimulatedRig
+from recordings.errors import BadInput, RunFailed
+from recordings.reader import read
+from recordings.rig import Rig, simulated_rig
+from tests.faults.bridge import Bridge, Saboteur, honest
+from tests.faults.saboteurs import START
+from trajectories import load
+
+RATE = 250.0
+_TIMEOUT = 0.05
+"""How long the recorder waits for answers in lockstep [s]; only lost ones take it."""
+_numbers = itertools.count()
+
+
+@dataclass(frozen=True)
+class Fault:
+    """One kind of fault and what must come of it."""
+
+    name: str
+    reason: str
+    """Regular expression for the reason the run gives; "done" where the run must bear it."""
+    code: int
+    """Exit code."""
+    cable: Callable[[], Saboteur] = lambda: honest
+    rig: Callable[["SabotagedRig", int], None] = lambda rig, syncs: None
+    """Called in the rig's thread before each SYNC with the number of SYNCs before it."""
+    host: Callable[[Session], None] = lambda session: None
+    """Called before the run."""
+    pace: Literal["lockstep", "realtime"] = "lockstep"
+    limit: float = 1500.0
+    """The drives must be disabled this soon after the fault [ms]."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of it. Times in ms after the fault; None where there was nothing to do."""
+
+    fault: str
+    detected: float | None
+    disabled: float | None
+    samples_lost: int
+    rows_lost: int
+    """SYNCs that the file does not hold."""
+    code: int
+    reason: str
+    passed: bool
+
+
+class SabotagedRig(SimulatedRig):
+    """A simulated rig to which something is done at a SYNC, and which remembers when its drives lost power."""
+
+    def sabotage(self, act: Callable[["SabotagedRig", int], None]) -> None:
+        self._act = act
+        self._count = 0
+        self._was_powered = False
+        self.fault_time = 0.0
+        self.disabled_time: float | None = None
+
+    def _synchronise(self) -> None:
+        if self._count < START:
+            self.fault_time = self.machine.time
+        self._act(self, self._count)
+        self._count += 1
+        super()._synchronise()
+
+    def _handle(self, arbitration_id: int, data: bytes) -> None:
+        super()._handle(arbitration_id, data)
+        self._observe()
+
+    def _update(self) -> None:
+        super()._update()
+        self._observe()
+
+    def _observe(self) -> None:
+        powered = any(drive.powered for drive in self.drives)
+        if getattr(self, "_was_powered", False) and not powered:
+            self.disabled_time = self.machine.time
+        self._was_powered = powered
+
+
+class WatchedProgress(Progress):
+    """Remembers the cycle in which the run turned to its end."""
+
+    ended_at: int | None = None
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name == "phase" and value in ("stop", "disable") and self.ended_at is None:
+            super().__setattr__("ended_at", self.cycles)
+        super().__setattr__(name, value)
+
+
+def run(fault: Fault) -> Outcome:
+    """Record fig5b once with the fault in mid-motion."""
+    number = next(_numbers)
+    master, far = f"master-{os.getpid()}-{number}", f"rig-{os.getpid()}-{number}"
+    rig = _rig(master)
+    with tempfile.TemporaryDirectory() as folder:
+        order = Order(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        bus = can.Bus(interface="virtual", channel=far)
+        machine = SabotagedRig(rig, SimConfig(), bus, pace=fault.pace, seed=0)
+        machine.sabotage(fault.rig)
+        with Bridge(master, far, fault.cable()) as bridge, machine:
+            progress = WatchedProgress()
+            code, reason = _record(order, fault, progress)
+            # The drives' own watchdogs may have to act; in lockstep they have done so with the last SYNC.
+            time.sleep(0.02 if fault.pace == "lockstep" else 0.8)
+            powered = [drive.powered for drive in machine.drives]
+        return _outcome(fault, bridge, machine, progress, order.out, code, reason, powered)
+
+
+def _rig(channel: str) -> Rig:
+    rig = simulated_rig().at_rate(RATE)
+    return rig.model_copy(update={"bus": rig.bus.model_copy(update={"channel": channel})})
+
+
+def _record(order: Order, fault: Fault, progress: "WatchedProgress") -> tuple[int, str]:
+    session = Session(order, lambda *line: None)
+    session.progress = progress
+    if order.pace == "lockstep":
+        session._clock.answer_timeout = _TIMEOUT
+    fault.host(session)
+    try:
+        session.run(lambda progress: nullcontext())
+    except BadInput as error:
+        return 2, str(error)
+    except RunFailed as error:
+        return 1, str(error)
+    return 0, "done"
+
+
+def _outcome(
+    fault: Fault,
+    bridge: Bridge,
+    machine: SabotagedRig,
+    progress: "WatchedProgress",
+    path: Path,
+    code: int,
+    reason: str,
+    powered: list[bool],
+) -> Outcome:
+    detected = disabled = None
+    if code and progress.ended_at is not None:
+        detected = max(0.0, (progress.ended_at - START) / RATE * 1e3)
+    if code and machine.disabled_time is not None:
+        disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
+    lost = rows_lost = 0
+    if path.exists() and bridge.syncs:
+        recording = read(path)
+        lost = int(np.isnan(recording.position).sum())
+        rows_lost = bridge.syncs - len(recording.time)
+    passed = (
+        code == fault.code
+        and re.search(fault.reason, reason) is not None
+        and not any(powered)
+        and rows_lost <= 0
+        and (disabled is None or disabled <= fault.limit)
+    )
+    return Outcome(fault.name, detected, disabled, lost, max(rows_lost, 0), code, reason, passed)

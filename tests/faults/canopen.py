@@ -1,0 +1,205 @@
+"""The faults of bus, drives and machine on CANopen."""
+
+import struct
+from collections.abc import Callable, Iterable
+
+import can
+
+from daq.session import Session
+from tests.faults.campaign import Fault, SabotagedRig
+from tests.faults.saboteurs import (
+    RPDO_2,
+    START,
+    SYNC,
+    TPDO_2,
+    accompany,
+    alter,
+    changed,
+    delay,
+    double,
+    drop,
+    on,
+    reorder,
+)
+
+QUIET = r"joint 2: no answer for 50 ms"
+# A drive that holds still while the others move on strains its joint as it falls behind.
+FOLLOWING = r"joint 2.*(following error|torque)"
+
+
+def frame(arbitration_id: int, data: str) -> can.Message:
+    """A frame from nobody."""
+    return can.Message(arbitration_id=arbitration_id, data=bytes.fromhex(data), is_extended_id=False)
+
+
+def error_frame(arbitration_id: int) -> can.Message:
+    """An error frame as SocketCAN reports it."""
+    return can.Message(arbitration_id=arbitration_id, data=bytes(8), is_error_frame=True)
+
+
+def at(sync: int, act: Callable[[SabotagedRig], object]) -> Callable[[SabotagedRig, int], None]:
+    """Do something to the rig once."""
+    return lambda rig, count: act(rig) and None if count == sync else None
+
+
+def always(act: Callable[[SabotagedRig], object]) -> Callable[[SabotagedRig, int], None]:
+    """Do something to the rig at every SYNC from START on."""
+    return lambda rig, count: act(rig) and None if count >= START else None
+
+
+def _shift_position(counts: int) -> Callable[[bytes], bytes]:
+    def change(data: bytes) -> bytes:
+        status, position, voltage = struct.unpack("<Hih", data)
+        return struct.pack("<Hih", status, position + counts, voltage)
+
+    return change
+
+
+def _set_status(word: int) -> Callable[[bytes], bytes]:
+    return lambda data: struct.pack("<H", word) + data[2:]
+
+
+def _set_voltage(counts: int) -> Callable[[bytes], bytes]:
+    return lambda data: data[:6] + struct.pack("<h", counts)
+
+
+def _shift_target(counts: int) -> Callable[[bytes], bytes]:
+    def change(data: bytes) -> bytes:
+        word, target = struct.unpack("<Hi", data)
+        return struct.pack("<Hi", word, target + counts)
+
+    return change
+
+
+def _silence_all(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    return () if syncs >= START else (message,)
+
+
+def _refuse_sdo(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    if message.arbitration_id == 0x582 and message.data[0] == 0x60:
+        return (changed(message, data=bytes([0x80]) + bytes(message.data[1:4]) + bytes.fromhex("22000008")),)
+    return (message,)
+
+
+def _swallow_sdo(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    return () if message.arbitration_id == 0x582 else (message,)
+
+
+def _answer_twice(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    return (message, message) if message.arbitration_id == 0x582 else (message,)
+
+
+def _block(rig: SabotagedRig) -> None:
+    rig.machine.brake[1] = True
+    rig.machine._config = rig.machine._config.model_copy(
+        update={"servo": rig.machine._config.servo.model_copy(update={"brake_torque": 500.0})}
+    )
+
+
+def _freeze_encoder(rig: SabotagedRig) -> None:
+    frozen = rig.machine.encoder_counts()
+    rig.machine.encoder_counts = lambda: frozen  # type: ignore[method-assign]
+
+
+def _shift_encoder(rig: SabotagedRig) -> None:
+    true = rig.machine.encoder_counts
+
+    def shifted() -> tuple[int, int, int]:
+        first, second, third = true()
+        return first, second + 3000, third
+
+    rig.machine.encoder_counts = shifted  # type: ignore[method-assign]
+
+
+def _stall(session: Session) -> None:
+    clock = session._clock
+    clock.overdue = lambda index: 0.2 if index == START else 0.0  # type: ignore[method-assign]
+
+
+BORNE = "done"
+
+FAULTS: tuple[Fault, ...] = (
+    Fault("none", BORNE, 0),
+    Fault("one answer dropped", BORNE, 0, cable=lambda: drop(TPDO_2, 1)),
+    Fault("answers dropped for 40 ms", BORNE, 0, cable=lambda: drop(TPDO_2, 10)),
+    Fault("all answers of a drive dropped", QUIET, 1, cable=lambda: drop(TPDO_2)),
+    Fault("one setpoint dropped", BORNE, 0, cable=lambda: drop(RPDO_2, 1)),
+    Fault("all setpoints of a drive dropped", FOLLOWING, 1, cable=lambda: drop(RPDO_2)),
+    Fault("one SYNC dropped", BORNE, 0, cable=lambda: drop(SYNC, 1)),
+    Fault(
+        "all SYNCs dropped", "no answer for 50 ms|master heartbeat lost", 1, cable=lambda: drop(SYNC), pace="realtime"
+    ),
+    Fault("cable pulled", "no answer for 50 ms", 1, cable=lambda: _silence_all, pace="realtime"),
+    Fault("one answer a cycle late", BORNE, 0, cable=lambda: delay(TPDO_2, 2)),
+    # Without a counter in the answers nobody can see this; a late sample costs position times speed, as any lag.
+    Fault("all answers of a drive a cycle late", BORNE, 0, cable=lambda: delay(TPDO_2)),
+    Fault("answers doubled", BORNE, 0, cable=lambda: double(TPDO_2)),
+    Fault("setpoints doubled", BORNE, 0, cable=lambda: double(RPDO_2)),
+    Fault("answers reordered", BORNE, 0, cable=lambda: reorder(0x181, 0x183)),
+    Fault("setpoints after SYNC", BORNE, 0, cable=lambda: reorder(RPDO_2, SYNC)),
+    Fault("answers truncated", QUIET, 1, cable=lambda: alter(TPDO_2, lambda data: data[:5])),
+    Fault("setpoints truncated", FOLLOWING, 1, cable=lambda: alter(RPDO_2, lambda data: data[:3])),
+    Fault(
+        "one position corrupted",
+        "joint 2: position jump",
+        1,
+        cable=lambda: alter(TPDO_2, _shift_position(1 << 20), 1),
+    ),
+    Fault("one statusword corrupted", "joint 2.*fits no state", 1, cable=lambda: alter(TPDO_2, _set_status(3), 1)),
+    Fault("one target corrupted", BORNE, 0, cable=lambda: alter(RPDO_2, _shift_target(1 << 20), 1)),
+    Fault("targets corrupted", FOLLOWING, 1, cable=lambda: alter(RPDO_2, _shift_target(1 << 20))),
+    Fault("voltage corrupted", "joint 2: torque", 1, cable=lambda: alter(TPDO_2, _set_voltage(0x7FFF))),
+    Fault(
+        "answers under another node's id",
+        QUIET,
+        1,
+        cable=lambda: on(TPDO_2, lambda message: (changed(message, arbitration_id=0x185),)),
+    ),
+    Fault("two drives with one node id", "two drives answer", 1, cable=lambda: _answer_twice),
+    Fault(
+        "babbling node", BORNE, 0, cable=lambda: accompany(SYNC, lambda k: [frame(0x333, "0102030405060708")] * 20)
+    ),
+    Fault(
+        "EMCY storm without fault",
+        BORNE,
+        0,
+        cable=lambda: accompany(TPDO_2, lambda k: [frame(0x082, "1043000000000000")] * 5),
+    ),
+    Fault(
+        "drive fault in mid-motion",
+        r"joint 2.*over-current \(0x2310\)",
+        1,
+        rig=at(START, lambda r: r.drives[1].fail(0x2310)),
+    ),
+    Fault("drive fault on the approach", "over-temperature", 1, rig=at(60, lambda r: r.drives[0].fail(0x4310))),
+    Fault("drive fault while enabling", "encoder error", 1, rig=at(3, lambda r: r.drives[2].fail(0x7305))),
+    Fault("drive fault before power", "DC link under-voltage", 1, rig=at(0, lambda r: r.drives[0].fail(0x3220))),
+    Fault("drive heartbeat lost", r"joint 2.*heartbeat lost", 1, cable=lambda: drop(0x702)),
+    Fault("master heartbeat lost on the bus", "master heartbeat lost|left operation", 1, cable=lambda: drop(0x77F)),
+    Fault(
+        "drive restarts in mid-motion",
+        r"joint 2.*restarted",
+        1,
+        rig=at(START, lambda r: r.drives[1].receive(0, bytes([0x81, 2]), r.machine.time)),
+    ),
+    Fault("bus-off", "bus-off", 1, cable=lambda: accompany(TPDO_2, lambda k: [error_frame(0x40)])),
+    Fault("CRC errors", BORNE, 0, cable=lambda: accompany(TPDO_2, lambda k: [error_frame(0x08)])),
+    Fault("SDO refused", "joint 2.*refuses to write", 1, cable=lambda: _refuse_sdo),
+    Fault("SDO unanswered", r"no answer from joint 2", 1, cable=lambda: _swallow_sdo),
+    Fault("joint blocked (collision)", r"joint 2.*(following error|torque)", 1, rig=always(_block)),
+    Fault("encoder frozen", "following error", 1, rig=at(START, _freeze_encoder)),
+    Fault("encoder jumps", r"joint 2: (position jump|following error)", 1, rig=at(START, _shift_encoder)),
+    Fault(
+        "another master disables a drive",
+        r"joint 2: the drive left operation|following error",
+        1,
+        cable=lambda: accompany(SYNC, lambda k: [frame(RPDO_2, "000000000000")]),
+    ),
+    Fault(
+        "another master stops a node (NMT)",
+        "joint 2: no answer|left operation",
+        1,
+        cable=lambda: accompany(SYNC, lambda k: [frame(0x000, "0202")] if k == START else []),
+    ),
+    Fault("host stalls for 200 ms", "host came 200 ms late", 1, host=_stall),
+)

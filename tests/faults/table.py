@@ -1,0 +1,40 @@
+"""The table of the campaign."""
+
+import sys
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.table import Table
+
+from tests.faults.campaign import Outcome
+
+
+def show(title: str, outcomes: Sequence[Outcome]) -> None:
+    """Print one row per fault."""
+    table = Table(title=title, box=None)
+    for heading in (
+        "fault",
+        "detected ms",
+        "disabled ms",
+        "samples lost",
+        "rows lost",
+        "exit",
+        "as required",
+        "reason",
+    ):
+        table.add_column(heading, justify="right" if heading.endswith(("ms", "lost", "exit")) else "left")
+    for o in outcomes:
+        numbers = (_ms(o.detected), _ms(o.disabled), str(o.samples_lost), str(o.rows_lost), str(o.code))
+        table.add_row(o.fault, *numbers, "yes" if o.passed else "NO", o.reason, style=None if o.passed else "red")
+    console = Console(width=180)
+    console.print(table)
+    console.print(f"{sum(o.passed for o in outcomes)} of {len(outcomes)} as required")
+
+
+def tick(outcome: Outcome) -> None:
+    """Say on stderr that a fault is done."""
+    print(f"{'ok ' if outcome.passed else 'NO '} {outcome.fault}: {outcome.reason}", file=sys.stderr, flush=True)
+
+
+def _ms(value: float | None) -> str:
+    return "-" if value is None else f"{value:.0f}"
