@@ -16,8 +16,9 @@ from typing import Literal
 import numpy as np
 
 from ident.samples import Samples
+from ident.signals import stretches
 from recordings.errors import BadInput
-from recordings.recording import Bools, Floats
+from recordings.recording import Floats
 
 USUAL = 30.0
 """[Hz]"""
@@ -114,7 +115,8 @@ class Spectra:
         """Of the longest stretch without a gap of `position` (n,) and `torque` (n,); None if that is too short."""
         from scipy.signal import csd, welch
 
-        whole = _longest_stretch(np.isfinite(position) & np.isfinite(torque))
+        known = stretches(np.isfinite(position) & np.isfinite(torque))
+        whole = max(known, key=lambda one: one.stop - one.start, default=slice(0, 0))
         segment = int(rate / _RESOLUTION)
         acceleration = np.diff(position[whole], 2) * rate**2
         torque = torque[whole][1:-1]
@@ -170,15 +172,6 @@ class Spectra:
 def _permitted(rate: float) -> float:
     """A tenth of the rate, which leaves room for the derivatives; slow recordings must do with a fifth."""
     return max(rate / 10, min(USUAL, rate / 5))
-
-
-def _longest_stretch(known: Bools) -> slice:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
-    starts, ends = edges[::2], edges[1::2]
-    if not len(starts):
-        return slice(0, 0)
-    longest = int(np.argmax(ends - starts))
-    return slice(int(starts[longest]), int(ends[longest]))
 
 
 def _round_down(hz: float) -> float:

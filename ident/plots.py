@@ -92,14 +92,21 @@ def convergence(path: Path, title: str, history: Floats, certificate: Certificat
 
 
 @contextmanager
+def figure(path: Path, title: str, width: float, height: float) -> Iterator[Figure]:
+    """An empty figure in the common style, `width` by `height` inches; saved at the end."""
+    with mpl.rc_context(STYLE):
+        drawn = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(drawn)
+        drawn.suptitle(title, fontsize=11)
+        yield drawn
+        drawn.savefig(path, dpi=110)
+
+
+@contextmanager
 def _figure(path: Path, title: str, rows: int) -> Iterator[list[Any]]:
     """Axes one below the other; saved at the end."""
-    with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(10.0, 1.6 + 2.2 * rows), layout="constrained")
-        FigureCanvasAgg(figure)
-        figure.suptitle(title, fontsize=11)
-        yield list(figure.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
-        figure.savefig(path, dpi=110)
+    with figure(path, title, 10.0, 1.6 + 2.2 * rows) as drawn:
+        yield list(drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
 
 
 def _effort(unit: str) -> str:

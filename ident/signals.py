@@ -6,7 +6,7 @@ so a gap (NaN), or the end of the recording, spoils exactly the outputs whose we
 
 import numpy as np
 
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 _STOPBAND = 6.0
 """Kaiser's beta: about 63 dB of attenuation."""
@@ -31,6 +31,12 @@ def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
     sums = upfirdn(taps, np.pad(x, ends, constant_values=np.nan), down=step, axis=0)
     centred: Floats = sums[first : first - (-len(x) // step)]
     return centred
+
+
+def stretches(known: Bools) -> list[slice]:
+    """The stretches of samples that are `known` (n,), without a gap, in order."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
+    return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def low_pass(cutoff: float, rate: float) -> Floats:

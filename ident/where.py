@@ -33,12 +33,14 @@ LEAST_SHARE = 0.02
 class Phase:
     """The residual of one joint in one phase."""
 
+    rms: float
+    """[N m or N]"""
     time_share: float
     """Share of the samples, 0 to 1."""
     error_share: float
     """Share of the residual's sum of squares, 0 to 1."""
     times_elsewhere: float
-    """RMS residual in this phase over that in all others."""
+    """RMS residual in this phase over that in all others; 1 where there are none, or nothing is left in them."""
 
 
 @dataclass(frozen=True)
@@ -127,7 +129,7 @@ def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_
     usable = np.isfinite(residual)
     square, phase = residual[usable] ** 2, phase[usable]
     rms = float(np.sqrt(square.mean()))
-    occurring = {name: phase == name for name in PHASES if (phase == name).any() and (phase != name).any()}
+    occurring = {name: phase == name for name in PHASES if (phase == name).any()}
     return Joint(
         number,
         rms,
@@ -137,8 +139,9 @@ def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_
 
 
 def _phase(square: Floats, inside: Bools) -> Phase:
-    elsewhere = square[~inside].mean()
+    elsewhere = square[~inside].mean() if not inside.all() else 0.0
     return Phase(
+        rms=float(np.sqrt(square[inside].mean())),
         time_share=float(inside.mean()),
         error_share=float(square[inside].sum() / square.sum()) if square.any() else 0.0,
         times_elsewhere=float(np.sqrt(square[inside].mean() / elsewhere)) if elsewhere else 1.0,

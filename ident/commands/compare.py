@@ -1,0 +1,42 @@
+"""`ident compare`: a model against recordings, and where it fails."""
+
+from pathlib import Path
+
+import click
+
+from recordings.errors import BadInput
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
+@click.argument("model_file", metavar="MODEL", type=FILE)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .compare]")
+@click.option("--force", is_flag=True, help="Replace existing pictures.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+def command(model_file: Path, files: tuple[Path, ...], plots: Path | None, force: bool, as_json: bool) -> None:
+    """Show where the model in the file MODEL fails to explain the torque in recordings.
+
+    Per joint and phase of the motion, in which stretches, over which quantity, at which frequency, and how much of
+    it is above the noise floor.
+    """
+    import json
+
+    from rich.console import Console
+
+    from ident import model, prediction
+    from ident.compare import comparison, pictures, table
+
+    plots = plots or files[0].with_suffix(".compare")
+    if plots.exists() and not force:
+        raise BadInput(f"{plots} should not exist yet, but does; give another name, or --force to replace it")
+    identified = model.load(model_file)
+    found = comparison.compare(identified, prediction.predict(identified, files))
+    plots.mkdir(parents=True, exist_ok=True)
+    pictures.draw(found, plots)
+    if as_json:
+        click.echo(json.dumps(comparison.as_json(found), indent=2, allow_nan=False))
+    else:
+        table.show(found, Console())
+    click.echo(f"pictures: {plots}", err=True)

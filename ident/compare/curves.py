@@ -1,0 +1,134 @@
+"""The residual as a function of what it may depend on: mean and band in bins."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ident.prediction import Prediction
+from recordings.recording import Floats, Ints
+
+Axis = Literal["velocity", "position", "load", "time", "cycle"]
+AXES: tuple[Axis, ...] = ("velocity", "position", "load", "time", "cycle")
+
+BINS = 24
+LEAST_SAMPLES = 10
+"""In a bin; others are left out."""
+LONGEST_VISIT = 0.5
+"""A stay in a bin counts as one observation, a longer one as several of this duration [s]."""
+LEVEL = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """Residual of one joint in b bins of one quantity, in ascending order."""
+
+    axis: Axis
+    unit: str
+    centre: Floats
+    """(b,) mean of the quantity in the bin."""
+    mean: Floats
+    """(b,) mean residual [N m or N]."""
+    half_width: Floats
+    """(b,) of its 95 % confidence interval; NaN where the bin was visited once only."""
+    rms: Floats
+    """(b,) of the residual [N m or N]."""
+    samples: Ints
+    """(b,)"""
+    explained: float
+    """Share of the mean square that the curve of means accounts for, less what chance alone would give: 0 to 1."""
+
+
+def curves(predictions: Sequence[Prediction], joint: int) -> tuple[Curve, ...]:
+    """Curves of one joint (0 to dof - 1) over all AXES that there are, all recordings together."""
+    return tuple(_curve(axis, predictions, joint) for axis in AXES if axis != "cycle" or _cycles(predictions) > 1)
+
+
+def _cycles(predictions: Sequence[Prediction]) -> int:
+    return sum(int(prediction.dataset.repeat.max()) + 1 for prediction in predictions)
+
+
+def _curve(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Curve:
+    values = np.concatenate(list(_values(axis, predictions, joint)))
+    residual = np.concatenate([prediction.residual[:, joint] for prediction in predictions])
+    usable = np.isfinite(residual) & np.isfinite(values)
+    bins = np.full(len(values), -1)
+    bins[usable] = _bins(values[usable], axis, predictions[0].dataset.recording.run.period)
+    visit = _visits(bins, predictions)
+    keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= LEAST_SAMPLES]
+    rows = [_statistics(values[bins == b], residual[bins == b], visit[bins == b]) for b in keep]
+    centre, mean, error, half_width, rms, samples = np.array(rows).reshape(-1, 6).T
+    square = float((residual[usable] ** 2).sum())
+    explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0
+    rig = predictions[0].dataset.recording.rig
+    unit = {
+        "velocity": f"{rig.position_units[joint]}/s",
+        "position": rig.position_units[joint],
+        "load": rig.effort_units[joint],
+        "time": "s",
+        "cycle": "",
+    }[axis]
+    return Curve(axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0))
+
+
+def _values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
+    """Of each prediction (m,). The load is the computed torque: the measured one contains the residual."""
+    cycles = 0
+    for prediction in predictions:
+        dataset = prediction.dataset
+        if axis == "load":
+            yield prediction.computed[:, joint]
+        elif axis == "time":
+            yield dataset.time
+        elif axis == "cycle":
+            yield np.where(dataset.repeat >= 0, dataset.repeat + cycles + 1.0, np.nan)
+            cycles += int(dataset.repeat.max()) + 1
+        else:
+            signal: Floats = getattr(dataset.motion, axis)
+            yield signal[:, joint]
+
+
+def _bins(values: Floats, axis: Axis, period: float) -> Ints:
+    """(n,) number of the bin of each value: equal in width, or one for each cycle.
+
+    Bins of time are no shorter than the `period` [s] of the motion, which would show in them again.
+    """
+    if axis == "cycle":
+        return values.astype(np.int64)
+    low, high = float(values.min()), float(values.max())
+    count = BINS if axis != "time" or not period else int(np.clip((high - low) / period + 0.1, 1, BINS))
+    scaled = (values - low) / (high - low) * count if high > low else np.zeros_like(values)
+    return np.minimum(scaled.astype(np.int64), count - 1)
+
+
+def _visits(bins: Ints, predictions: Sequence[Prediction]) -> Ints:
+    """(n,) number of the uninterrupted stay in one bin that a sample belongs to."""
+    begins = np.concatenate([[True], np.diff(bins) != 0])
+    first = 0
+    for prediction in predictions:
+        begins[first] = True
+        first += len(prediction.residual)
+    starts = np.flatnonzero(begins)
+    since = np.arange(len(bins)) - np.repeat(starts, np.diff([*starts, len(bins)]))
+    longest = max(1, round(LONGEST_VISIT * predictions[0].dataset.rate))
+    return np.cumsum(begins | (since % longest == 0))
+
+
+def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, ...]:
+    """Of one bin: centre, mean, standard error and half width of the mean's interval, RMS, samples.
+
+    Samples within one visit are correlated, so that it is visits that count as observations; visits of unequal length
+    count as fewer equal ones.
+    """
+    from scipy.stats import t
+
+    _, number = np.unique(visit, return_inverse=True)
+    samples, mean = len(residual), float(residual.mean())
+    visits = samples**2 / float((np.bincount(number) ** 2.0).sum())
+    deviation = np.bincount(number, residual - mean)
+    error = half_width = np.nan
+    if number.max() > 0:
+        error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
+        half_width = float(t.ppf((1 + LEVEL) / 2, visits - 1)) * error
+    return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples

@@ -1,0 +1,70 @@
+"""The residual by frequency, beside the torque it is left of and the noise that no model could explain."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident import repetition
+from ident.prediction import Prediction
+from ident.signals import stretches
+from recordings.recording import Floats
+
+RESOLUTION = 0.5
+"""[Hz]"""
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Power spectral densities of one joint up to the analysis bandwidth [(N m)^2/Hz or N^2/Hz]."""
+
+    frequency: Floats
+    """(f,) [Hz]"""
+    residual: Floats
+    """(f,)"""
+    torque: Floats
+    """(f,) of the measured torque."""
+    noise: Floats | None
+    """(f,) of what does not repeat with the motion; None where nothing repeats."""
+
+
+def spectrum(predictions: Sequence[Prediction], joint: int) -> Spectrum:
+    """Averaged over all stretches without gaps of all recordings, the longer ones counting more."""
+    dataset = predictions[0].dataset
+    torques = [run for one in predictions for run in _runs(one.dataset.torque[:, joint])]
+    residuals = [run for one in predictions for run in _runs(one.residual[:, joint])]
+    noises = list(_noise(predictions, joint))
+    longest = min(max(map(len, runs)) for runs in (torques, residuals, noises) if runs)
+    segment = min(round(dataset.rate / RESOLUTION), longest)
+    frequency = np.arange(segment // 2 + 1) * dataset.rate / segment
+    shown = frequency <= dataset.bandwidth
+    residual, torque = (_mean_density(runs, dataset.rate, segment)[shown] for runs in (residuals, torques))
+    noise = _mean_density(noises, dataset.rate, segment)[shown] if noises else None
+    return Spectrum(frequency[shown], residual, torque, noise)
+
+
+def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
+    """What differs between repetitions, without gaps, scaled to the noise of a single one."""
+    for prediction in predictions:
+        table = repetition.by_cycle(prediction.dataset, prediction.residual[:, [joint]])[:, :, 0]
+        known = np.isfinite(table).sum(axis=0)
+        if (known < 2).all():
+            continue
+        with np.errstate(invalid="ignore", divide="ignore"):
+            mean = np.nansum(table, axis=0) / np.where(known > 1, known, np.nan)
+            deviation = (table - mean) * np.sqrt(known / (known - 1))
+        for cycle in deviation:
+            yield from _runs(cycle)
+
+
+def _runs(x: Floats) -> list[Floats]:
+    """The stretches of `x` (m,) without gaps."""
+    return [x[stretch] for stretch in stretches(np.isfinite(x))]
+
+
+def _mean_density(runs: Sequence[Floats], rate: float, segment: int) -> Floats:
+    from scipy.signal import welch
+
+    long_enough = [run for run in runs if len(run) >= segment]
+    densities = [welch(run, rate, nperseg=segment, detrend=False)[1] for run in long_enough]
+    return np.asarray(np.average(densities, axis=0, weights=[len(run) for run in long_enough]), dtype=np.float64)

@@ -1,0 +1,86 @@
+"""A comparison on the screen."""
+
+from rich.console import Console
+from rich.table import Table
+
+from ident.compare.comparison import Comparison, JointComparison
+from ident.where import PHASES
+
+
+def show(comparison: Comparison, console: Console) -> None:
+    """Print where the model fails: joints and phases, what the residual depends on, the worst windows, in words."""
+    datasets = [prediction.dataset for prediction in comparison.predictions]
+    names = ", ".join(dataset.recording.path.name for dataset in datasets)
+    if any(dataset.recording.run.simulated for dataset in datasets):
+        console.print("SIMULATED data.", style="bold yellow")
+    if comparison.model.relative:
+        console.print(
+            "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
+        )
+    console.print(f"Model against {names}, {datasets[0].bandwidth:g} Hz bandwidth", highlight=False)
+    console.print(_overall(comparison))
+    console.print(_phases(comparison))
+    console.print(_dependence(comparison))
+    console.print(_windows(comparison))
+    for sentence in comparison.sentences:
+        console.print(sentence, highlight=False)
+
+
+def _overall(comparison: Comparison) -> Table:
+    table = Table(title="Residual", title_justify="left")
+    for heading in ("joint", "RMS", "of the torque", "noise floor", "above the noise"):
+        table.add_column(heading, justify="right")
+    for joint in comparison.joints:
+        summary, split = joint.summary, joint.split
+        noise = (
+            [f"{split.noise_rms:.3g} {joint.unit}", f"{100 * split.above_noise:.0f} %"] if split else ["unknown", ""]
+        )
+        table.add_row(str(summary.number), f"{summary.rms:.3g} {joint.unit}", f"{100 * summary.share:.1f} %", *noise)
+    return table
+
+
+def _phases(comparison: Comparison) -> Table:
+    table = Table(title="RMS by phase of the motion (share of time)", title_justify="left")
+    table.add_column("joint", justify="right")
+    for name in PHASES:
+        table.add_column(name, justify="right")
+    for joint in comparison.joints:
+        found = [joint.summary.phases.get(name) for name in PHASES]
+        cells = [f"{phase.rms:.3g} ({100 * phase.time_share:.0f} %)" if phase else "" for phase in found]
+        table.add_row(str(joint.summary.number), *cells)
+    return table
+
+
+def _dependence(comparison: Comparison) -> Table:
+    table = Table(title="Share of the mean square that depends on", title_justify="left")
+    table.add_column("joint", justify="right")
+    axes = [curve.axis for curve in comparison.joints[0].curves]
+    for axis in axes:
+        table.add_column(axis, justify="right")
+    for joint in comparison.joints:
+        table.add_row(str(joint.summary.number), *_shares(joint))
+    table.caption = "Each taken alone; they overlap. The pictures show the curves."
+    return table
+
+
+def _shares(joint: JointComparison) -> list[str]:
+    return [f"{100 * curve.explained:.0f} %" for curve in joint.curves]
+
+
+def _windows(comparison: Comparison) -> Table:
+    table = Table(title="Worst stretches", title_justify="left")
+    several = len(comparison.predictions) > 1
+    for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):
+        table.add_column(heading, justify="left" if heading in ("in", "phase") else "right")
+    for window in comparison.windows:
+        table.add_row(
+            str(window.joint),
+            f"{window.start:.2f} s",
+            f"{window.end:.2f} s",
+            f"{window.rms:.3g} {comparison.joints[window.joint - 1].unit}",
+            f"{window.times_overall:.1f} x",
+            window.phase,
+            str(window.cycle or ""),
+            *([window.recording] if several else []),
+        )
+    return table

@@ -1,0 +1,97 @@
+"""The stretches of a recording in which a model fails most."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.prediction import Prediction
+from ident.where import phases
+from recordings.recording import Floats
+
+DURATION = 0.25
+"""[s]"""
+LEAST_KNOWN = 0.8
+"""A window with a smaller share of usable samples is not judged."""
+
+
+@dataclass(frozen=True)
+class Window:
+    """A stretch of one recording in which the residual of one joint is large."""
+
+    recording: str
+    joint: int
+    """From 1."""
+    start: float
+    end: float
+    """[s] from the recording's first SYNC."""
+    rms: float
+    """[N m or N]"""
+    mean: float
+    """[N m or N]"""
+    times_overall: float
+    """RMS in the window over that of the joint in all recordings."""
+    phase: str
+    """What the joint does most of the time."""
+    cycle: int | None
+    """Repetition of the motion, from 1."""
+
+
+def worst(predictions: Sequence[Prediction], count: int) -> tuple[Window, ...]:
+    """The `count` windows that stand out most from their joint's RMS, worst first.
+
+    Those of one joint do not overlap; nor is the same part of a repeated motion named twice.
+    """
+    square = np.concatenate([prediction.residual**2 for prediction in predictions])
+    overall = np.sqrt(np.nanmean(square, axis=0))
+    found = [
+        window
+        for prediction in predictions
+        for joint in range(len(overall))
+        if overall[joint] > 0
+        for window in _of_joint(prediction, joint, float(overall[joint]), count)
+    ]
+    return tuple(sorted(found, key=lambda window: -window.times_overall)[:count])
+
+
+def _of_joint(prediction: Prediction, joint: int, overall: float, count: int) -> list[Window]:
+    dataset, residual = prediction.dataset, prediction.residual[:, joint]
+    length = max(1, round(DURATION * dataset.rate))
+    rms = _moving_rms(residual, length)
+    phase = phases(dataset)[:, joint]
+    windows: list[Window] = []
+    while len(windows) < count and np.isfinite(rms).any():
+        first = int(np.nanargmax(rms))
+        inside = slice(first, first + length)
+        known = np.isfinite(residual[inside])
+        names, counts = np.unique(phase[inside][known], return_counts=True)
+        repeat = int(dataset.repeat[inside][length // 2])
+        windows.append(
+            Window(
+                recording=dataset.recording.path.name,
+                joint=joint + 1,
+                start=float(dataset.time[first]),
+                end=float(dataset.time[first]) + length / dataset.rate,
+                rms=float(rms[first]),
+                mean=float(residual[inside][known].mean()),
+                times_overall=float(rms[first]) / overall,
+                phase=str(names[counts.argmax()]),
+                cycle=repeat + 1 if repeat >= 0 else None,
+            )
+        )
+        rms[max(0, first - length + 1) : first + length] = np.nan
+        rms[np.abs(dataset.phase[: len(rms)] - dataset.phase[first]) < DURATION] = np.nan
+    return windows
+
+
+def _moving_rms(residual: Floats, length: int) -> Floats:
+    """(m - length + 1,) RMS of the known samples from each one on; NaN where too few are known."""
+    known = np.isfinite(residual)
+    square = np.where(known, residual, 0.0) ** 2
+    totals = np.cumsum(np.stack([known, square], axis=1), axis=0)
+    totals = np.concatenate([np.zeros((1, 2)), totals])
+    samples, square = (totals[length:] - totals[:-length]).T
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean_square = np.maximum(square, 0.0) / samples
+    rms: Floats = np.sqrt(np.where(samples >= LEAST_KNOWN * length, mean_square, np.nan))
+    return rms

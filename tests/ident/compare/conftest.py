@@ -1,0 +1,31 @@
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident import mechanisms
+from ident.dataset import Dataset, build
+from ident.prediction import Prediction
+from recordings.recording import Floats, Recording
+
+Planted = Callable[[Floats], Prediction]
+
+
+@pytest.fixture(scope="session")
+def dataset(make: Callable[..., Recording]) -> Dataset:
+    """Four cycles of fig5a."""
+    made = make(cycles=4)
+    return build(made, mechanisms.create(made.rig), "parallel", None)
+
+
+@pytest.fixture(scope="session")
+def planted(dataset: Dataset) -> Planted:
+    """A prediction whose residual (m, dof) is what is given."""
+    return lambda residual: Prediction(replace(dataset, torque=dataset.torque + residual), dataset.torque)
+
+
+@pytest.fixture
+def noise(dataset: Dataset) -> Floats:
+    """White, of 0.1 N m."""
+    return 0.1 * np.random.default_rng(0).normal(size=dataset.torque.shape)

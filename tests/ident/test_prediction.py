@@ -1,0 +1,61 @@
+"""A model file applied to recordings."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident import estimators
+from ident.identification import Choices, identify
+from ident.model import Model
+from ident.prediction import predict
+from recordings.errors import BadInput
+from recordings.recording import Recording
+from recordings.rig import Geometry, Torque, simulated_rig
+
+
+@pytest.fixture(scope="module")
+def file(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
+) -> Path:
+    return write(make(cycles=1, noise=0.01, path=tmp_path_factory.mktemp("p") / "a.mcap"))
+
+
+@pytest.fixture(scope="module", params=[(), ("torque_offset",)])
+def model(file: Path, request: pytest.FixtureRequest) -> Model:
+    choices = Choices("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
+    return identify([file], None, choices, lambda *_: None).model
+
+
+def test_the_model_explains_its_own_recording(model: Model, file: Path) -> None:
+    (found,) = predict(model, [file])
+    assert found.dataset.bandwidth == 20
+    rms = np.sqrt(np.nanmean(found.residual**2, axis=0))
+    np.testing.assert_allclose(rms, model.train.fitted.rms, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"geometry": Geometry(L2=0.81)}, "geometry is"),
+        ({"torque": Torque(map="linear")}, "the torque map is"),
+    ],
+)
+def test_another_rig_is_refused(
+    model: Model,
+    make: Callable[..., Recording],
+    write: Callable[[Recording], Path],
+    tmp_path: Path,
+    change: dict[str, object],
+    what: str,
+) -> None:
+    other = simulated_rig().model_copy(update=change)
+    path = write(make(cycles=1, rig=other, path=tmp_path / "other.mcap"))
+    with pytest.raises(BadInput, match=f"{what}.* in other.mcap; fit a model to it"):
+        predict(model, [path])
+
+
+def test_parameters_that_nobody_knows_are_refused(model: Model, file: Path) -> None:
+    with pytest.raises(BadInput, match=r"m_p, .* expected in the model, T_g, .* fit it again"):
+        predict(model.model_copy(update={"parameters": model.parameters[1:]}), [file])
