@@ -21,8 +21,8 @@ LOOK_AT = {
 
 SLOW = 0.05
 """A joint is slow below this share of its RMS speed."""
-NEAR = 0.05
-"""A reversal is near within this time before and after it [s]."""
+NEAR = 1.5
+"""A reversal is near within so many periods of the analysis bandwidth: so far the low-pass smears it."""
 STANDS_OUT = 1.5
 """A residual that is larger than elsewhere by this factor is worth a sentence."""
 LEAST_SHARE = 0.02
@@ -70,7 +70,7 @@ def phases(dataset: Dataset) -> NDArray[np.str_]:
 
     velocity, acceleration = (np.nan_to_num(x) for x in (dataset.motion.velocity, dataset.motion.acceleration))
     slow = SLOW * np.sqrt(np.mean(velocity**2, axis=0))
-    window = 2 * max(1, round(NEAR * dataset.rate)) + 1
+    window = 2 * max(1, round(NEAR / dataset.bandwidth * dataset.rate)) + 1
     fastest, slowest = maximum_filter1d(velocity, window, axis=0), minimum_filter1d(velocity, window, axis=0)
     names: NDArray[np.str_] = np.select(
         [
