@@ -9,11 +9,22 @@ import numpy as np
 
 from ident import effects, estimators, mechanisms
 from ident.dataset import Dataset, build_all
+from ident.delay import delays
 from ident.estimators import Progress
 from ident.fit import Fit, fit
 from ident.fitness import fitness
 from ident.mechanisms import Mechanism
-from ident.model import Agreement, Certified, FittedParameter, JointFitness, Method, Model, Preprocessing, source
+from ident.model import (
+    Agreement,
+    Certified,
+    FittedParameter,
+    JointDelay,
+    JointFitness,
+    Method,
+    Model,
+    Preprocessing,
+    source,
+)
 from ident.samples import holds_torque
 from ident.sensitivity import Sensitivity, sensitivity
 from ident.trust import Knowledge, assess
@@ -109,6 +120,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
             bandwidth=train[0].bandwidth,
             rate=train[0].rate,
             cutoff=train[0].cutoff.sentence() if train[0].cutoff else None,
+            delays=_delays(train, result) if form is None else None,
         ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
@@ -162,6 +174,11 @@ def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Knowledge
             mechanism.parameters, result.parameters, result.bounds, result.at_bound, knowledge, strict=True
         )
     )
+
+
+def _delays(train: Sequence[Dataset], result: Fit) -> tuple[JointDelay, ...] | None:
+    found = delays(train, result.parameters)
+    return found and tuple(JointDelay(seconds=one.seconds, half_width=one.half_width) for one in found)
 
 
 def _certified(result: Fit) -> Certified | None:

@@ -61,6 +61,14 @@ class Method(Section):
     """What else the estimator has to say, such as a rank."""
 
 
+class JointDelay(Section):
+    """How far torque and motion of one joint are apart; positive where the torque follows the voltage."""
+
+    seconds: float
+    half_width: float
+    """Of the 95 % interval [s]."""
+
+
 class Preprocessing(Section):
     """How measured signals became rows."""
 
@@ -71,6 +79,8 @@ class Preprocessing(Section):
     """Rows per second and joint [Hz]."""
     cutoff: str | None = None
     """Why this bandwidth, in words; None where the preprocessing has no choice."""
+    delays: tuple[JointDelay, ...] | None = None
+    """Estimated, not applied; None where the training data do not tell."""
 
 
 class Source(Section):

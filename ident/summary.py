@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident import trust_summary
+from ident.delay import Delay
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
 
@@ -22,6 +23,9 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     trust_summary.show(model, console, details)
     if model.preprocessing.cutoff:
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
+    if model.preprocessing.delays:
+        found = ", ".join(str(Delay(one.seconds, one.half_width)) for one in model.preprocessing.delays)
+        console.print(f"The torque follows the measured one by {found} (estimated, not applied).", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
     for sentence in result.where():
