@@ -178,7 +178,9 @@ def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Knowledge
 
 def _delays(train: Sequence[Dataset], result: Fit) -> tuple[JointDelay, ...] | None:
     found = delays(train, result.parameters)
-    return found and tuple(JointDelay(seconds=one.seconds, half_width=one.half_width) for one in found)
+    if found is None:
+        return None
+    return tuple(JointDelay(seconds=one.seconds, half_width=one.half_width) for one in found)
 
 
 def _certified(result: Fit) -> Certified | None:

@@ -25,7 +25,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
     if model.preprocessing.delays:
         found = ", ".join(str(Delay(one.seconds, one.half_width)) for one in model.preprocessing.delays)
-        console.print(f"The torque follows the measured one by {found} (estimated, not applied).", highlight=False)
+        console.print(f"Delay of the torque behind what the drives report: {found}; not applied.", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
     for sentence in result.where():
