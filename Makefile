@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: setup demo test test-fast test-slow lint bench samples lock
+.PHONY: setup demo test test-fast test-slow lint faults bench samples lock
 
 setup: $(READY)
 
@@ -43,6 +43,10 @@ samples: $(READY)
 	mkdir -p $(SAMPLES) && rm -f $(SAMPLES)/*.mcap
 	$(BIN)/daq record --traj fig5a --cycles 2 --rate 250 --out $(SAMPLES)/fig5a.mcap
 	$(BIN)/daq record --traj fig5b --cycles 2 --rate 250 --out $(SAMPLES)/fig5b.mcap
+
+# Everything that can go wrong with bus, drives, machine, host and operator; prints a table.
+faults: $(READY)
+	$(BIN)/python -m tests.faults
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

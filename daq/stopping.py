@@ -15,6 +15,7 @@ class StopRequest:
         """0: run on; 1: ramp down along the motion; 2 and more: quick stop."""
         self.reason = ""
         self._before: dict[int, object] = {}
+        self._signalled = False
 
     def ask(self, reason: str) -> None:
         """Ask for a stop, or more urgently if it has been asked for already."""
@@ -30,7 +31,9 @@ class StopRequest:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         for number, handler in self._before.items():
-            signal.signal(number, handler)  # type: ignore[arg-type]
+            # A program that a signal has stopped is on its way out; more of them must not spoil its last words.
+            signal.signal(number, signal.SIG_IGN if self._signalled else handler)  # type: ignore[arg-type]
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
+        self._signalled = True
         self.ask(f"stopped by the operator ({signal.Signals(number).name})")

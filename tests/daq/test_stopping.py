@@ -15,4 +15,13 @@ def test_signals_are_counted_and_the_first_is_the_reason(number: signal.Signals)
         os.kill(os.getpid(), number)
         assert stop.count == 2
     assert stop.reason == f"stopped by the operator ({number.name})"
-    assert signal.getsignal(number) is before
+    # The program is on its way out: further signals are ignored.
+    assert signal.getsignal(number) is signal.SIG_IGN
+    signal.signal(number, before)
+
+
+def test_without_a_signal_everything_is_as_before() -> None:
+    before = signal.getsignal(signal.SIGINT)
+    with StopRequest() as stop:
+        stop.ask("the host came late")
+    assert signal.getsignal(signal.SIGINT) is before

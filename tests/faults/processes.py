@@ -1,0 +1,210 @@
+"""Faults of whole programs: the recorder and the simulated rig as processes of their own, in real time."""
+
+import random
+import re
+import resource
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.reader import read, read_can
+from tests.conftest import launcher
+from tests.faults.campaign import Outcome
+
+_RIG = """
+name = "fault campaign"
+rate = 250.0
+[bus]
+interface = "udp_multicast"
+channel = "239.74.163.2"
+port = {port}
+[limits]
+silence = 0.2
+host_stall = 0.3
+[[drives]]
+node_id = 1
+[[drives]]
+node_id = 2
+[[drives]]
+node_id = 3
+"""
+
+_MOVING = 4.0
+"""Seconds after its start in which the recorder is surely in mid-motion."""
+_TRAJECTORY = "fig5b"
+
+
+@dataclass(frozen=True)
+class ProcessFault:
+    """One kind of fault and what must come of it."""
+
+    name: str
+    reason: str
+    code: int
+    strike: Callable[["Programs"], None]
+    """Called in mid-motion."""
+    drives_alive: bool = True
+    may_lose: float = 0.0
+    """Seconds of recording before the strike that may be missing in the file."""
+
+
+class Programs:
+    """The simulated rig and the recorder, running in `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "rig.toml").write_text(_RIG.format(port=random.randint(20000, 60000)))
+        self.rig = self._start("sim", "--rig", "rig.toml")
+        assert self.rig.stdout is not None
+        assert "simulated drives" in self.rig.stdout.readline()
+        self.recorder: subprocess.Popen[str] | None = None
+        self.struck = 0.0
+        """Host time of the fault [s]."""
+
+    def _start(self, *arguments: str, limit: int | None = None) -> subprocess.Popen[str]:
+        def set_limit() -> None:
+            if limit is not None:
+                signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+                resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+        return subprocess.Popen(
+            [*launcher("daq"), *arguments],
+            cwd=self.folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            preexec_fn=set_limit,
+        )
+
+    def record(self, limit: int | None = None) -> subprocess.Popen[str]:
+        """Start the recorder; with `limit`, its file may grow to so many bytes."""
+        self.recorder = self._start(
+            "record", "--traj", _TRAJECTORY, "--rig", "rig.toml", "--cycles", "3", "--out", "run.mcap", limit=limit
+        )
+        return self.recorder
+
+    def drives_are_disabled(self) -> bool:
+        """Ask the drives themselves, as a new master."""
+        done = subprocess.run(
+            [*launcher("daq"), "check", "--rig", "rig.toml", "--json"],
+            cwd=self.folder,
+            capture_output=True,
+            text=True,
+        )
+        states = re.findall(r'"what": "state",\s*"expected": "[^"]*",\s*"found": "([^",]*)', done.stdout)
+        return len(states) == 3 and all(state in ("switch on disabled", "fault") for state in states)
+
+    def end(self) -> None:
+        """Stop what still runs."""
+        for process in (self.recorder, self.rig):
+            if process is None:
+                continue
+            if process.poll() is None:
+                process.terminate()
+            process.communicate(timeout=30)
+
+
+def _signals(number: int, times: int = 1, pause: float = 0.1) -> Callable[[Programs], None]:
+    def strike(programs: Programs) -> None:
+        assert programs.recorder is not None
+        time.sleep(random.uniform(0, 1.0))
+        programs.struck = time.time()
+        for _ in range(times):
+            programs.recorder.send_signal(number)
+            time.sleep(pause)
+
+    return strike
+
+
+def _kill_rig(programs: Programs) -> None:
+    programs.rig.kill()
+
+
+def _pause_recorder(programs: Programs) -> None:
+    assert programs.recorder is not None
+    programs.recorder.send_signal(signal.SIGSTOP)
+    time.sleep(1.0)
+    programs.recorder.send_signal(signal.SIGCONT)
+
+
+def _pause_rig(programs: Programs) -> None:
+    programs.rig.send_signal(signal.SIGSTOP)
+    time.sleep(0.45)
+    programs.rig.send_signal(signal.SIGCONT)
+
+
+def _nothing(programs: Programs) -> None:
+    pass
+
+
+FAULTS: tuple[ProcessFault, ...] = (
+    ProcessFault("SIGINT", "SIGINT", 1, _signals(signal.SIGINT)),
+    ProcessFault("SIGINT twice", "SIGINT.*twice", 1, _signals(signal.SIGINT, times=2)),
+    ProcessFault("SIGINT twenty times", "SIGINT", 1, _signals(signal.SIGINT, times=20, pause=0.004)),
+    ProcessFault("SIGTERM", "SIGTERM", 1, _signals(signal.SIGTERM)),
+    ProcessFault("SIGHUP", "SIGHUP", 1, _signals(signal.SIGHUP)),
+    ProcessFault("SIGKILL of the recorder", "", -9, _signals(signal.SIGKILL), may_lose=0.5),
+    ProcessFault("SIGKILL of the simulated rig", "no answer", 1, _kill_rig, drives_alive=False),
+    ProcessFault("recorder stopped for 1 s (SIGSTOP)", "master heartbeat lost|host came", 1, _pause_recorder),
+    ProcessFault("drives stopped for 0.45 s (SIGSTOP)", "no answer|heartbeat lost", 1, _pause_rig),
+)
+
+
+def run(fault: ProcessFault) -> Outcome:
+    """Record between two processes with the fault in mid-motion, then ask the drives and the file."""
+    with tempfile.TemporaryDirectory() as name:
+        programs = Programs(Path(name))
+        try:
+            recorder = programs.record()
+            time.sleep(_MOVING)
+            programs.struck = time.time()
+            fault.strike(programs)
+            _, err = recorder.communicate(timeout=60)
+            if recorder.returncode < 0:
+                time.sleep(1.0)  # for the drives' own watchdogs
+            disabled = programs.drives_are_disabled() if fault.drives_alive else True
+            return _outcome(
+                fault, recorder.returncode, err.strip().splitlines()[-1:], disabled, programs.struck, Path(name)
+            )
+        finally:
+            programs.end()
+
+
+def full_disk() -> Outcome:
+    """The file may grow to 300 kB only."""
+    with tempfile.TemporaryDirectory() as name:
+        programs = Programs(Path(name))
+        try:
+            recorder = programs.record(limit=300_000)
+            _, err = recorder.communicate(timeout=60)
+            fault = ProcessFault("disk full in mid-motion", "run.mcap", 2, _nothing, may_lose=60.0)
+            disabled = programs.drives_are_disabled()
+            return _outcome(
+                fault, recorder.returncode, err.strip().splitlines()[-1:], disabled, time.time(), Path(name)
+            )
+        finally:
+            programs.end()
+
+
+def _outcome(
+    fault: ProcessFault, code: int, last_line: list[str], disabled: bool, struck: float, folder: Path
+) -> Outcome:
+    reason = last_line[0] if last_line else ""
+    missing, kept_until = 0, 0.0
+    try:
+        missing = int(np.isnan(read(folder / "run.mcap").position).sum())
+        kept_until = read_can(folder / "run.mcap").log[-1] / 1e9
+    except BadInput as error:
+        reason = f"{reason} [{error}]"
+    lost = max(0.0, struck - kept_until)
+    passed = code == fault.code and re.search(fault.reason, reason) is not None and disabled
+    # 0.05 s: frames under way between the programs.
+    passed = passed and lost <= fault.may_lose + 0.05
+    return Outcome(fault.name, None, None, missing, round(lost * 250), code, reason, passed)

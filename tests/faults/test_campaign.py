@@ -1,0 +1,45 @@
+"""A part of the fault campaign; `make faults` runs all of it."""
+
+import pytest
+
+from tests.faults import campaign, canopen, processes
+
+_IN_SMALL = (
+    "one answer dropped",
+    "all answers of a drive dropped",
+    "all setpoints of a drive dropped",
+    "cable pulled",
+    "one position corrupted",
+    "two drives with one node id",
+    "drive fault in mid-motion",
+    "drive heartbeat lost",
+    "master heartbeat lost on the bus",
+    "drive restarts in mid-motion",
+    "bus-off",
+    "joint blocked (collision)",
+    "host stalls for 200 ms",
+)
+
+
+def test_at_least_forty_kinds_each_named_once() -> None:
+    names = [fault.name for fault in (*canopen.FAULTS, *processes.FAULTS)]
+    assert len(set(names)) == len(names) >= 40
+    assert set(_IN_SMALL) <= set(names)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", [f for f in canopen.FAULTS if f.name in _IN_SMALL], ids=lambda fault: fault.name)
+def test_bus_drives_machine_host(fault: campaign.Fault) -> None:
+    outcome = campaign.run(fault)
+    assert outcome.passed, outcome
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "fault",
+    [f for f in processes.FAULTS if f.name in ("SIGINT twenty times", "SIGTERM", "SIGKILL of the recorder")],
+    ids=lambda fault: fault.name,
+)
+def test_programs(fault: processes.ProcessFault) -> None:
+    outcome = processes.run(fault)
+    assert outcome.passed, outcome
