@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: setup demo test test-fast test-slow lint faults bench samples lock
+.PHONY: setup demo test test-fast test-slow lint faults fuzz bench samples lock
 
 setup: $(READY)
 
@@ -47,6 +47,10 @@ samples: $(READY)
 # Everything that can go wrong with bus, drives, machine, host and operator; prints a table.
 faults: $(READY)
 	$(BIN)/python -m tests.faults
+
+# 100,000 random frames, serial replies and damaged recordings.
+fuzz: $(READY)
+	$(BIN)/python -m tests.fuzz
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

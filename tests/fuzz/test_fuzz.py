@@ -1,0 +1,35 @@
+"""A part of `make fuzz`: no error but the typed ones, and what is noticed is plausible."""
+
+import resource
+from pathlib import Path
+
+import pytest
+
+from tests.fuzz import inputs
+
+
+def test_frames_to_the_driver() -> None:
+    assert inputs.frames_to_the_driver(4000, 11) == 200
+
+
+def test_frames_to_a_drive() -> None:
+    assert inputs.frames_to_a_drive(4000, 12) > 100
+
+
+def test_serial_replies() -> None:
+    assert 1000 < inputs.serial_replies(4000, 13) < 4000
+
+
+def test_recordings(tmp_path: Path) -> None:
+    refused = inputs.files(300, 14, inputs.small_recording(tmp_path / "sample.mcap"), tmp_path)
+    assert 100 < refused < 300
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow() -> None:
+    inputs.frames_to_the_driver(10_000, 15)
+    inputs.frames_to_a_drive(10_000, 15)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    inputs.frames_to_the_driver(50_000, 16)
+    inputs.frames_to_a_drive(50_000, 16)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 20 * 1024
