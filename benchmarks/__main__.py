@@ -1,5 +1,6 @@
 """`make bench`: every benchmark, one after the other."""
 
-from benchmarks import reading
+from benchmarks import cycle, reading
 
 reading.main()
+cycle.main()
