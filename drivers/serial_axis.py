@@ -241,7 +241,6 @@ class Axis:
     def take_power(self, patience: float) -> Script:
         """Power off, waiting for it for at most `patience` [s]."""
         deadline = time.perf_counter() + patience
-        self.power = Power.UNKNOWN
         yield from self._release()
         while self.power not in (Power.OFF, Power.FAULT) and time.perf_counter() < deadline:
             yield from self._look()

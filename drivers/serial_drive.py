@@ -199,6 +199,8 @@ class SerialDrives:
 
     def power_off(self) -> tuple[Power, ...]:
         """See `Amplifiers`: one drive after the other, each with the patience of the set-up."""
+        for axis in self._axes:
+            axis.power = Power.UNKNOWN
         self._each("while taking the power", lambda axis: axis.take_power(_STOPPING_TIME))
         return tuple(axis.power for axis in self._axes)
 

@@ -31,14 +31,24 @@ class Line:
     """One line and what is known about its step."""
 
     def __init__(
-        self, port: Port, name: str, *, character: float, turnaround: float, reply_timeout: float, echo: bool
+        self,
+        port: Port,
+        name: str,
+        *,
+        character: float,
+        turnaround: float,
+        reply_timeout: float,
+        echo: bool,
+        patience: float = 0.0,
     ) -> None:
-        """`character`: time on the wire of one [s]; the other times [s] as in the rig file."""
+        """`character`: time on the wire of one [s]; the other times [s] as in the rig file, `patience`: longer than
+        the time-out where replies surely come (time is simulated)."""
         self.name = name
         self.lost = False
         self._port = port
         self._character = character
         self._reply_timeout = reply_timeout
+        self._patience = max(reply_timeout, patience)
         # Silence after which nothing more belongs to what came before.
         self._quiet = LONGEST_REPLY * character + turnaround
         self._echo = echo
@@ -72,7 +82,7 @@ class Line:
         self._awaiting = True
         self._write(self._sent + END)
         on_the_wire = (len(self._sent) + 1 + LONGEST_REPLY) * self._character
-        self._latest_reply = time.perf_counter() + on_the_wire + self._reply_timeout
+        self._latest_reply = time.perf_counter() + on_the_wire + self._patience
         return self._latest_reply
 
     def receive(self) -> Reply | None:

@@ -17,8 +17,8 @@ BITS_PER_CHARACTER = 10
 """Start bit, eight data bits, stop bit."""
 _ANY_STATUS = 2**32 - 1
 _LONGEST_VOLTAGE = "-32768"
-_LOCKSTEP_REPLY = 2.0
-"""Where time is simulated nobody hurries; only an error is answered by silence [s]."""
+_LOCKSTEP_PATIENCE = 2.0
+"""With replies where time is simulated: nobody hurries, and a late one must not change the recording [s]."""
 
 
 def cycle_time(rig: Rig) -> float:
@@ -109,8 +109,9 @@ def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifie
                 name,
                 character=BITS_PER_CHARACTER / bus.baud,
                 turnaround=bus.turnaround,
-                reply_timeout=bus.reply_timeout if clock is None else _LOCKSTEP_REPLY,
+                reply_timeout=bus.reply_timeout,
                 echo=bus.echo,
+                patience=0.0 if clock is None else _LOCKSTEP_PATIENCE,
             )
     except BadInput:
         for line in lines.values():

@@ -1,0 +1,154 @@
+"""The simulated serial drive as (command, reply) pairs, without a machine."""
+
+import math
+
+import pytest
+
+from drivers.serial_axis import COMMAND_LOST, FOLLOWING_ERROR
+from drivers.simulated.serial_drive import SimulatedSerialDrive
+from recordings.buses import SerialBus, SerialRegisters
+from recordings.rig import Drive, Rig
+
+DT = 0.001
+OFF, MOVING, FAULT = 0x8000, 0x0800_2000, 0x0040_0000
+
+
+class Bench:
+    """A drive whose axis is wherever `counts` says; 1000 counts per radian."""
+
+    def __init__(self, **bus: object) -> None:
+        drive = Drive(node_id=1, counts_per_turn=1000, gear=math.tau)
+        section = SerialBus(registers=SerialRegisters(watchdog="r0xf0"), **bus)
+        rig = Rig(name="r", rate=100.0, bus=section, drives=(drive, Drive(node_id=2), Drive(node_id=3)))
+        self.counts, self.volts, self.time = 0, 0, 0.0
+        self.drive = SimulatedSerialDrive(rig, 1, DT, lambda: self.counts, lambda: self.volts, lockstep=True)
+
+    def say(self, *commands: str) -> list[str]:
+        return [self.drive.handle(command, self.time) for command in commands]
+
+    def run(self, duration: float, *, follow: bool = True) -> None:
+        """Time passes [s]; the axis follows the setpoint, or stands."""
+        for _ in range(round(duration / DT)):
+            position = self.drive.generator.step()
+            if follow:
+                self.counts = round(1000 * position)
+            self.time += DT
+            self.drive.update(self.time)
+
+    def enable(self) -> None:
+        assert self.say("s r0xcf 1000", "s r0xba 50", "s r0x24 21") == ["ok", "ok", "ok"]
+
+
+def test_values() -> None:
+    bench = Bench()
+    bench.counts, bench.volts = -12, 34
+    replies = ["v -12", "v 34", f"v {OFF}", "v delta-workbench simulated drive in lockstep"]
+    assert bench.say("g r0x32", "g r0x15", "g r0xa0", "g f0x80") == replies
+
+
+@pytest.mark.parametrize(
+    ("command", "reply"),
+    [
+        ("x r0x32", "e 3"),
+        ("s r0xca", "e 3"),
+        ("s r0xca 1.5", "e 3"),
+        ("g r0x99", "e 9"),
+        ("s r0x99 1", "e 9"),
+        ("s r0xca 3000000000", "e 10"),
+        ("s r0x32 1", "e 11"),
+        ("t 1", "e 14"),
+    ],
+)
+def test_what_it_refuses(command: str, reply: str) -> None:
+    assert Bench().say(command) == [reply]
+
+
+def test_a_target_from_before_power_does_not_move_it() -> None:
+    bench = Bench()
+    bench.say("s r0xca 500")
+    bench.enable()
+    bench.run(0.1)
+    assert bench.counts == 0
+    assert bench.say("g r0xa0") == ["v 0"]
+
+
+def test_a_target_counts_with_the_update_and_is_reached_one_period_later() -> None:
+    bench = Bench()
+    bench.enable()
+    bench.say("s r0xca 10")
+    bench.run(0.01)
+    assert bench.counts == 0
+    assert bench.say("t 1") == ["ok"]
+    bench.run(0.005)
+    assert bench.counts == 5
+    assert bench.say("g r0xa0") == [f"v {MOVING}"]
+    bench.run(0.005)
+    assert bench.counts == 10
+
+
+def test_without_an_update_command_the_target_counts_at_once() -> None:
+    bench = Bench(update="")
+    bench.enable()
+    bench.say("s r0xca 10")
+    bench.run(0.01)
+    assert bench.counts == 10
+
+
+def moving() -> Bench:
+    """At 1 rad/s."""
+    bench = Bench()
+    bench.enable()
+    for target in (10, 20, 30):
+        bench.say(f"s r0xca {target}", "t 1")
+        bench.run(0.01)
+    bench.say("s r0xca 40", "t 1")
+    bench.run(0.005)
+    return bench
+
+
+def test_quick_stop_comes_to_rest_on_its_ramp_with_power_on() -> None:
+    bench = moving()
+    bench.say("t 0")
+    bench.run(0.2)  # 1000 times 10 counts/s^2 are 10 rad/s^2: 0.1 s and 0.05 rad from 1 rad/s
+    assert bench.say("g r0xa0") == ["v 0"]
+    assert bench.drive.powered
+    assert bench.counts == pytest.approx(35 + 50, abs=2)
+
+
+def test_disable_stops_first_and_then_takes_power_off() -> None:
+    bench = moving()
+    bench.say("s r0x24 0")
+    bench.run(0.05)
+    assert bench.drive.powered
+    assert bench.say("t 1") == ["e 14"]
+    bench.run(0.1)
+    assert not bench.drive.powered
+    assert bench.say("g r0xa0") == [f"v {OFF}"]
+
+
+def test_following_error_is_a_fault_that_must_be_cleared_before_power() -> None:
+    bench = Bench()
+    bench.enable()
+    bench.say("s r0xca 100", "t 1")
+    bench.run(0.1, follow=False)
+    assert bench.say("g r0xa4", "g r0xa0") == [f"v {FOLLOWING_ERROR}", f"v {FAULT | OFF}"]
+    assert bench.say("s r0x24 21") == ["e 14"]
+    assert bench.say(f"s r0xa4 {FOLLOWING_ERROR}", "s r0x24 21", "g r0xa0") == ["ok", "ok", "v 0"]
+
+
+def test_the_watchdog_stops_a_drive_whose_host_is_silent() -> None:
+    bench = moving()
+    bench.say("s r0xf0 50")
+    bench.run(0.04)
+    bench.say("g r0x32")
+    bench.run(0.04)
+    assert bench.say("g r0xa4") == ["v 0"]
+    bench.run(0.3)
+    assert not bench.drive.powered
+    assert bench.say("g r0xa4") == [f"v {COMMAND_LOST}"]
+
+
+def test_without_a_watchdog_silence_is_no_fault() -> None:
+    bench = moving()
+    bench.run(5.0)
+    assert bench.drive.powered

@@ -1,0 +1,154 @@
+"""The simulated rig behind pseudo-terminals, spoken to character by character."""
+
+import os
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from drivers.protocol import Goal, Power
+from drivers.serial_port import simulated
+from drivers.simulated.config import SimConfig
+from drivers.simulated.serial_rig import SerialRig
+from drivers.simulated.service import Pace
+from drivers.transports import serial as transport
+from recordings.buses import SerialBus
+from recordings.errors import BadInput, RunFailed
+from recordings.rig import Drive, Rig
+
+
+def rig(*ports: str, **bus: object) -> Rig:
+    section = SerialBus(ports=ports or ("simulated",), **bus)
+    return Rig(name="r", rate=20.0, bus=section, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+
+
+@contextmanager
+def served(described: Rig, pace: Pace = "lockstep") -> Iterator[SerialRig]:
+    with SerialRig(described, SimConfig(), pace=pace, seed=0) as machine:
+        yield machine
+    assert machine.error is None
+
+
+def say(port: str, command: bytes, ends: int = 1) -> bytes:
+    """What is written back until so many ends have come."""
+    device = os.open(port, os.O_RDWR | os.O_NOCTTY)
+    try:
+        os.write(device, command)
+        reply = b""
+        while reply.count(b"\r") < ends:
+            reply += os.read(device, 100)
+        return reply
+    finally:
+        os.close(device)
+
+
+def test_a_port_named_simulated_is_known_in_this_program_as_long_as_it_is_served() -> None:
+    with served(rig()):
+        assert say(simulated["simulated"], b"2 g r0xa4\r") == b"v 0\r"
+    assert not simulated
+
+
+def test_another_name_is_a_link_that_is_removed_at_the_end(tmp_path: Path) -> None:
+    link = tmp_path / "line"
+    with served(rig(str(link))):
+        assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
+    assert not link.is_symlink()
+
+
+def test_a_link_that_a_killed_rig_left_is_replaced_but_nothing_else(tmp_path: Path) -> None:
+    link, precious = tmp_path / "line", tmp_path / "precious"
+    link.symlink_to(tmp_path / "gone")
+    with served(rig(str(link))):
+        assert link.exists()
+    precious.write_text("data")
+    with pytest.raises(BadInput, match=r"precious cannot be made: File exists"):
+        SerialRig(rig(str(precious)), SimConfig(), pace="lockstep", seed=0)
+    assert precious.read_text() == "data"
+
+
+def test_commands_may_come_in_pieces_and_each_drive_hears_its_own() -> None:
+    with served(rig()):
+        device = os.open(simulated["simulated"], os.O_RDWR | os.O_NOCTTY)
+        for piece in (b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r"):
+            os.write(device, piece)
+        replies = b""
+        while replies.count(b"\r") < 2:
+            replies += os.read(device, 100)
+        os.close(device)
+    assert replies == b"v 0\re 3\r"
+
+
+def test_echo() -> None:
+    with served(rig(echo=True)):
+        assert say(simulated["simulated"], b"2 g r0xa4\r", ends=2) == b"2 g r0xa4\rv 0\r"
+        drives = transport.connect(rig(echo=True), lambda *line: None, lambda *frame: None, lambda: 0)
+        assert drives.discover()[1].lockstep
+        drives.close()
+
+
+def test_lockstep_time_passes_when_every_voltage_has_been_asked_for() -> None:
+    with served(rig()) as machine:
+        port = simulated["simulated"]
+        first = [say(port, f"{node} g r0x15\r".encode()) for node in (1, 2)]
+        # Asked again, the same voltage is told: time stands still.
+        assert say(port, b"1 g r0x15\r") == first[0]
+        assert machine.machine.time == 0.0
+        say(port, b"3 g r0x15\r")
+        say(port, b"3 g r0xa4\r")  # by its reply, the cycle before is over
+        assert machine.machine.time == pytest.approx(1 / 20)
+
+
+def test_real_time_commands_and_replies_take_their_time_on_the_wire() -> None:
+    described = rig(baud=1200)
+    command, reply = b"1 g r0xa4\r", b"v 0\r"
+    with served(described, "realtime"):
+        begin = time.perf_counter()
+        assert say(simulated["simulated"], command) == reply
+        assert time.perf_counter() - begin >= (len(command) + len(reply)) * 10 / 1200
+
+
+@pytest.fixture
+def three() -> Iterator[tuple[SerialRig, transport.SerialDrives]]:
+    """Drives on three lines that are enabled."""
+    described = rig("simulated1", "simulated2", "simulated3")
+    with served(described) as machine:
+        drives = transport.connect(described, lambda *line: None, lambda *frame: None, lambda: 0)
+        assert isinstance(drives, transport.SerialDrives)
+        drives.discover()
+        drives.configure()
+        drives.goal = Goal.DISABLED
+        drives.exchange(None, 2.0)
+        drives.goal = Goal.ENABLED
+        while drives.exchange(None, 2.0).power != (Power.ON,) * 3:
+            pass
+        yield machine, drives
+        drives.close()
+
+
+def test_an_unplugged_line_ends_the_run_and_the_others_stop(
+    three: tuple[SerialRig, transport.SerialDrives],
+) -> None:
+    machine, drives = three
+    machine.unplug("simulated2")
+    while "simulated2" in simulated:
+        time.sleep(0.01)
+    with pytest.raises(RunFailed, match="serial port simulated2 is lost"):
+        drives.exchange(None, 2.0)
+    assert drives.goal is Goal.STOPPED
+    for _ in range(5):
+        drives.exchange(None, 2.0)
+    assert drives.power_off() == (Power.OFF, Power.UNKNOWN, Power.OFF)
+
+
+def test_disturbed_replies_are_gaps_and_the_line_comes_back(
+    three: tuple[SerialRig, transport.SerialDrives],
+) -> None:
+    machine, drives = three
+    machine.disturb = lambda port, reply: reply.replace(b"v", b"w") if port == "simulated3" else reply
+    assert drives.exchange(None, 2.0).missing == 1
+    machine.disturb = lambda port, reply: reply
+    sample = drives.exchange(None, 2.0)
+    assert sample.missing == 0
+    assert sample.power == (Power.ON,) * 3
