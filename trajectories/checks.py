@@ -45,6 +45,14 @@ class _Bound:
         return ~((self.values >= self.low) & (self.values <= self.high))
 
     @property
+    def usage(self) -> Floats:
+        """(n, k) share of the limit that is used: 1 on it, more beyond."""
+        if np.isinf(self.high):
+            return self.low / np.maximum(self.values, 1e-6 * self.low)
+        middle = (self.low + self.high) / 2
+        return np.abs(self.values - middle) / (self.high - middle)
+
+    @property
     def first(self) -> int:
         """The first row that is broken; meaningless where none is."""
         return int(np.argmax(self.broken.any(axis=1)))
@@ -78,6 +86,11 @@ def check(trajectory: Trajectory, rig: Rig) -> None:
     )
 
 
+def usage(trajectory: Trajectory, rig: Rig) -> dict[str, Floats]:
+    """(n,) how much of each limit, by its name in the rig file, is used at each instant: 1 is the limit itself."""
+    return {bound.limit: bound.usage.max(axis=1) for bound in _bounds(trajectory, rig)}
+
+
 def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
     """Joint torque (n, 3) [N m] of a frictionless rigid robot with the masses of `rig.nominal`.
 
@@ -100,19 +113,24 @@ def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
 
 
 def _bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:
-    limits = rig.limits
-    P, theta = trajectory.platform, trajectory.joint_position
+    limits, unit = rig.limits, rig.position_units[0]
+    if rig.mechanism == "delta":
+        yield from _platform_bounds(trajectory, rig)
+    angle = "joint {joint} angle" if unit == "rad" else "position of joint {joint}"
+    joint_limits = "joint_min or joint_max"
+    yield _Bound(angle, trajectory.joint_position, limits.joint_min, limits.joint_max, unit, joint_limits, MOVE)
+    speed, most = trajectory.joint_velocity, limits.speed
+    yield _Bound("joint {joint} speed", speed, -most, most, f"{unit}/s", "speed", SLOW)
+    acceleration, most = trajectory.joint_acceleration, limits.acceleration
+    yield _Bound("joint {joint} acceleration", acceleration, -most, most, f"{unit}/s^2", "acceleration", SLOW)
+
+
+def _platform_bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:
+    limits, P = rig.limits, trajectory.platform
     radius = np.hypot(P[:, :1], P[:, 1:2])
-    margin = kinematics.singularity_margin(rig.geometry, theta, P)[:, None]
-    speed, acceleration = trajectory.joint_velocity, trajectory.joint_acceleration
+    margin = kinematics.singularity_margin(rig.geometry, trajectory.joint_position, P)[:, None]
     torque = torque_estimate(trajectory, rig)
     yield _Bound("distance from the z axis", radius, 0, limits.workspace_radius, "m", "workspace_radius", MOVE)
     yield _Bound("platform height", P[:, 2:], *limits.workspace_z, "m", "workspace_z", MOVE)
     yield _Bound("singularity margin", margin, limits.singularity_margin, np.inf, "", "singularity_margin", MOVE)
-    yield _Bound(
-        "joint {joint} angle", theta, limits.joint_min, limits.joint_max, "rad", "joint_min or joint_max", MOVE
-    )
-    yield _Bound("joint {joint} speed", speed, -limits.speed, limits.speed, "rad/s", "speed", SLOW)
-    most = limits.acceleration
-    yield _Bound("joint {joint} acceleration", acceleration, -most, most, "rad/s^2", "acceleration", SLOW)
     yield _Bound("estimated torque of joint {joint}", torque, -limits.torque, limits.torque, "N m", "torque", SLOW)

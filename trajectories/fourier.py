@@ -1,5 +1,6 @@
 """Motions as Fourier series, and the TOML file that holds one."""
 
+import json
 from typing import Literal, Self
 
 import numpy as np
@@ -16,27 +17,34 @@ Axis = tuple[float, ...]
 class FourierSeries(Section):
     """centre + sum over h = 1 ... m of cosine_h cos(2 pi h t / period) + sine_h sin(2 pi h t / period), per axis.
 
-    The axes are x, y, z [m] or the three joints [rad]. A trajectory file holds these keys.
+    The axes are x, y, z [m] or the joints [rad or m]. A trajectory file holds these keys.
     """
 
     kind: Literal["fourier"]
     space: Space
     period: Positive
     """[s]"""
-    centre: tuple[float, float, float]
-    cosine: tuple[Axis, Axis, Axis]
+    centre: tuple[float, ...]
+    cosine: tuple[Axis, ...]
     """One list per axis: the coefficients of harmonics 1 ... m."""
-    sine: tuple[Axis, Axis, Axis]
+    sine: tuple[Axis, ...]
     """One list per axis, as long as `cosine`'s."""
     description: str = "Fourier series"
+
+    @model_validator(mode="after")
+    def _same_axes(self) -> Self:
+        counts = [len(self.centre), len(self.cosine), len(self.sine)]
+        if len(set(counts)) > 1 or (self.space == "platform" and counts[0] != 3) or counts[0] == 0:
+            number = "three axes (x, y, z)" if self.space == "platform" else "equally many joints"
+            raise ValueError(f"centre, cosine and sine: {number} in each expected, {counts} found")
+        return self
 
     @model_validator(mode="after")
     def _same_harmonics(self) -> Self:
         counts = [len(axis) for axis in (*self.cosine, *self.sine)]
         if min(counts) == 0 or len(set(counts)) > 1:
             raise ValueError(
-                f"cosine and sine: three lists each, all of one length (the number of harmonics) expected, "
-                f"lengths {counts} found"
+                f"cosine and sine: lists all of one length (the number of harmonics) expected, lengths {counts} found"
             )
         return self
 
@@ -49,6 +57,12 @@ class FourierSeries(Section):
         velocity: Floats = (cos * omega) @ sine - (sin * omega) @ cosine
         acceleration: Floats = -(cos * omega**2) @ cosine - (sin * omega**2) @ sine
         return position, velocity, acceleration
+
+    def as_toml(self) -> str:
+        """The trajectory file that holds this series."""
+        # Numbers, strings and lists of them look the same in JSON.
+        lines = [f"{key} = {json.dumps(value)}" for key, value in self.model_dump(mode="json").items()]
+        return "\n".join(lines) + "\n"
 
     def motion(self, name: str) -> Motion:
         """The series as a motion."""

@@ -40,13 +40,13 @@ class Trajectory:
     cycles: int
     """Repetitions."""
     platform: Floats
-    """(n, 3) platform position [m]."""
+    """(n, 3) platform position [m]; NaN where the rig has none."""
     joint_position: Floats
-    """(n, 3) [rad]."""
+    """(n, dof) [rad or m]."""
     joint_velocity: Floats
-    """(n, 3) [rad/s]."""
+    """(n, dof) [rad/s or m/s]."""
     joint_acceleration: Floats
-    """(n, 3) [rad/s^2]."""
+    """(n, dof) [rad/s^2 or m/s^2]."""
     repeat: Ints
     """(n,) the repetition a sample belongs to, 0 to cycles - 1; -1 while starting and stopping."""
 
@@ -90,7 +90,7 @@ def assemble(motion: Motion, rig: Rig, cycles: int | None = None, rate: float | 
         timing.ramp + timing.samples : len(timing.phase),
     ]
     try:
-        states = _joint_states(motion, rig.geometry, timing)
+        states = _joint_states(motion, rig, timing)
     except kinematics.Unreachable as error:
         raise error.at(f"{motion.name}, t = {np.argmax(rows == error.row) / rate:.3f} s") from None
     platform, position, velocity, acceleration = (state[rows] for state in states)
@@ -169,15 +169,30 @@ def _timing(motion: Motion, rate: float) -> _Timing:
     )
 
 
-def _joint_states(motion: Motion, geometry: Geometry, timing: _Timing) -> tuple[Floats, Floats, Floats, Floats]:
+def _joint_states(motion: Motion, rig: Rig, timing: _Timing) -> tuple[Floats, Floats, Floats, Floats]:
     """Platform position, joint position, speed and acceleration at the instants of `timing`."""
     position, slope, bend = motion.sample(timing.phase)
     velocity: Floats = slope * timing.speed[:, None]
     acceleration: Floats = bend * timing.speed[:, None] ** 2 + slope * timing.acceleration[:, None]
     if motion.space == "joint":
-        return kinematics.forward(geometry, position), position, velocity, acceleration
-    theta = kinematics.inverse(geometry, position)
-    return position, theta, *kinematics.joint_motion(geometry, theta, position, velocity, acceleration)
+        _refuse_other_joints(motion, position.shape[1], rig)
+        return _platform(rig, position), position, velocity, acceleration
+    if rig.mechanism != "delta":
+        raise BadInput(f"{motion.name}: a motion of joints expected for {rig.mechanism}, one of a platform found")
+    theta = kinematics.inverse(rig.geometry, position)
+    return position, theta, *kinematics.joint_motion(rig.geometry, theta, position, velocity, acceleration)
+
+
+def _refuse_other_joints(motion: Motion, joints: int, rig: Rig) -> None:
+    if joints != rig.dof:
+        raise BadInput(f"{motion.name}: a motion of {rig.dof} joints expected, one of {joints} found; choose another")
+
+
+def _platform(rig: Rig, position: Floats) -> Floats:
+    """(n, 3) [m] at the joint positions (n, dof); NaN where there is no platform."""
+    if rig.mechanism == "delta":
+        return kinematics.forward(rig.geometry, position)
+    return np.full((len(position), 3), np.nan)
 
 
 def _digest(motion: Motion, geometry: Geometry, rate: float, cycles: int) -> str:

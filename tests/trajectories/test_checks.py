@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from recordings.rig import Limits, Rig, simulated_rig
+from recordings.rig import Axis, Limits, Rig, simulated_rig
 from trajectories import Trajectory, kinematics, load
-from trajectories.checks import LimitExceeded, check, torque_estimate
+from trajectories.checks import LimitExceeded, check, torque_estimate, usage
+from trajectories.fourier import FourierSeries
+from trajectories.trajectory import assemble
 
 RIG = simulated_rig()
 
@@ -92,3 +94,24 @@ def test_torque_estimate_does_the_work_that_the_kinetic_energy_gains(trajectory:
     cycle = trajectory.repeat == 1
     power = (torque_estimate(trajectory, RIG) * trajectory.joint_velocity).sum(axis=1)[cycle]
     assert abs(power.mean()) < 1e-6 * np.abs(power).max()
+
+
+def test_usage_is_one_where_a_limit_is_reached(trajectory: Trajectory) -> None:
+    within = usage(trajectory, RIG)
+    fastest = float(np.abs(trajectory.joint_velocity).max())
+    assert within["speed"].max() == pytest.approx(fastest / RIG.limits.speed)
+    assert max(values.max() for values in within.values()) < 1
+    assert usage(trajectory, limited(speed=fastest))["speed"].max() == pytest.approx(1)
+    margin = float(kinematics.singularity_margin(RIG.geometry, trajectory.joint_position, trajectory.platform).min())
+    assert usage(trajectory, limited(singularity_margin=margin))["singularity_margin"].max() == pytest.approx(1)
+
+
+def test_axes_have_joint_limits_only() -> None:
+    rig = Rig(name="bench", mechanism="axes", axes=(Axis(type="prismatic"),), limits=Limits(speed=0.5))
+    series = FourierSeries(kind="fourier", space="joint", period=2.0, centre=(0.1,), cosine=((0.0,),), sine=((0.2,),))
+    trajectory = assemble(series.motion("wave"), rig)
+    assert trajectory.joint_position.shape[1] == 1
+    assert np.isnan(trajectory.platform).all()
+    assert set(usage(trajectory, rig)) == {"joint_min or joint_max", "speed", "acceleration"}
+    with pytest.raises(LimitExceeded, match=r"joint 1 speed within ±0\.5 m/s expected"):
+        check(trajectory, rig)

@@ -5,11 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from recordings.config import read_toml
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 from trajectories import load
 from trajectories.files import read_motion
+from trajectories.fourier import FourierSeries
 from trajectories.trajectory import assemble
 
 RIG = simulated_rig()
@@ -137,6 +139,21 @@ def test_fourier_toml(tmp_path: Path) -> None:
     expected = 0.1 * np.cos(phase) + 0.02 * np.cos(2 * phase)
     assert trajectory.name == "series.toml"
     assert trajectory.platform[trajectory.repeat == 1, 0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_series_survives_its_way_through_a_file(tmp_path: Path) -> None:
+    series = FourierSeries(
+        kind="fourier",
+        space="joint",
+        period=1 / 3,
+        centre=(0.1, -1e-17),
+        cosine=((0.1,), (1 / 7,)),
+        sine=((0.0,), (2e20,)),
+        description='so "it" is',
+    )
+    path = tmp_path / "series.toml"
+    path.write_text(series.as_toml(), encoding="utf-8")
+    assert read_toml(path, FourierSeries, "trajectory file") == series
 
 
 def test_fourier_derivatives(tmp_path: Path) -> None:

@@ -1,10 +1,12 @@
 """Sampling, soft start and end, identical cycles."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
 from recordings.errors import BadInput
-from recordings.rig import Geometry, Rig, simulated_rig
+from recordings.rig import Axis, Geometry, Rig, simulated_rig
 from trajectories import Trajectory, load, names
 from trajectories.checks import check
 from trajectories.fourier import FourierSeries
@@ -207,3 +209,21 @@ def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
 def test_more_samples_than_memory_holds_are_refused() -> None:
     with pytest.raises(BadInput, match="at most 10,000,000 samples"):
         load("fig5a", simulated_rig(), cycles=99_999_999)
+
+
+def test_a_motion_of_other_joints_is_refused(rig: Rig) -> None:
+    pair = FourierSeries(
+        kind="fourier", space="joint", period=2.0, centre=(0.0, 0.0), cosine=((0.1,),) * 2, sine=((0.1,),) * 2
+    )
+    with pytest.raises(BadInput, match="a motion of 3 joints expected, one of 2 found"):
+        assemble(pair.motion("pair"), rig)
+    bench = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis(), Axis()))
+    with pytest.raises(BadInput, match="a motion of joints expected for axes, one of a platform found"):
+        assemble(circle(), bench)
+
+
+@pytest.mark.parametrize(("space", "joints"), [("platform", 2), ("platform", 4), ("joint", 0)])
+def test_a_series_has_as_many_axes_as_its_space(space: Literal["platform", "joint"], joints: int) -> None:
+    axes = ((0.1,),) * joints
+    with pytest.raises(ValueError, match="in each expected"):
+        FourierSeries(kind="fourier", space=space, period=2.0, centre=(0.0,) * joints, cosine=axes, sine=axes)
