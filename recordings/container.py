@@ -71,21 +71,8 @@ def load(path: Path, topics: Collection[str], condense: Callable[[Batch], Batch]
         BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
     """
     loader = _Loader(path, topics, condense)
-    for _ in loader.walk(contents(path)):
-        pass
+    loader.take(contents(path))
     return loader.container
-
-
-def chunks(path: Path, topics: Collection[str]) -> Iterator[dict[str, list[Batch]]]:
-    """The messages of `topics` one chunk after the other, for files too large to be held in memory when unpacked.
-
-    Raises:
-        BadInput: as `load`.
-    """
-    loader = _Loader(path, topics)
-    for _ in loader.walk(contents(path)):
-        yield loader.container.batches
-        loader.container.batches = {}
 
 
 def contents(path: Path) -> bytes:
@@ -118,10 +105,9 @@ class _Loader:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
-    def walk(self, data: bytes) -> Iterator[None]:
-        """Take in `data`; pauses after every chunk."""
+    def take(self, data: bytes) -> None:
         try:
-            yield from self._walk(data)
+            self._take(data)
         except BadInput:
             raise
         except NONSENSE as error:
@@ -131,14 +117,13 @@ class _Loader:
                 "with `daq recover`, or record again"
             ) from None
 
-    def _walk(self, data: bytes) -> Iterator[None]:
+    def _take(self, data: bytes) -> None:
         for opcode, offset, body in records(data):
             if opcode == Opcode.METADATA:
                 record = decode(Metadata.read, body)
                 self.container.metadata.setdefault(record.name, {}).update(record.metadata)
             elif opcode == Opcode.CHUNK:
                 self._chunk(unpacked(decode(Chunk.read, body)))
-                yield
             elif opcode == Opcode.DATA_END:
                 _compare_crc(body, memoryview(data)[:offset])
             elif opcode == Opcode.FOOTER:

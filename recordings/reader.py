@@ -58,6 +58,15 @@ def read(path: Path) -> Recording:
     )
 
 
+def read_rig(path: Path) -> Rig:
+    """Read the rig description from a recording, which need not hold samples.
+
+    Raises:
+        BadInput: the file is missing, not MCAP, damaged, or not a recording of this program.
+    """
+    return _rig(_load(path, (), lambda batch: batch))
+
+
 def read_can(path: Path) -> CanFrames:
     """Read the frames of the bus from a recording, in the order in which they were logged.
 

@@ -19,7 +19,7 @@ _FILE = click.Path(path_type=Path)
     short_help="Stream a motion to the drives and record it.",
     epilog="Example: daq record --traj fig5a --out run.mcap",
 )
-@click.option("--traj", "trajectory", required=True, help="Name (see `daq trajectories`) or file of the motion.")
+@click.option("--traj", "trajectory", help="Name (see `daq trajectories`) or file of the motion.")
 @click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML). Without it: the simulated rig.")
 @click.option("--cycles", type=click.IntRange(1), help="Repetitions of the motion.  [default: about 20 s]")
 @click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
@@ -31,9 +31,11 @@ _FILE = click.Path(path_type=Path)
 @click.option(
     "--dry-run", is_flag=True, help="All but power and file: set up the drives, exchange cycles, move nothing."
 )
+@click.option("--listen", is_flag=True, help="Send nothing: record what another master makes the drives do.")
+@click.option("--duration", type=click.FloatRange(0, min_open=True), metavar="S", help="How long to listen [s].")
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 def command(
-    trajectory: str,
+    trajectory: str | None,
     rig_file: Path | None,
     cycles: int | None,
     rate: float | None,
@@ -43,18 +45,32 @@ def command(
     sim_file: Path | None,
     hidden: int | None,
     dry_run: bool,
+    listen: bool,
+    duration: float | None,
     as_json: bool,
 ) -> None:
     """Stream a motion to the three drives over CANopen and record every SYNC, answer and frame to an MCAP file.
 
     Without --rig, or with a rig on the `virtual` interface, three simulated drives around a simulated robot answer.
     Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.
+
+    With --listen nothing is sent: it ends with Ctrl-C, after --duration, or five seconds after the last SYNC. --traj
+    then names the motion that the other master runs, if it is known.
     """
     from daq.session import check_beforehand, rig_from
     from drivers import transports
     from recordings.errors import BadInput
 
     rig = rig_from(rig_file, rate)
+    if listen:
+        if rig_file is None or pace or sim_file or hidden is not None or dry_run:
+            raise BadInput("--listen needs --rig, and no --pace, --sim, --hidden or --dry-run")
+        _listen(rig, trajectory, cycles, out, duration, as_json)
+        return
+    if trajectory is None:
+        raise click.UsageError("Missing option '--traj'.")
+    if duration is not None:
+        raise BadInput("--duration says how long to --listen; a motion lasts as long as its --cycles")
     simulated = transports.of(rig).simulated_here(rig)
     if not simulated and (sim_file or hidden is not None):
         raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
@@ -101,6 +117,37 @@ def _simulate(order: "Order", sim_file: Path | None, hidden: int | None, run: Ca
             if machine.error is None:
                 raise
             raise RunFailed(f"{error}; the simulated rig itself stopped: {machine.error!r}") from machine.error
+
+
+def _listen(
+    rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
+) -> None:
+    from daq.listen import NAME, Heard, record
+    from daq.progress import progress_bar
+    from drivers import transports
+    from recordings.errors import BadInput
+    from trajectories import load
+
+    if transports.of(rig).simulated_here(rig):
+        raise BadInput("the virtual bus ends at this program; set bus.interface to socketcan or udp_multicast")
+    trajectory = None if name is None else load(name, rig, cycles)
+    out = out or Path(f"{NAME}.mcap")
+    _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
+    with progress_bar("listening") as show:
+
+        def look(heard: Heard) -> None:
+            show(heard.syncs, None, f"{heard.syncs} SYNCs, {heard.frames} frames")
+
+        heard, found = record(rig, out, trajectory, duration, look)
+    if trajectory is not None and found.trajectory is None:
+        _say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
+    figures = {"frames": heard.frames, "syncs": heard.syncs, **found.figures()}
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "recording": str(out), **figures}))
+        return
+    for label, value in figures.items():
+        click.echo(f"{label.replace('_', ' ')}: {value}")
+    click.echo(f"recorded {out} (listened); next: ident fit {out}")
 
 
 def _record(order: "Order", as_json: bool) -> None:

@@ -1,0 +1,38 @@
+"""`daq recover`: make an interrupted recording whole."""
+
+import json
+from dataclasses import asdict
+from pathlib import Path
+
+import click
+
+_FILE = click.Path(path_type=Path)
+
+
+@click.command(short_help="Make an interrupted or damaged recording whole.", epilog="Example: daq recover run.mcap")
+@click.argument("file", type=_FILE)
+@click.option("--out", type=_FILE, help="Recording to write.  [default: FILE with .recovered.mcap]")
+@click.option("--in-place", is_flag=True, help="Replace FILE instead of writing another one.")
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+def command(file: Path, out: Path | None, in_place: bool, as_json: bool) -> None:
+    """Copy everything intact in a recording that was cut off or damaged into a whole one, with exit status 1.
+
+    If it was made by listening, and the program did not come to make the samples, they are made from the frames.
+    FILE itself is not touched.
+    """
+    from daq.recover import recover, recover_in_place
+    from recordings.errors import BadInput
+
+    if in_place and out is not None:
+        raise BadInput("either --out or --in-place expected, both found; choose one")
+    target = file if in_place else out or file.with_suffix(".recovered.mcap")
+    recovered = recover_in_place(file) if in_place else recover(file, target)
+    if as_json:
+        click.echo(json.dumps({"schema": 1, "recording": str(target), **asdict(recovered)}))
+        return
+    kept = recovered.kept
+    click.echo(f"kept: {kept.messages} messages of {kept.duration:.3f} s")
+    click.echo(f"left out: {kept.damaged_chunks} damaged chunks, {kept.bytes_behind} bytes of an unfinished one")
+    if recovered.reconstructed:
+        click.echo("samples: made from the frames that were heard")
+    click.echo(f"recovered {target}; next: daq info {target}")

@@ -1,0 +1,129 @@
+"""`daq replay`: put a recording's CAN frames back on a bus."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from daq.replay import Plan, Replayed
+    from recordings.buses import CanBus
+
+_EPILOG = """\b
+Examples:
+  daq replay run.mcap --bus socketcan:vcan0
+  daq replay run.mcap --bus socketcan:vcan0 --direction both --yes --speed 2 --loop 3
+  daq replay run.mcap --bus udp_multicast:239.74.163.2 --id 0x180/0x780"""
+
+
+@click.command(short_help="Put a recording's CAN frames back on a bus.", epilog=_EPILOG)
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--bus", "name", metavar="INTERFACE:CHANNEL", help="The same as --interface and --channel.")
+@click.option("--interface", help="As in a rig file: socketcan, udp_multicast.")
+@click.option("--channel", help="As in a rig file: vcan0, 239.74.163.2.")
+@click.option("--port", type=click.IntRange(1024, 65535), help="UDP port, for udp_multicast only.")
+@click.option(
+    "--speed", type=click.FloatRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast."
+)
+@click.option("--loop", "loops", type=click.IntRange(1), default=1, show_default=True, help="Repetitions.")
+@click.option("--id", "ids", multiple=True, metavar="ID", help="0x181, 0x181-0x183 or value/mask; may be repeated.")
+@click.option(
+    "--direction",
+    type=click.Choice(["rx", "tx", "both"]),
+    default="rx",
+    show_default=True,
+    help="What was received (the drives' answers), what was sent (the commands), or both.",
+)
+@click.option("--yes", is_flag=True, help="Send frames that command drives: no drive that could move is on the bus.")
+@click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
+def command(
+    file: Path,
+    name: str | None,
+    interface: str | None,
+    channel: str | None,
+    port: int | None,
+    speed: float,
+    loops: int,
+    ids: tuple[str, ...],
+    direction: Any,
+    yes: bool,
+    as_json: bool,
+) -> None:
+    """Put a recording's CAN frames back on a bus, in their order and with their timing.
+
+    Frames that command drives (NMT, SYNC, targets, SDO requests) MOVE real drives, without limits or supervision:
+    they are refused without --yes. Ctrl-C ends at once; nothing stops drives that were set in motion.
+    """
+    from daq.replay import commanding, matching, plan
+    from recordings.errors import BadInput, RunFailed
+    from recordings.reader import read_can
+
+    bus = _bus(name, interface, channel, port)
+    frames = read_can(file)
+    chosen = matching(frames, direction, ids)
+    plan_ = plan(frames, chosen, speed, loops, bus.bitrate)
+    orders = int((commanding(frames) & chosen).sum())
+    if orders and not yes:
+        raise BadInput(
+            f"{orders} of {len(plan_.rows)} frames command drives, and would MOVE real ones; choose others with "
+            "--direction or --id, or add --yes if no drive that could move is on the bus"
+        )
+    _announce(plan_, bus, orders, speed)
+    result = _replay(plan_, bus)
+    _show(result, plan_, as_json)
+    if result.stopped:
+        raise RunFailed(f"{result.stopped} after {result.sent} of {plan_.total} frames")
+
+
+def _bus(name: str | None, interface: str | None, channel: str | None, port: int | None) -> "CanBus":
+    from recordings.buses import CanBus
+    from recordings.config import validated
+    from recordings.errors import BadInput
+
+    if name is not None:
+        if interface or channel:
+            raise BadInput("either --bus or --interface and --channel expected, both found; choose one")
+        interface, _, channel = name.partition(":")
+    if not interface or not channel:
+        raise BadInput("the bus to send on expected, such as --bus socketcan:vcan0; none found")
+    if interface == "virtual":
+        raise BadInput("the virtual bus ends at this program; choose socketcan or udp_multicast")
+    settings: dict[str, Any] = {"interface": interface, "channel": channel}
+    return validated(settings | ({"port": port} if port else {}), CanBus, "--bus")
+
+
+def _announce(plan_: "Plan", bus: "CanBus", orders: int, speed: float) -> None:
+    what = f"{plan_.total} frames in {plan_.duration:.1f} s on {bus.interface} '{bus.channel}'"
+    _say(f"replaying {what}, {speed:g} times as fast as recorded")
+    if orders:
+        _say(f"{orders} of {len(plan_.rows)} frames COMMAND DRIVES: any real drive on this bus will move", "red")
+
+
+def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
+    from daq.progress import progress_bar
+    from daq.replay import replay
+    from daq.stopping import StopRequest
+    from drivers.bus import open_bus
+
+    with open_bus(bus) as opened, StopRequest() as stop, progress_bar("replaying") as show:
+        return replay(plan_, opened, stop, lambda sent: show(sent, plan_.total, f"{sent} frames"))
+
+
+def _show(result: "Replayed", plan_: "Plan", as_json: bool) -> None:
+    import numpy as np
+
+    late = dict.fromkeys(("p50", "p99", "max"), 0.0)
+    if len(result.lateness):
+        late = dict(zip(late, np.quantile(result.lateness, (0.5, 0.99, 1.0)).tolist(), strict=True))
+    if as_json:
+        figures = {"frames": result.sent, "frames_planned": plan_.total, "lateness_s": late}
+        click.echo(json.dumps({"schema": 1, **figures, "stopped": result.stopped}))
+        return
+    words = ", ".join(f"{name} {value * 1e3:.2f} ms" for name, value in late.items())
+    click.echo(f"frames: {result.sent} of {plan_.total}")
+    click.echo(f"lateness: {words}")
+
+
+def _say(text: str, colour: str | None = None) -> None:
+    click.secho(text, err=True, fg=colour)

@@ -1,0 +1,173 @@
+"""Recording what another master makes the drives do, without sending anything.
+
+While it listens only frames are written, as they come, so memory does not grow and nothing that was heard is lost
+when the program is killed. The samples are made of them at the end, in a second pass: the line through the SYNC
+arrivals, and with it every time stamp, is known only then. If the program does not come to that, `daq recover` does.
+"""
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+import can
+
+from daq.reconstruct import Reconstructed, reconstruct
+from daq.stopping import StopRequest
+from drivers import emcy
+from drivers.bus import Link, open_bus
+from drivers.canopen_setup import SYNC_ID
+from recordings.buses import SerialBus
+from recordings.errors import BadInput, RunFailed
+from recordings.recording import Run
+from recordings.recovery import rewrite
+from recordings.rig import Rig
+from recordings.writer import RecordingWriter
+from trajectories import Trajectory
+
+NAME = "listened"
+"""Stands for the trajectory, which is the other master's affair."""
+SILENCE = 5.0
+"""Without a SYNC for so long, after the first one, the motion is over [s]."""
+_LOOK = 0.1
+"""How often the end is thought of at least [s]."""
+
+
+@dataclass
+class Heard:
+    """What came so far; read by the display."""
+
+    frames: int = 0
+    syncs: int = 0
+
+
+class Listener:
+    """Listens on `bus` and writes frames to the new recording `out`."""
+
+    def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
+        """Raises BadInput where `out` exists or cannot be created."""
+        self._rig = rig
+        self.heard = Heard()
+        self._writer = RecordingWriter(out, rig, _run(rig))
+        self._link = Link(bus)
+        self._link.tap = self._on_frame
+        self._last_sync: float | None = None
+        self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
+
+    def listen(
+        self, stop: StopRequest, duration: float | None, show: Callable[[Heard], None] = lambda heard: None
+    ) -> str:
+        """Listen until asked to stop, for `duration` seconds, or until SYNC has ceased; returns which it was.
+
+        Raises:
+            RunFailed: the bus is lost, or the file cannot be written.
+        """
+        with self._writer as writer:
+            end = None if duration is None else time.monotonic() + duration
+            while (reason := self._over(stop, end)) is None:
+                self._link.receive(_LOOK)
+                show(self.heard)
+            writer.close(0, reason)
+        return reason
+
+    def _over(self, stop: StopRequest, end: float | None) -> str | None:
+        now = time.monotonic()
+        if stop.count:
+            return stop.reason
+        if end is not None and now >= end:
+            return "the time to listen was over"
+        if self._last_sync is not None and now - self._last_sync > SILENCE:
+            return f"no SYNC for {SILENCE:g} s"
+        return None
+
+    def _on_frame(self, stamp_ns: int, message: can.Message, sent: bool) -> None:
+        self.heard.frames += 1
+        arbitration_id, data = message.arbitration_id, bytes(message.data[:8])
+        self._writer.can(
+            stamp_ns,
+            stamp_ns,
+            arbitration_id,
+            data,
+            sent=sent,
+            rtr=message.is_remote_frame,
+            extended=message.is_extended_id,
+            error=message.is_error_frame,
+        )
+        if message.is_extended_id or message.is_error_frame:
+            return
+        if arbitration_id == SYNC_ID:
+            self.heard.syncs += 1
+            self._last_sync = time.monotonic()
+        elif arbitration_id in self._emcy:
+            joint, texts = self._emcy[arbitration_id]
+            code, text = emcy.decode(data)
+            text = texts.get(f"{code:04X}", text)
+            self._writer.event(stamp_ns, "error" if code else "info", f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
+
+
+def record(
+    rig: Rig,
+    out: Path,
+    trajectory: Trajectory | None,
+    duration: float | None,
+    show: Callable[[Heard], None] = lambda heard: None,
+) -> tuple[Heard, Reconstructed]:
+    """Listen on the bus of `rig` and write the new recording `out`; see `Listener.listen` for when it ends.
+
+    Raises:
+        BadInput: the bus cannot be opened, or `out` cannot be created.
+        RunFailed: the bus is lost, no SYNC was heard, or the file cannot be written.
+    """
+    if isinstance(rig.bus, SerialBus):
+        raise BadInput("listening needs a CAN bus: on a serial line nobody but its master hears the drives")
+    bus = open_bus(rig.can)
+    with bus, StopRequest() as stop:
+        listener = Listener(bus, rig, out)
+        reason = listener.listen(stop, duration, show)
+        # A signal must not keep the samples from being made: still within the StopRequest.
+        return listener.heard, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
+
+
+def _run(rig: Rig) -> Run:
+    return Run(
+        trajectory=NAME,
+        trajectory_digest="",
+        period=0.0,
+        cycles=1,
+        rate=rig.rate,
+        software=f"delta-workbench {version('delta-workbench')}",
+        simulated=False,
+        pace="realtime",
+        start=datetime.fromtimestamp(time.time(), UTC).isoformat(timespec="milliseconds"),
+    )
+
+
+def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[str, str]) -> Reconstructed:
+    """Add the samples to the recording `path`, which holds frames only; `end` goes into its last record `run`.
+
+    Raises:
+        RunFailed: there is no SYNC among the frames; the recording stays as it is.
+        OSError: there is no room for the new file; likewise.
+    """
+    found = reconstruct(path, rig, trajectory)
+    if found is None:
+        raise RunFailed(
+            f"no SYNC was heard, so {path} holds frames but no samples; check the bus, its bit rate, and that a "
+            "master is at work"
+        )
+    part = path.with_name(path.name + ".part")
+    rewrite(path, part, {**end, **_known(found)}, found.samples)
+    os.replace(part, path)  # noqa: PTH105
+    return found
+
+
+def _known(found: Reconstructed) -> dict[str, str]:
+    """What the record `run` says of a listened recording."""
+    run = {"rate": found.rate, "period": found.period, "cycles": found.cycles, "simulated": found.simulated}
+    texts = {name: str(value).lower() for name, value in run.items()}
+    if found.trajectory is not None:
+        texts |= {"trajectory": found.trajectory.name, "trajectory_digest": found.trajectory.digest}
+    return texts

@@ -1,0 +1,249 @@
+"""What drives and their master said, from the frames of the bus and the PDO maps of the rig."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.sync_line import line, number
+from drivers import canopen_setup, cia402, emcy
+from recordings.blocks import Samples
+from recordings.container import Batch, load
+from recordings.cycles import find_cycles
+from recordings.recording import Floats, Ints
+from recordings.rig import Drive, Rig
+from trajectories import Trajectory
+
+_TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
+"""RPDO 1, as `drivers.canopen_setup` maps it."""
+_to_joint: Any = canopen_setup.counts_to_joint  # holds for arrays as well
+_STATE_BITS = 0x6F
+"""Of the statusword: those that tell whether a drive is enabled."""
+_PAUSE = 500
+"""A longer hole in the SYNCs is a pause of the master; a shorter one is so many lost samples."""
+_ANCHORS = 40
+"""Rows of a trajectory by which it is found in the commands."""
+_CERTAIN = 0.9
+"""Share of them that must agree."""
+_SIMULATED = b"simulated drive"
+"""In the name (object 1008) of the simulated rig's drives."""
+
+_FRAME = np.dtype([("id", "<u2"), ("length", "u1"), ("log", "<i8"), ("data", "u1", (8,))])
+
+
+@dataclass(frozen=True, eq=False)
+class Reconstructed:
+    """A recording made from frames, and what became known with it."""
+
+    samples: Samples
+    rate: float
+    """SYNCs per second [Hz]."""
+    own_clock: bool
+    """The SYNCs came with the configured period by our clock."""
+    missing: int
+    """SYNCs that did not come."""
+    period: float
+    """Of the motion [s]; 0 where it does not repeat."""
+    cycles: int
+    trajectory: Trajectory | None
+    """The given one, if it was found."""
+    simulated: bool
+    """A drive introduced itself as simulated."""
+
+    def figures(self) -> dict[str, Any]:
+        """What a person wants to know of it."""
+        return {
+            "samples": len(self.samples.stamp),
+            "syncs_missing": self.missing,
+            "answers_lost": np.isnan(self.samples.position).sum(axis=0).tolist(),
+            "rate_hz": self.rate,
+            "stamps": "SYNC index x configured period" if self.own_clock else "line through the arrivals",
+            "trajectory": self.trajectory.name if self.trajectory else None,
+            "cycles": self.cycles,
+            "period_s": self.period,
+            "simulated": self.simulated,
+        }
+
+
+def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> Reconstructed | None:
+    """The samples that the frames in the recording `path` tell of; None where there is no SYNC among them.
+
+    Repetitions are those of `trajectory`, if it was commanded, else found from the motion. If there are none either,
+    all samples in which every drive is enabled count as one.
+
+    Raises:
+        BadInput: the file cannot be read.
+    """
+    frames = _frames(path)
+    at = np.flatnonzero(frames["id"] == canopen_setup.SYNC_ID)
+    if not len(at):
+        return None
+    arrival = frames["log"][at]
+    index = number(arrival)
+    start, period = line(arrival, index, 1e9 / rig.rate)
+    table = _Table(frames, at, index)
+    axes = [_axis(table, drive) for drive in rig.drives]
+    joints = {name: np.column_stack([getattr(axis, name) for axis in axes]) for name in _Axis.__annotations__}
+    stamp = start + np.rint(table.full * period).astype(np.int64)
+    log = stamp.copy()
+    log[table.rows] = arrival
+    repeat, motion_period, found = _repeat(rig, joints, trajectory)
+    samples = Samples(
+        joints=rig.joint_names,
+        stamp=stamp,
+        log=log,
+        cycle=table.full,
+        repeat=repeat,
+        position=joints["position"],
+        command=joints["command"],
+        voltage=joints["voltage"],
+        effort=joints["effort"] if any(drive.torque_actual for drive in rig.drives) else None,
+        statusword=joints["statusword"],
+        error_code=joints["error_code"],
+    )
+    return Reconstructed(
+        samples=samples,
+        rate=1e9 / period,
+        own_clock=period == 1e9 / rig.rate,
+        missing=int(index[-1]) + 1 - len(index),
+        period=motion_period * period / 1e9,
+        cycles=max(int(repeat.max()) + 1, 1),
+        trajectory=found,
+        simulated=_says_simulated(frames, rig),
+    )
+
+
+def _frames(path: Path) -> NDArray[Any]:
+    """The standard data frames in the order of their arrival, in little memory."""
+    batches = load(path, ("/can",), _condensed).batches.get("/can", [])
+    return np.concatenate([np.empty(0, _FRAME), *batches])
+
+
+def _condensed(batch: Batch) -> NDArray[Any]:
+    message = batch["message"]
+    plain = ~(message["is_rtr"] | message["is_extended"] | message["is_error"])
+    frames = np.empty(int(plain.sum()), _FRAME)
+    frames["id"], frames["length"] = message["id"][plain], message["dlc"][plain]
+    frames["log"], frames["data"] = batch["log"][plain], message["data"][plain]
+    return frames
+
+
+class _Table:
+    """Rows for all SYNCs, also those that are missing, and how frames are assigned to them."""
+
+    def __init__(self, frames: NDArray[Any], at: Ints, index: Ints) -> None:
+        """`at`: which frames are SYNCs; `index`: their numbers."""
+        self._frames = frames
+        self._at = at
+        steps = np.diff(index)
+        holes = np.flatnonzero((steps > 1) & (steps <= _PAUSE))
+        lost = [np.arange(index[i] + 1, index[i + 1]) for i in holes]
+        self.full: Ints = np.unique(np.concatenate([index, *lost]))
+        """(n,) SYNC number of every row."""
+        self.rows: Ints = np.searchsorted(self.full, index)
+        """Row of each SYNC that came."""
+
+    def answers(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
+        """Rows, and contents, of frames that answer the SYNC before them; the last one counts."""
+        return self._assigned(arbitration_id, layout, -1)
+
+    def orders(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
+        """Rows, and contents, of frames that take effect with the SYNC behind them; the last one counts."""
+        return self._assigned(arbitration_id, layout, 0)
+
+    def latest(self, arbitration_id: int, value: Callable[[bytes], int]) -> Ints:
+        """(n,) `value` of the last such frame before the next SYNC; 0 before the first one."""
+        which = np.flatnonzero(self._frames["id"] == arbitration_id)
+        values = [value(bytes(frame["data"][: frame["length"]])) for frame in self._frames[which]]
+        ends = np.append(self._at[1:], len(self._frames))
+        heard = np.array([0, *values])[np.searchsorted(which, ends)]
+        filled: Ints = np.zeros(len(self.full), np.int64)
+        filled[self.rows] = heard
+        return filled
+
+    def _assigned(self, arbitration_id: int, layout: np.dtype[Any], shift: int) -> tuple[Ints, NDArray[Any]]:
+        frames = self._frames
+        which = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
+        sync = np.searchsorted(self._at, which) + shift
+        inside = (sync >= 0) & (sync < len(self._at))
+        data = np.ascontiguousarray(frames["data"][which[inside], : layout.itemsize])
+        return self.rows[sync[inside]], data.view(layout)[:, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class _Axis:
+    """(n,) each, as in `Samples`."""
+
+    position: Floats
+    command: Floats
+    voltage: Floats
+    effort: Floats
+    statusword: Ints
+    error_code: Ints
+
+
+def _axis(table: _Table, drive: Drive) -> _Axis:
+    n = len(table.full)
+    raw = {name: np.full(n, np.nan) for name in ("status", "position", "voltage", "torque")}
+    for pdo, fields in enumerate(canopen_setup.tpdos(drive)):
+        layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
+        rows, contents = table.answers(canopen_setup.tpdo_id(drive, pdo), layout)
+        for field in fields:
+            raw[field.name][rows] = contents[field.name]
+    target = np.full(n, np.nan)
+    rows, contents = table.orders(0x200 + drive.node_id, _TARGET)
+    target[rows] = contents["counts"]
+    return _Axis(
+        position=_to_joint(drive, raw["position"]),
+        command=_to_joint(drive, target),
+        voltage=raw["voltage"] * drive.voltage.scale * drive.sign,
+        effort=raw["torque"] * drive.rated_torque / 1000 * drive.sign,
+        statusword=np.nan_to_num(raw["status"]).astype(np.int64),
+        error_code=table.latest(0x80 + drive.node_id, lambda data: emcy.decode(data)[0]),
+    )
+
+
+def _repeat(
+    rig: Rig, joints: dict[str, NDArray[Any]], trajectory: Trajectory | None
+) -> tuple[Ints, float, Trajectory | None]:
+    """(n,) repetition of each sample, the period in samples, and the trajectory if it was found."""
+    command, n = joints["command"], len(joints["command"])
+    first = None if trajectory is None else _place(rig, command, trajectory)
+    if trajectory is not None and first is not None:
+        repeat = np.full(n, -1)
+        repeat[first : first + len(trajectory.repeat)] = trajectory.repeat
+        return repeat, trajectory.period * trajectory.rate, trajectory
+    motion = command if np.isfinite(command).any() else joints["position"]
+    if cycles := find_cycles(motion):
+        return cycles.repeat(n), cycles.period, None
+    enabled = (joints["statusword"] & _STATE_BITS) == cia402.STATUS_BITS[cia402.State.ENABLED]
+    return np.where(enabled.all(axis=1), 0, -1), 0.0, None
+
+
+def _place(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
+    """The row of `command` (n, dof) with which `trajectory` begins; None where it was not commanded."""
+    path = trajectory.joint_position
+    room = len(command) - len(path) + 1
+    if room < 1:
+        return None
+    # Neighbouring samples are least alike where the motion is fast.
+    pace = np.abs(trajectory.joint_velocity).sum(axis=1)
+    anchors = [piece[np.argmax(pace[piece])] for piece in np.array_split(np.arange(len(path)), _ANCHORS)]
+    one_count = np.array([1 / abs(drive.counts_per_radian) for drive in rig.drives])
+    votes = np.zeros(room, np.int64)
+    for anchor in anchors:
+        votes += (np.abs(command[anchor : anchor + room] - path[anchor]) < one_count).all(axis=1)
+    best = int(np.argmax(votes))
+    return best if votes[best] >= _CERTAIN * len(anchors) else None
+
+
+def _says_simulated(frames: NDArray[Any], rig: Rig) -> bool:
+    """Whether a drive told its name, in the segments of an SDO upload, and is simulated."""
+    for drive in rig.drives:
+        responses = frames["data"][frames["id"] == 0x580 + drive.node_id]
+        if _SIMULATED in np.ascontiguousarray(responses[:, 1:]).tobytes():
+            return True
+    return False

@@ -1,0 +1,222 @@
+"""Putting the frames of a recording back on a bus, in their order and with their timing."""
+
+import errno
+import re
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import can
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.stopping import StopRequest
+from drivers.bus import frame_bits
+from drivers.canopen_setup import MASTER_ID, SYNC_ID
+from recordings.errors import BadInput, RunFailed
+from recordings.recording import Bools, CanFrames, Floats
+
+Direction = Literal["tx", "rx", "both"]
+
+_IDS = re.compile(r"(0[xX][\da-fA-F]+|\d+)(?:([-/])(0[xX][\da-fA-F]+|\d+))?")
+_HEADSTART = 0.02
+"""From the call to the first frame [s]."""
+_LOOK = 0.1
+"""How often a wait is interrupted to look for a request to stop [s]."""
+_SLACK = 0.005
+"""How much of what the wire could not carry at once may be handed over at once [s]."""
+_PATIENCE = 1.0
+"""How long the interface may be full before the bus counts as lost [s]."""
+_BLOCK = 10_000
+"""Frames that are unpacked at a time."""
+
+
+def matching(frames: CanFrames, direction: Direction, ids: Sequence[str]) -> Bools:
+    """(n,) which frames to replay: of that direction, and with one of `ids` if any are given.
+
+    One of `ids` is a single id ("0x181"), a range ("0x181-0x183"), or value/mask as in candump ("0x180/0x780").
+    Error frames cannot be sent and never match.
+
+    Raises:
+        BadInput: one of `ids` is none of these.
+    """
+    chosen = ~frames.error
+    if direction != "both":
+        chosen &= frames.sent == (direction == "tx")
+    if ids:
+        chosen &= np.logical_or.reduce([_has_id(frames, text) for text in ids])
+    return chosen
+
+
+def _has_id(frames: CanFrames, text: str) -> Bools:
+    match = _IDS.fullmatch(text.strip())
+    if match is None:
+        raise BadInput(f"--id: 0x181, 0x181-0x183 or 0x180/0x780 (value/mask) expected, {text!r} found")
+    # Base 0 refuses a decimal number with leading zeros, which could be meant as anything.
+    try:
+        first, last = int(match[1], 0), int(match[3] or match[1], 0)
+    except ValueError:
+        raise BadInput(f"--id: {text!r} has leading zeros; write 0x before a hexadecimal number") from None
+    if match[2] == "/":
+        masked: Bools = (frames.id & last) == (first & last)
+        return masked
+    if first > last:
+        raise BadInput(f"--id: a range from a lower to a higher id expected, {text!r} found")
+    within: Bools = (frames.id >= first) & (frames.id <= last)
+    return within
+
+
+def commanding(frames: CanFrames) -> Bools:
+    """(n,) which frames make drives do something: those of the master, whoever recorded them.
+
+    NMT, SYNC, time, RPDOs, SDO requests, the master's heartbeat; of frames that are not CANopen all that were sent.
+    """
+    function = frames.id & 0x780
+    broadcast = np.isin(frames.id, (0x000, SYNC_ID, 0x100, 0x700 + MASTER_ID))
+    from_master = broadcast | np.isin(function, (0x200, 0x300, 0x400, 0x500, 0x600))
+    orders: Bools = frames.sent | (from_master & ~frames.extended)
+    return orders
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What will be sent, and when."""
+
+    frames: CanFrames
+    rows: NDArray[np.intp]
+    """(m,) which of the frames."""
+    due: Floats
+    """(m,) when each is due, from the first one [s]."""
+    wire: Floats
+    """(m,) how long each takes on the wire [s]."""
+    loops: int
+    loop_time: float
+    """From one repetition to the next [s]."""
+
+    @property
+    def total(self) -> int:
+        """Frames in all loops."""
+        return self.loops * len(self.rows)
+
+    @property
+    def duration(self) -> float:
+        """Of all loops [s]."""
+        return (self.loops - 1) * self.loop_time + float(self.due[-1])
+
+
+def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: int) -> Plan:
+    """The `chosen` frames, `speed` times as fast as they were recorded, `loops` times; `bitrate` [bit/s] of the bus.
+
+    Raises:
+        BadInput: no frame is chosen.
+    """
+    rows = np.flatnonzero(chosen)
+    if not len(rows):
+        raise BadInput(
+            f"frames to replay expected, none of {len(frames.id)} recorded ones is chosen; check --direction and --id"
+        )
+    due = (frames.log[rows] - frames.log[rows[0]]) / 1e9 / speed
+    return Plan(
+        frames=frames,
+        rows=rows,
+        due=due,
+        wire=frame_bits(frames.dlc[rows]) / bitrate,  # type: ignore[arg-type]
+        loops=loops,
+        loop_time=float(due[-1]) + _typical_step(frames, rows, due),
+    )
+
+
+def _typical_step(frames: CanFrames, rows: NDArray[np.intp], due: Floats) -> float:
+    """From one cycle to the next, so that a loop goes on in step."""
+    syncs = due[frames.id[rows] == SYNC_ID]
+    steps = np.diff(syncs if len(syncs) > 1 else due)
+    steps = steps[steps > 0]
+    return float(np.median(steps)) if len(steps) else 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Replayed:
+    """What was sent."""
+
+    sent: int
+    lateness: Floats
+    """(sent,) behind the deadline of each frame [s]."""
+    stopped: str | None
+    """Why not all of it was; None: it was."""
+
+
+def replay(
+    plan: Plan, bus: can.BusABC, stop: StopRequest, show: Callable[[int], None] = lambda sent: None
+) -> Replayed:
+    """Send everything at absolute deadlines, so that lateness never adds up, but no faster than the wire could.
+
+    Frames that were recorded at one instant (simulated time stands still between SYNCs) follow each other as on a
+    wire.
+
+    Raises:
+        RunFailed: the bus does not take frames.
+    """
+    start = time.perf_counter() + _HEADSTART
+    lateness = np.zeros(plan.total)
+    sent, wire_free = 0, 0.0
+    for loop in range(plan.loops):
+        for due, wire, message in _messages(plan):
+            deadline = loop * plan.loop_time + due
+            deadline = max(deadline, wire_free - _SLACK)
+            wire_free = max(wire_free, deadline) + wire
+            if not _wait(start + deadline, stop):
+                return Replayed(sent, lateness[:sent], stop.reason)
+            _send(bus, message)
+            lateness[sent] = max(0.0, time.perf_counter() - start - deadline)
+            sent += 1
+            show(sent)
+    return Replayed(sent, lateness, None)
+
+
+def _messages(plan: Plan) -> Iterator[tuple[float, float, can.Message]]:
+    frames = plan.frames
+    for first in range(0, len(plan.rows), _BLOCK):
+        part = slice(first, first + _BLOCK)
+        rows = plan.rows[part]
+        columns: list[list[Any]] = [
+            values[rows].tolist() for values in (frames.id, frames.dlc, frames.extended, frames.rtr)
+        ]
+        data = map(bytes, frames.data[rows])
+        for due, wire, arbitration_id, dlc, extended, rtr, content in zip(
+            plan.due[part].tolist(), plan.wire[part].tolist(), *columns, data, strict=True
+        ):
+            yield (
+                due,
+                wire,
+                can.Message(
+                    arbitration_id=arbitration_id,
+                    dlc=dlc,
+                    data=None if rtr else content[:dlc],
+                    is_extended_id=extended,
+                    is_remote_frame=rtr,
+                ),
+            )
+
+
+def _wait(deadline: float, stop: StopRequest) -> bool:
+    """Until `deadline` by the performance counter; False as soon as a stop is asked for."""
+    while not stop.count:
+        remaining = deadline - time.perf_counter()
+        if remaining <= 0:
+            return True
+        time.sleep(min(remaining, _LOOK))
+    return False
+
+
+def _send(bus: can.BusABC, message: can.Message) -> None:
+    end = time.perf_counter() + _PATIENCE
+    while True:
+        try:
+            bus.send(message)
+            return
+        except (can.CanError, OSError) as error:
+            code = getattr(error, "error_code", None) or getattr(error, "errno", None)
+            if code != errno.ENOBUFS or time.perf_counter() > end:
+                raise RunFailed(f"the CAN bus does not take frames: {error}") from None
+            time.sleep(1e-4)  # the interface's queue is full: the wire is slower than we are
