@@ -5,13 +5,11 @@ once; blocks are shared out over the cores. Each particle's sum runs over the ro
 of threads, so results are repeatable bit for bit.
 """
 
-import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
+import numba
 import numpy as np
 
 from ident.compiled import compiled
@@ -19,18 +17,15 @@ from recordings.recording import Floats
 
 _LANES = 16
 """Particles per block: two registers of eight doubles for each parameter, which fits the 32 there are."""
-_WORTH_A_THREAD = 1_000_000
-"""Rows times particles; below that, starting a thread takes longer than it saves."""
 
 
 class L1Objective:
     """The objective (33) of one data set: regressor (m, k), torque (m,) [N m]."""
 
-    def __init__(self, regressor: Floats, torque: Floats, threads: int | None = None) -> None:
+    def __init__(self, regressor: Floats, torque: Floats) -> None:
         self._regressor = np.ascontiguousarray(regressor)
         self._torque = np.ascontiguousarray(torque)
         self._kernel = _kernel(regressor.shape[1])
-        self._threads = threads or _cores()
 
     def __call__(self, particles: Floats) -> Floats:
         """Sums of absolute residuals (n,) [N m] at the parameters `particles` (n, k)."""
@@ -39,34 +34,18 @@ class L1Objective:
         padded = np.zeros((blocks * _LANES, k))
         padded[:n] = particles
         lanes = np.ascontiguousarray(padded.reshape(blocks, _LANES, k).transpose(0, 2, 1))
-        sums = np.empty((blocks, _LANES))
-        shares = self._threads if n * len(self._torque) > _WORTH_A_THREAD else 1
-        edges = [blocks * share // shares for share in range(shares + 1)]
-        others = [
-            _pool().submit(self._kernel, self._regressor, self._torque, lanes[first:last], sums[first:last])
-            for first, last in pairwise(edges[1:])
-        ]
-        self._kernel(self._regressor, self._torque, lanes[: edges[1]], sums[: edges[1]])
-        for other in others:
-            other.result()
+        sums: Floats = self._kernel(self._regressor, self._torque, lanes)
         return sums.ravel()[:n]
 
 
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 @lru_cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor()
-
-
-@lru_cache
-def _kernel(k: int) -> Callable[[Floats, Floats, Floats, Floats], None]:
+def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
     """The kernel for k parameters: only with k known to the compiler do the parameters stay in registers."""
 
-    def sums(regressor: Any, torque: Any, particles: Any, out: Any) -> None:
-        for block in range(particles.shape[0]):
+    def sums(regressor: Any, torque: Any, particles: Any) -> Any:
+        blocks = particles.shape[0]
+        out = np.zeros((blocks, _LANES))
+        for block in numba.prange(blocks):
             parameters = particles[block]
             total = np.zeros(_LANES)
             for row in range(regressor.shape[0]):
@@ -76,6 +55,8 @@ def _kernel(k: int) -> Callable[[Floats, Floats, Floats, Floats], None]:
                         residual -= regressor[row, j] * parameters[j, lane]
                     total[lane] += abs(residual)
             out[block] = total
+        return out
 
-    # Contraction to fused multiply-adds is all that is allowed: nothing that would reorder the sums.
-    return compiled(sums, nogil=True, fastmath={"contract", "nsz"}, error_model="numpy")
+    # Contraction to fused multiply-adds is all that is allowed: nothing that would reorder the sums. `parallel` does
+    # more than share out the blocks: it says that the arrays do not overlap, without which registers would go unused.
+    return compiled(sums, parallel=True, fastmath={"contract", "nsz"}, error_model="numpy")
