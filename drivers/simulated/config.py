@@ -8,6 +8,8 @@ from pydantic import Field
 
 from recordings.config import Section, read_toml
 
+ROBOTS = Path(__file__).with_name("robots")
+"""Sim files of further robots."""
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Joint = Annotated[int, Field(ge=1, le=3)]

@@ -1,4 +1,4 @@
-"""The machine behind the bus: plant, servo loops, brakes, sensors and hidden effects."""
+"""The machine behind the bus: plant, joints with their drives, brakes, sensors and hidden effects."""
 
 import math
 from collections.abc import Sequence
@@ -6,16 +6,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.delay_line import DelayLine
-from drivers.simulated.effect import Effect, build, overrides
+from drivers.simulated.effect import Effect, State, build, overrides
+from drivers.simulated.joint import Joint
+from drivers.simulated.model_xml import Arm
 from drivers.simulated.plant import Plant
-from drivers.simulated.servo import Axis
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
 LONGEST_STEP = 2e-4
 """Of the plant [s]; stiff joints need it this short."""
-_JOINTS = range(3)
 Counts = tuple[int, int, int]
 
 
@@ -33,26 +32,16 @@ class Machine:
         effects = _effects(config)
         self.dt = step(rig.rate)
         """Of plant and servo loops [s]."""
-        self._gain = config.torque_gain or rig.torque.gain
-        on_joint = [[effect for effect in effects if joint + 1 in effect.joints] for joint in _JOINTS]
-        couplings = [tuple(part for effect in own for part in effect.couplings()) for own in on_joint]
-        self._elastic = any(couplings)
-        self.plant = Plant(
-            rig.geometry,
-            config.links,
-            (couplings[0], couplings[1], couplings[2]),
-            viscous=config.friction.viscous,
-            dt=self.dt,
-        )
-        self.plant.set_tilt(
-            *(sum(component) for component in zip(*(e.tilt() for e in effects), (0.0, 0.0), strict=True))
-        )
-        self._torques = [[e.torque for e in own if overrides(e, "torque")] for own in on_joint]
-        self._frictions = [[e.friction for e in own if overrides(e, "friction")] for own in on_joint]
+        on_joint = [[effect for effect in effects if i + 1 in effect.joints] for i in range(3)]
+        self._joints = [Joint(i, own, rig, config, self.dt) for i, own in enumerate(on_joint)]
+        self.plant = _plant(rig, config, effects, on_joint, self.dt)
+        self._elastic = any(effect.couplings() for effect in effects)
+        read = {variable for effect in effects if effect.reads_state() for variable in effect.variables}
+        self._load_matters, self._acceleration_matters = "load" in read, "acceleration" in read
+        self._variable_friction = any(joint.variable_friction for joint in self._joints)
         self._masses = [effect.added_mass for effect in effects if overrides(effect, "added_mass")]
-        self._delays = [DelayLine(sum(effect.lag() for effect in own), self.dt) for own in on_joint]
-        smoothing = max(round(1 / (rig.rate * self.dt)), 1)
-        self._axes = [Axis(config.servo, self.dt, smoothing) for _ in _JOINTS]
+        self._drags = [effect.drag for effect in effects if overrides(effect, "drag")]
+        self._now = State()
         self.reset(config.park)
 
     def reset(self, platform: Sequence[float]) -> None:
@@ -65,27 +54,25 @@ class Machine:
         """Power on and position loop closed, per joint; free to be set between two calls of `advance`."""
         self.brake = [True, True, True]
         """Holding brake engaged, per joint; free to be set likewise."""
-        self._running = [False, False, False]
         self._steps = 0
         self._added_mass = 0.0
         self.plant.set_added_mass(0.0)
         self.plant.place(platform)
         self._friction = [self._config.servo.brake_torque] * 3
+        self._bent = [0.0, 0.0, 0.0]
         self.plant.set_friction(self._friction)
-        self._torque = [0.0, 0.0, 0.0]
         if self._elastic:
             self.plant.settle()
-        self._setpoint: Sequence[float] = self.plant.motor_angles()
-        for axis, delay in zip(self._axes, self._delays, strict=True):
-            axis.torque = 0.0
-            delay.clear()
+        self._setpoint: Sequence[float] = self.position()
+        for joint in self._joints:
+            joint.reset()
 
     def advance(self, setpoints: Sequence[Sequence[float]]) -> None:
         """Run one step per row of three joint positions [rad], at least one row; axes without power ignore them."""
-        for joint in _JOINTS:
-            if self.enabled[joint] and not self._running[joint]:
-                self._axes[joint].restart(setpoints[0][joint])
-            self._running[joint] = self.enabled[joint]
+        for joint, enabled, setpoint in zip(self._joints, self.enabled, setpoints[0], strict=True):
+            joint.switch(enabled, setpoint)
+        self._sense()
+        self._set_friction()
         for row in setpoints:
             self._step(row)
         self._setpoint = setpoints[-1]
@@ -96,24 +83,20 @@ class Machine:
         return self._steps * self.dt
 
     def position(self) -> list[float]:
-        """Joint angles on the encoders' side, unquantised [rad]."""
-        return self.plant.motor_angles()
+        """Joint angles as the encoders read them, unquantised [rad]."""
+        return [q for q, _ in self._readings()]
 
     def velocity(self) -> list[float]:
-        """Joint speeds on the encoders' side [rad/s]."""
-        return self.plant.motor_speeds()
-
-    def acceleration(self) -> list[float]:
-        """Joint accelerations on the encoders' side, in the last step [rad/s^2]."""
-        return self.plant.motor_accelerations()
+        """Joint speeds as the encoders see them [rad/s]."""
+        return [v for _, v in self._readings()]
 
     def torque(self) -> list[float]:
         """What the motors give at the joints [N m]."""
-        return list(self._torque)
+        return [joint.torque for joint in self._joints]
 
-    def commanded_torque(self) -> list[float]:
-        """What the operating voltages stand for [N m]; without an actuation delay the same as `torque`."""
-        return [axis.torque for axis in self._axes]
+    def reported_torque(self) -> list[float]:
+        """What the reported voltages stand for by the rig's torque map, without noise [N m]."""
+        return [joint.reported_torque(v) for joint, v in zip(self._joints, self.plant.motor_speeds(), strict=True)]
 
     def following_error(self) -> list[float]:
         """Last setpoint minus position [rad]."""
@@ -127,26 +110,41 @@ class Machine:
 
     def voltage_counts(self) -> Counts:
         """The operating voltages as the drives report them: noise drawn anew, the rig's sign, scale and 16 bits."""
-        first, second, third = (self._voltage_count(i, noise) for i, noise in enumerate(self._noise()))
+        speeds, noise = self.plant.motor_speeds(), self._noise()
+        first, second, third = (self._voltage_count(i, speeds[i], noise[i]) for i in range(3))
         return first, second, third
 
-    def _step(self, setpoint: Sequence[float]) -> None:
+    def _readings(self) -> list[tuple[float, float]]:
         plant = self.plant
-        angles, speeds = plant.motor_angles(), plant.motor_speeds()
+        true = zip(self._joints, plant.motor_angles(), plant.motor_speeds(), strict=True)
+        return [joint.read(q, v) for joint, q, v in true]
+
+    def _step(self, setpoint: Sequence[float]) -> None:
+        self._sense()
+        if self._variable_friction:
+            self._set_friction()
         if self._masses:
             self._load_platform()
-        self._set_friction(speeds)
-        applied = []
-        for i, axis in enumerate(self._axes):
-            q, v = angles[i], speeds[i]
-            command = axis.follow(setpoint[i], q, v) if self._running[i] else axis.idle()
-            torque = self._delays[i].push(command)
-            self._torque[i] = torque
-            for hidden in self._torques[i]:
-                torque -= hidden(q, v)
-            applied.append(torque)
-        plant.step(applied)
+        if self._drags:
+            self._drag_platform()
+        now, bent = self._now, self._bent
+        first, second, third = self._joints
+        self.plant.step(
+            (
+                first.step(setpoint[0], now, bent[0]),
+                second.step(setpoint[1], now, bent[1]),
+                third.step(setpoint[2], now, bent[2]),
+            )
+        )
         self._steps += 1
+
+    def _sense(self) -> None:
+        now, plant = self._now, self.plant
+        now.t, now.q, now.v = self.time, plant.motor_angles(), plant.motor_speeds()
+        if self._load_matters:
+            now.load = plant.rigid_torque()
+        if self._acceleration_matters:
+            now.a = plant.motor_accelerations()
 
     def _load_platform(self) -> None:
         mass = sum(added(self.time) for added in self._masses)
@@ -154,24 +152,26 @@ class Machine:
             self._added_mass = mass
             self.plant.set_added_mass(mass)
 
-    def _set_friction(self, speeds: Sequence[float]) -> None:
-        brake = self._config.servo.brake_torque
-        levels = [level + brake * on for level, on in zip(self._config.friction.coulomb, self.brake, strict=True)]
-        if any(self._frictions):
-            rigid = self.plant.rigid_torque()
-            for i in _JOINTS:
-                levels[i] += sum(friction(speeds[i], rigid[i]) for friction in self._frictions[i])
-        if levels != self._friction:
-            self._friction = levels
-            self.plant.set_friction(levels)
+    def _drag_platform(self) -> None:
+        velocity = self.plant.platform_velocity()
+        speed = math.hypot(*velocity)
+        resistance = sum(drag(speed) for drag in self._drags)
+        self.plant.push([-resistance * component for component in velocity])
+
+    def _set_friction(self) -> None:
+        levels = [joint.friction(brake, self._now) for joint, brake in zip(self._joints, self.brake, strict=True)]
+        friction = [sticks for sticks, _ in levels]
+        self._bent = [bends for _, bends in levels]
+        if friction != self._friction:
+            self._friction = friction
+            self.plant.set_friction(friction)
 
     def _noise(self) -> list[float]:
         volts: list[float] = self._rng.normal(0.0, self._config.voltage_noise, 3).tolist()
         return volts
 
-    def _voltage_count(self, joint: int, noise: float) -> int:
-        share = self._axes[joint].torque / self._gain[joint]
-        volts = math.copysign(math.sqrt(abs(share)), share) if self._rig.torque.map == "square" else share
+    def _voltage_count(self, joint: int, speed: float, noise: float) -> int:
+        volts = self._joints[joint].voltage(speed)
         drive = self._rig.drives[joint]
         count = round(drive.sign * (volts + noise) / drive.voltage.scale)
         return min(max(count, -0x8000), 0x7FFF)
@@ -187,3 +187,27 @@ def _effects(config: SimConfig) -> list[Effect]:
         if spec.size is not None:
             raise BadInput(f"effect {spec.name}: its size must be turned into parameters first (sizing.resolve)")
     return [build(spec) for spec in config.effects]
+
+
+def _plant(
+    rig: Rig, config: SimConfig, effects: Sequence[Effect], on_joint: Sequence[Sequence[Effect]], dt: float
+) -> Plant:
+    """The mechanism as it really is."""
+    geometry, arms = rig.geometry, [Arm.of(config.links)] * 3
+    for effect in effects:
+        geometry = effect.geometry(geometry)
+    for i, own in enumerate(on_joint):
+        for effect in own:
+            arms[i] = effect.arm(arms[i])
+    couplings = [tuple(part for effect in own for part in effect.couplings()) for own in on_joint]
+    plant = Plant(
+        geometry,
+        config.links,
+        (couplings[0], couplings[1], couplings[2]),
+        arms=arms,
+        viscous=config.friction.viscous,
+        dt=dt,
+    )
+    g_x, g_y = ([effect.tilt()[axis] for effect in effects] for axis in (0, 1))
+    plant.set_tilt(sum(g_x), sum(g_y))
+    return plant

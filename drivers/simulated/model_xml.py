@@ -7,8 +7,8 @@ by a `connect` constraint between two sites.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
+from typing import Literal, Self
 
 from drivers.simulated.config import Links
 from recordings.rig import Geometry
@@ -36,19 +36,46 @@ Couplings = tuple[Sequence[Coupling], Sequence[Coupling], Sequence[Coupling]]
 RIGID: Couplings = ((), (), ())
 
 
+@dataclass(frozen=True)
+class Arm:
+    """A rigid arm: its mass [kg], where its centre of mass is [m], and its inertia about that [kg m^2]."""
+
+    mass: float
+    com: float
+    """Along the line from shoulder to elbow."""
+    inertia: float
+    across: float = 0.0
+    """Beside that line; positive is up while the arm is level."""
+
+    @classmethod
+    def of(cls, links: Links) -> Self:
+        """As the sim file says."""
+        return cls(mass=links.arm_mass, com=links.arm_com, inertia=links.arm_inertia)
+
+    def moved(self, across: float) -> Self:
+        """The same with the centre of mass further to the side [m]."""
+        return replace(self, across=self.across + across)
+
+    def loaded(self, mass: float) -> Self:
+        """The same with a point mass [kg] at the centre of mass."""
+        return replace(self, mass=self.mass + mass)
+
+
 def model_xml(
     geometry: Geometry,
     links: Links,
     couplings: Couplings = RIGID,
     *,
+    arms: Sequence[Arm] | None = None,
     dt: float = 2e-4,
     integrator: Literal["implicitfast", "RK4"] = "implicitfast",
 ) -> str:
     """The MJCF text. Joints are named motor_i, twist_i_k, swing_i, sway_i (i from 0), x, y, z.
 
-    Joint friction is left out: the plant sets and changes it.
+    `arms`: one per limb; None: all as in `links`. Joint friction is left out: the plant sets and changes it.
     """
-    limbs = "".join(_limb(i, geometry, links, couplings[i], dt) for i in range(3))
+    arms = arms or [Arm.of(links)] * 3
+    limbs = "".join(_limb(i, geometry, links, arms[i], couplings[i], dt) for i in range(3))
     sites = "".join(f'<site name="platform_{i}" pos="{_xyz(geometry.r, geometry.phi[i])}"/>' for i in range(3))
     slides = "".join(
         f'<joint name="{name}" type="slide" axis="{axis}"/>'
@@ -77,7 +104,7 @@ def model_xml(
 </mujoco>"""
 
 
-def _limb(i: int, geometry: Geometry, links: Links, couplings: Sequence[Coupling], dt: float) -> str:
+def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequence[Coupling], dt: float) -> str:
     """One limb: motor, couplings in series, arm, rod.
 
     n couplings stand between n pieces of shaft, which share the motor's inertia, and the arm. Where there is none,
@@ -88,7 +115,7 @@ def _limb(i: int, geometry: Geometry, links: Links, couplings: Sequence[Coupling
     joints = [f'name="motor_{i}" armature="{armature}" {_friction(dt)}']
     joints += [f'name="twist_{i}_{k}" {_coupling(coupling, dt)}' for k, coupling in enumerate(couplings)]
     share = links.motor_inertia / max(len(couplings), 1)
-    text = _arm(i, geometry, links)
+    text = _arm(arm) + _rod(i, geometry, links)
     for number, joint in reversed(list(enumerate(joints))):
         if number < len(couplings):
             text = f'<inertial pos="0 0 0" mass="1e-3" diaginertia="{share} {share} {share}"/>{text}'
@@ -97,12 +124,16 @@ def _limb(i: int, geometry: Geometry, links: Links, couplings: Sequence[Coupling
     return text
 
 
-def _arm(i: int, geometry: Geometry, links: Links) -> str:
-    """Inertia of the arm about its centre of mass, and the rod on the elbow."""
+def _arm(arm: Arm) -> str:
+    return f"""
+<inertial pos="{arm.com} 0 {arm.across}" mass="{arm.mass}"
+          diaginertia="{arm.inertia} {arm.inertia} {arm.inertia}"/>"""
+
+
+def _rod(i: int, geometry: Geometry, links: Links) -> str:
+    """The rod on the elbow."""
     across = links.rod_mass * geometry.L2**2 / 12
     return f"""
-<inertial pos="{links.arm_com} 0 0" mass="{links.arm_mass}"
-          diaginertia="{links.arm_inertia} {links.arm_inertia} {links.arm_inertia}"/>
 <body pos="{geometry.L1} 0 0">
   <inertial pos="{geometry.L2 / 2} 0 0" mass="{links.rod_mass}" diaginertia="{_SPIN_INERTIA} {across} {across}"/>
   <joint name="swing_{i}" axis="0 -1 0"/>

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 
 from drivers.simulated.config import Links
-from drivers.simulated.model_xml import GRAVITY, RIGID, Couplings, model_xml
+from drivers.simulated.model_xml import GRAVITY, RIGID, Arm, Couplings, model_xml
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories.kinematics import inverse
@@ -34,12 +34,13 @@ class Plant:
         links: Links,
         couplings: Couplings = RIGID,
         *,
+        arms: Sequence[Arm] | None = None,
         viscous: Sequence[float] = (0.0, 0.0, 0.0),
         dt: float = 2e-4,
         integrator: Literal["implicitfast", "RK4"] = "implicitfast",
     ) -> None:
         self.geometry = geometry
-        xml = model_xml(geometry, links, couplings, dt=dt, integrator=integrator)
+        xml = model_xml(geometry, links, couplings, arms=arms, dt=dt, integrator=integrator)
         self.model = mujoco.MjModel.from_xml_string(xml)
         self.data = mujoco.MjData(self.model)
         self._platform_mass = links.platform_mass + links.payload
@@ -49,8 +50,11 @@ class Plant:
         # MuJoCo softens a friction constraint in proportion to this number, and a soft one creeps under load.
         self.model.dof_invweight0[self._motor] *= _SOFTNESS
         # MuJoCo's arrays stay where they are; fetching them anew in every step would cost more than using them.
-        self._qpos, self._qvel = self.data.qpos, self.data.qvel
-        self._applied, self._frictionloss = self.data.qfrc_applied, self.model.dof_frictionloss
+        self._qpos, self._qvel, self._qacc = self.data.qpos, self.data.qvel, self.data.qacc
+        self._applied, self._passive = self.data.qfrc_applied, self.data.qfrc_passive
+        self._frictionloss = self.model.dof_frictionloss
+        # Indexing by an array costs more than by three numbers.
+        self._motors: tuple[int, int, int] = tuple(self._motor.tolist())
         self.set_friction((0.0, 0.0, 0.0))
 
     def place(self, platform: Sequence[float]) -> None:
@@ -72,7 +76,8 @@ class Plant:
 
     def step(self, torque: Sequence[float]) -> None:
         """One time step with these torques of the motors [N m]."""
-        self._applied[self._motor] = torque
+        applied, (first, second, third) = self._applied, self._motors
+        applied[first], applied[second], applied[third] = torque
         mujoco.mj_step(self.model, self.data)
 
     def settle(self) -> None:
@@ -85,18 +90,21 @@ class Plant:
 
     def motor_angles(self) -> list[float]:
         """[rad]."""
-        angles: list[float] = self._qpos[self._motor].tolist()
-        return angles
+        angles: list[float] = self._qpos.tolist()
+        first, second, third = self._motors
+        return [angles[first], angles[second], angles[third]]
 
     def motor_speeds(self) -> list[float]:
         """[rad/s]."""
-        speeds: list[float] = self._qvel[self._motor].tolist()
-        return speeds
+        speeds: list[float] = self._qvel.tolist()
+        first, second, third = self._motors
+        return [speeds[first], speeds[second], speeds[third]]
 
     def motor_accelerations(self) -> list[float]:
         """In the step just made [rad/s^2]."""
-        accelerations: list[float] = self.data.qacc[self._motor].tolist()
-        return accelerations
+        accelerations: list[float] = self._qacc.tolist()
+        first, second, third = self._motors
+        return [accelerations[first], accelerations[second], accelerations[third]]
 
     def arm_angles(self) -> Floats:
         """(3,) angles of the arms, which couplings let differ from the motors' [rad]."""
@@ -112,15 +120,25 @@ class Plant:
         position: Floats = self._qpos[self._slides].copy()
         return position
 
+    def platform_velocity(self) -> list[float]:
+        """[m/s]."""
+        velocity: list[float] = self._qvel[self._slides].tolist()
+        return velocity
+
+    def push(self, force: Sequence[float]) -> None:
+        """Force on the platform [N], from the next step on."""
+        self._applied[self._slides] = force
+
     def set_friction(self, level: Sequence[float]) -> None:
         """Torque up to which each joint sticks, and against which it slides [N m]."""
-        self._frictionloss[self._motor] = [max(torque, _LEAST_FRICTION) for torque in level]
+        loss = self._frictionloss
+        for motor, torque in zip(self._motors, level, strict=True):
+            loss[motor] = torque if torque > _LEAST_FRICTION else _LEAST_FRICTION
 
-    def rigid_torque(self) -> Floats:
-        """(3,) torque that went through friction to the rigid robot in the step just made [N m]."""
-        dry = self.data.efc_force[_CLOSURE_ROWS : _CLOSURE_ROWS + 3]
-        torque: Floats = (self._applied + self.data.qfrc_passive)[self._motor] + dry
-        return torque
+    def rigid_torque(self) -> list[float]:
+        """Torque that went through friction to the rigid robot in the step just made, per joint [N m]."""
+        applied, passive, dry = self._applied, self._passive, self.data.efc_force
+        return [float(applied[j] + passive[j] + dry[_CLOSURE_ROWS + i]) for i, j in enumerate(self._motors)]
 
     def set_added_mass(self, mass: float) -> None:
         """Load on the platform beyond its own mass and the payload of the sim file [kg]."""

@@ -20,7 +20,7 @@ _ORDER = 2
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What was measured at the motors, evenly sampled, n times; exact, so nothing is differentiated."""
+    """What was measured at the motors, evenly sampled, n times, without noise."""
 
     position: Floats
     """(n, 3) [rad]."""
@@ -34,10 +34,14 @@ class Motion:
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """Mean squares per joint (3,) [N^2 m^2], below the bandwidth."""
+    """Where the fit was made, below the bandwidth: (m, 3) each."""
 
     residual: Floats
+    """What it leaves of the torque [N m]."""
     torque: Floats
+    """[N m]."""
+    acceleration: Floats
+    """[rad/s^2]."""
 
 
 def remainder(geometry: Geometry, motion: Motion, dt: float, window: slice, every: int) -> Remainder:
@@ -53,7 +57,8 @@ def remainder(geometry: Geometry, motion: Motion, dt: float, window: slice, ever
     scale[scale == 0] = 1.0
     solution = np.linalg.lstsq(matrix / scale, y.ravel(), rcond=None)[0]
     residual = y - (matrix / scale @ solution).reshape(y.shape)
-    return Remainder(residual=np.mean(residual**2, axis=0), torque=np.mean(y**2, axis=0))
+    joint = np.arange(3)
+    return Remainder(residual=residual, torque=y, acceleration=X[:, joint, joint])
 
 
 def base_columns(geometry: Geometry, motion: Motion) -> Floats:

@@ -3,12 +3,13 @@
 import base64
 import hashlib
 import json
+import math
 import zlib
 from pathlib import Path
 from typing import Any
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.effect import build
+from drivers.simulated.effect import Effect, build
 from drivers.simulated.sizing import Ruler
 from recordings.errors import BadInput
 from recordings.rig import Rig
@@ -21,19 +22,30 @@ def sealed_path(recording: Path) -> Path:
     return recording.with_suffix(".sealed.json")
 
 
-def truth(rig: Rig, config: SimConfig, seed: int | None) -> dict[str, Any]:
-    """What the machine really is: effects (SI) with their sizes along fig5a, seed of --hidden, plant."""
-    effects = [build(spec) for spec in config.effects]
-    ruler = Ruler(rig, config) if effects else None
+def truth(rig: Rig, config: SimConfig, seed: int | None, ruler: Ruler | None = None) -> dict[str, Any]:
+    """What the machine really is: effects (SI) with their sizes along fig5a, seed of --hidden, plant.
+
+    Of each effect also whether it is one of the list of effects, and on what it depends. `ruler`: one made for this
+    machine before.
+    """
+    ruler = ruler or Ruler(rig, config)
     return {
         "schema": 1,
         "seed": seed,
-        "effects": [
-            {**effect.spec().model_dump(mode="json", exclude={"size"}), "size": ruler.size(effect)}
-            for effect in effects
-            if ruler is not None
-        ],
+        "effects": [_described(build(spec), ruler) for spec in config.effects],
         "plant": config.model_dump(mode="json", exclude={"effects"}),
+    }
+
+
+def _described(effect: Effect, ruler: Ruler) -> dict[str, Any]:
+    size = ruler.size(effect)
+    if not math.isfinite(size):
+        raise BadInput(f"effect {effect.name()} keeps the robot from following fig5a; choose a smaller one")
+    return {
+        **effect.spec().model_dump(mode="json", exclude={"size"}),
+        "size": size,
+        "in_library": effect.in_library(),
+        "depends_on": list(effect.depends_on()),
     }
 
 

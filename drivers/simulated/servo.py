@@ -20,7 +20,7 @@ class Axis:
         self._integral_gain = servo.velocity_gain / servo.integral_time * dt
         self._limit = servo.torque_limit
         self._current_step = min(dt / servo.current_lag, 1.0)
-        self._window = smoothing * dt
+        self._smoothing, self._window = smoothing, smoothing * dt
         self._setpoints: deque[float] = deque([0.0] * smoothing, maxlen=smoothing)
         self._sum = 0.0
         self._integral = 0.0
@@ -29,9 +29,8 @@ class Axis:
 
     def restart(self, position: float) -> None:
         """Begin to hold `position` [rad]: what the loop remembers is forgotten."""
-        length = len(self._setpoints)
-        self._setpoints.extend([position] * length)
-        self._sum = position * length
+        self._setpoints.extend([position] * self._smoothing)
+        self._sum = position * self._smoothing
         self._integral = 0.0
 
     def follow(self, setpoint: float, q: float, v: float) -> float:
@@ -43,10 +42,12 @@ class Axis:
         # The derivative of a moving average is the difference over its window; half a window ahead of the average
         # lies the present.
         v_reference = (setpoint - oldest) / self._window
-        reference = self._sum / len(setpoints) + 0.5 * self._window * v_reference
+        reference = self._sum / self._smoothing + 0.5 * self._window * v_reference
         v_error = v_reference + self._position_gain * (reference - q) - v
         wanted = self._velocity_gain * v_error + self._integral
-        limited = min(max(wanted, -self._limit), self._limit)
+        limit = self._limit
+        # Comparisons, where min and max would cost more than the rest of this line.
+        limited = limit if wanted > limit else -limit if wanted < -limit else wanted
         if wanted == limited:
             self._integral += self._integral_gain * v_error
         self.torque += self._current_step * (limited - self.torque)

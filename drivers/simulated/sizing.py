@@ -1,8 +1,9 @@
 """How large a hidden effect is: what a fit of the base model leaves of it, as a share of the torque.
 
 The machine runs along a trajectory, without bus, noise or quantisation, with and without the effect, and the base
-model is fitted to both. What remains with the effect, less what remains without, over the torque, all as RMS over the
-joints concerned, is the size.
+model is fitted to what it reports both times: positions as its encoders read them, torques as its voltages say by the
+rig's map. The difference of the two residuals over the torque, both as RMS over the joints concerned, is the size. So
+effects of the drives and the sensors are measured by the torque that they make the model miss, like all others.
 """
 
 import math
@@ -15,45 +16,52 @@ from drivers.simulated.effect import Effect, build
 from drivers.simulated.machine import Machine, step
 from drivers.simulated.remainder import Motion, Remainder, remainder
 from recordings.errors import BadInput
+from recordings.recording import Floats
 from recordings.rig import Rig
+from trajectories.kinematics import Unreachable
 from trajectories.library import load
 
 _FIT_EVERY = 20
-_TRIALS = 7
+_MARGIN = 0.15
+"""Of the motion beyond the repetitions, for the low-pass [s]."""
+_TRIALS = 9
 _CLOSE_ENOUGH = 0.01
 """Relative error of a size that was asked for."""
+_SHAKING = 0.3
+"""How far an effect may change the acceleration, as a share of it, before the loop counts as unstable."""
 _LONGEST_STRIDE = math.log(10)
 """Of the search, on the logarithm of the strength."""
 
 
 class Ruler:
-    """Measures effects on one robot and one trajectory, of which it runs a single repetition."""
+    """Measures effects on one robot and one trajectory, of which it runs as few repetitions as the effect allows."""
 
     def __init__(self, rig: Rig, config: SimConfig, trajectory: str = "fig5a") -> None:
-        """`config`: the machine; effects of its own are left out.
-
-        Raises:
-            BadInput: no such trajectory, or the robot cannot follow it.
-        """
+        """`config`: the machine; effects of its own are left out."""
         self._rig = rig
         self._config = config.model_copy(update={"effects": ()})
-        self._dt = step(rig.rate)
-        self._trajectory = load(trajectory, rig, cycles=1, rate=1 / self._dt)
-        repeating = np.flatnonzero(self._trajectory.repeat >= 0)
-        self._window = slice(int(repeating[0]), int(repeating[-1]) + 1)
-        self._bare = self._remainder(())
+        self._trajectory = trajectory
+        self._runs: dict[int, _Run] = {}
 
     def size(self, effect: Effect) -> float:
-        """The effect's size. What happens at some instant is made to happen in the middle of the motion."""
-        middle = (self._window.start + self._window.stop) / 2 * self._dt
-        joints = [joint - 1 for joint in effect.joints]
-        excess = self._remainder((effect.at(middle),)).residual[joints] - self._bare.residual[joints]
-        return math.sqrt(max(float(excess.sum()), 0.0) / float(self._bare.torque[joints].sum()))
+        """The effect's size; infinite where it keeps the robot from following the trajectory.
+
+        What happens at some instant is made to happen in the middle of the motion.
+
+        Raises:
+            BadInput: no such trajectory, or the robot cannot follow it without the effect either.
+        """
+        if effect.cycles not in self._runs:
+            self._runs[effect.cycles] = _Run(self._rig, self._config, self._trajectory, effect.cycles)
+        return self._runs[effect.cycles].size(effect)
 
     def nearest(self, effect: Effect, wanted: float) -> tuple[Effect, float]:
         """The effect with the strength, of the same sign, that brings its size nearest to `wanted`; and that size.
 
         Secant steps on the logarithms of strength and size, where most effects are straight lines.
+
+        Raises:
+            BadInput: as `size`, or the robot cannot follow with any strength that was tried.
         """
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
 
@@ -63,33 +71,77 @@ class Ruler:
 
         goal, most = math.log(wanted), math.log(effect.largest())
         tried: list[tuple[float, float]] = []
-        x = math.log(effect.largest() / 10)
+        x = math.log(abs(type(effect)().model_dump()[effect.strength()]))
         for _ in range(_TRIALS):
             size = self.size(scaled(x))
+            if math.isinf(size):
+                most = x
+                x = (x + max(before for before, _ in tried)) / 2 if tried else x - _LONGEST_STRIDE
+                continue
             tried.append((x, math.log(max(size, 1e-9))))
             if abs(tried[-1][1] - goal) < _CLOSE_ENOUGH or (x == most and tried[-1][1] < goal):
                 break
             stride = (goal - tried[-1][1]) / _slope(tried)
             x = min(x + min(max(stride, -_LONGEST_STRIDE), _LONGEST_STRIDE), most)
+        if not tried:
+            raise BadInput(f"effect {effect.name()} shakes this robot at any strength; change its other parameters")
         x, reached = min(tried, key=lambda trial: abs(trial[1] - goal))
         return scaled(x), math.exp(reached)
 
-    def _remainder(self, effects: Sequence[Effect]) -> Remainder:
+
+class _Run:
+    """Some repetitions of a trajectory, and what the base model leaves of the bare machine on them."""
+
+    def __init__(self, rig: Rig, config: SimConfig, name: str, cycles: int) -> None:
+        self._rig, self._config = rig, config
+        self._dt = step(rig.rate)
+        trajectory = load(name, rig, cycles=cycles, rate=1 / self._dt)
+        repeating = np.flatnonzero(trajectory.repeat >= 0)
+        self._window = slice(int(repeating[0]), int(repeating[-1]) + 1)
+        self._start: list[float] = trajectory.platform[0].tolist()
+        self._setpoints = trajectory.joint_position[: self._window.stop + round(_MARGIN / self._dt)]
+        bare = self._left(())
+        if bare is None:
+            raise BadInput(f"the simulated robot cannot follow {name}; change its servo or its links in the sim file")
+        self._bare = bare
+
+    def size(self, effect: Effect) -> float:
+        middle = (self._window.start + self._window.stop) / 2 * self._dt
+        joints = [joint - 1 for joint in effect.joints]
+        left, bare = self._left((effect.at(middle),)), self._bare
+        if left is None or _rms(left.acceleration - bare.acceleration) > _SHAKING * _rms(bare.acceleration):
+            return math.inf
+        return _rms((left.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
+
+    def _left(self, effects: Sequence[Effect]) -> Remainder | None:
+        """What the base model leaves; None where the robot does not follow."""
+        try:
+            motion = self._follow(effects)
+            error = np.abs(self._setpoints - motion.position)[self._window]
+            if not np.max(error) < self._rig.limits.following_error:
+                return None
+            return remainder(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
+        except Unreachable:
+            return None
+
+    def _follow(self, effects: Sequence[Effect]) -> Motion:
+        """What the machine with these effects reports."""
         specs = tuple(effect.spec() for effect in effects)
         machine = Machine(self._rig, self._config.model_copy(update={"effects": specs}), np.random.default_rng(0))
-        machine.reset(self._trajectory.platform[0].tolist())
+        machine.reset(self._start)
         machine.enabled, machine.brake = [True] * 3, [False] * 3
         rows = []
-        for setpoint in self._trajectory.joint_position.tolist():
+        for setpoint in self._setpoints.tolist():
             machine.advance((setpoint,))
-            rows.append((machine.position(), machine.velocity(), machine.acceleration(), machine.commanded_torque()))
-        position, velocity, acceleration, torque = np.moveaxis(np.array(rows), 1, 0)
-        motion = Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
-        return remainder(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
+            rows.append((machine.position(), machine.velocity(), machine.reported_torque()))
+        position, velocity, torque = np.moveaxis(np.array(rows), 1, 0)
+        # The torque of a step is what changes the velocity in it.
+        acceleration = np.diff(velocity, axis=0, prepend=velocity[:1]) / self._dt
+        return Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
 
 
-def resolve(rig: Rig, config: SimConfig) -> SimConfig:
-    """The same machine, its effects given by parameters in place of sizes.
+def resolve(rig: Rig, config: SimConfig, ruler: Ruler | None = None) -> SimConfig:
+    """The same machine, its effects given by parameters in place of sizes; `ruler`: one made for it before.
 
     Raises:
         BadInput: an effect is not valid or cannot be that large on this robot.
@@ -100,7 +152,7 @@ def resolve(rig: Rig, config: SimConfig) -> SimConfig:
             raise BadInput(f"effect {spec.name}: a size or '{effect.strength()}' expected, both found; remove one")
     if all(spec.size is None for spec in config.effects):
         return config
-    ruler = Ruler(rig, config)
+    ruler = ruler or Ruler(rig, config)
     resolved = tuple(_resolved(ruler, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
     return config.model_copy(update={"effects": resolved})
 
@@ -115,6 +167,10 @@ def _resolved(ruler: Ruler, spec: EffectSpec, effect: Effect) -> EffectSpec:
             f"{size:.3g} is the nearest; change the size or the other parameters"
         )
     return effect.spec()
+
+
+def _rms(values: Floats) -> float:
+    return math.sqrt(float(np.mean(values**2)))
 
 
 def _slope(tried: Sequence[tuple[float, float]]) -> float:

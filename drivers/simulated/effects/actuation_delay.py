@@ -6,7 +6,9 @@ from drivers.simulated.effect import Effect, parameter
 class ActuationDelay(Effect):
     """The torque follows the reported voltage after a time: v(t) = map^-1(torque(t + delay))."""
 
-    delay: float = parameter(0.001, "s", "from voltage to torque", ge=0, le=0.004)
+    variables = ("velocity", "acceleration")
+
+    delay: float = parameter(0.001, "s", "from voltage to torque", ge=0, le=0.01)
 
     def lag(self) -> float:
         return self.delay

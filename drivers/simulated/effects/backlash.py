@@ -7,6 +7,8 @@ from drivers.simulated.model_xml import Coupling
 class Backlash(Effect):
     """A gap of width 2 b between motor, where the encoder sits, and arm; the teeth hit without bounce."""
 
+    variables = ("position", "velocity", "load")
+
     b: float = parameter(0.001, "rad", "half of the gap, as an angle of the joint", ge=0, le=0.03)
 
     def couplings(self) -> tuple[Coupling, ...]:

@@ -1,7 +1,6 @@
 """A base that does not stand level."""
 
 import math
-from typing import ClassVar
 
 import numpy as np
 
@@ -12,7 +11,8 @@ from drivers.simulated.model_xml import GRAVITY
 class BaseTilt(Effect):
     """The base leans: seen from the robot, gravity has horizontal components g_x and g_y."""
 
-    whole_robot: ClassVar[bool] = True
+    variables = ("position",)
+    whole_robot = True
 
     angle: float = parameter(0.03, "rad", "between the base's normal and the vertical", ge=0, le=0.5)
     direction: float = parameter(0.6, "rad", "to which gravity leans, from x towards y", ge=-math.pi, le=math.pi)

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import Effect, State, parameter
 
 
 class Cogging(Effect):
     """Magnets and teeth: the motor must overcome a sin(N q + phase), N periods per turn of the joint."""
+
+    variables = ("position",)
 
     a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
     N: float = parameter(42.0, "1/turn", "periods per turn of the joint", ge=1, le=1000)
@@ -18,5 +20,5 @@ class Cogging(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"N": float(rng.integers(10, 50)), "phase": rng.uniform(-math.pi, math.pi)}
 
-    def torque(self, q: float, v: float) -> float:
-        return self.a * math.sin(self.N * q + self.phase)
+    def torque(self, i: int, now: State) -> float:
+        return self.a * math.sin(self.N * now.q[i] + self.phase)

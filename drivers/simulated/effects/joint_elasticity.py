@@ -9,7 +9,9 @@ from drivers.simulated.model_xml import Coupling
 class JointElasticity(Effect):
     """A spring of stiffness k = 1 / compliance between motor, where the encoder sits, and arm."""
 
-    compliance: float = parameter(2e-4, "rad/(N m)", "1/k: twist per torque", ge=0, le=1.5e-3)
+    variables = ("load", "acceleration")
+
+    compliance: float = parameter(2e-4, "rad/(N m)", "1/k: twist per torque", ge=0, le=4e-3)
 
     def couplings(self) -> tuple[Coupling, ...]:
         if self.compliance < _RIGID:

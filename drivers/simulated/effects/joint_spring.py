@@ -2,11 +2,13 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import Effect, State, parameter
 
 
 class JointSpring(Effect):
     """Something elastic pulls the joint to a rest angle, a stiff cable loop say: k (q - q_0)."""
+
+    variables = ("position",)
 
     k: float = parameter(1.0, "N m/rad", "stiffness", ge=0, le=20)
     q_0: float = parameter(0.2, "rad", "rest angle", ge=-1.5, le=1.5)
@@ -15,5 +17,5 @@ class JointSpring(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"q_0": rng.uniform(-0.5, 0.5)}
 
-    def torque(self, q: float, v: float) -> float:
-        return self.k * (q - self.q_0)
+    def torque(self, i: int, now: State) -> float:
+        return self.k * (now.q[i] - self.q_0)

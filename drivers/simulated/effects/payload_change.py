@@ -1,6 +1,6 @@
-"""A load that is picked up during the run."""
+"""A load that is picked up during the run, and maybe put down again."""
 
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 
@@ -8,19 +8,21 @@ from drivers.simulated.effect import Effect, parameter
 
 
 class PayloadChange(Effect):
-    """The platform's mass changes by dm at the time t_c; the load joins with the platform's velocity."""
+    """The platform's mass is higher by dm from the time t_c to t_e; the load joins with the platform's velocity."""
 
-    whole_robot: ClassVar[bool] = True
+    variables = ("time", "position", "acceleration")
+    whole_robot = True
 
     dm: float = parameter(0.2, "kg", "mass picked up", ge=0, le=3)
     t_c: float = parameter(5.0, "s", "when, on the machine's clock", ge=0, le=1e6)
+    t_e: float = parameter(1e6, "s", "when it is put down again", ge=0, le=1e6)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"t_c": rng.uniform(7.0, 17.0)}
 
     def at(self, t: float) -> Self:
-        return self.model_copy(update={"t_c": t})
+        return self.model_copy(update={"t_c": t, "t_e": 1e6})
 
     def added_mass(self, t: float) -> float:
-        return self.dm if t >= self.t_c else 0.0
+        return self.dm if self.t_c <= t < self.t_e else 0.0

@@ -4,11 +4,13 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import Effect, State, parameter
 
 
 class Stribeck(Effect):
     """The joint sticks harder than it slides: dry friction grows by a exp(-(v / v_s)^2)."""
+
+    variables = ("velocity",)
 
     a: float = parameter(0.5, "N m", "dry friction at standstill beyond the Coulomb level", ge=0, le=8)
     v_s: float = parameter(0.3, "rad/s", "speed at which most of it is gone", ge=1e-3, le=3)
@@ -17,5 +19,5 @@ class Stribeck(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"v_s": rng.uniform(0.1, 0.5)}
 
-    def friction(self, v: float, rigid: float) -> float:
-        return self.a * math.exp(-((v / self.v_s) ** 2))
+    def friction(self, i: int, now: State) -> float:
+        return self.a * math.exp(-((now.v[i] / self.v_s) ** 2))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import Effect, State, draw_sign, parameter
 
 
 class TorqueOffset(Effect):
@@ -12,7 +12,7 @@ class TorqueOffset(Effect):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"a": float(rng.choice((-1.0, 1.0)))}
+        return {"a": draw_sign(rng, 0.3)}
 
-    def torque(self, q: float, v: float) -> float:
+    def torque(self, i: int, now: State) -> float:
         return self.a

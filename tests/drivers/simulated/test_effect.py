@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import Effect, build, discover, overrides
+from drivers.simulated.effect import Effect, build, discover, library, outside, overrides
 from drivers.simulated.machine import Machine
 from recordings.errors import BadInput
 from recordings.rig import simulated_rig
@@ -42,19 +42,54 @@ LISTED = {
 }
 """The names that the diagnosis uses, too."""
 
-HOOKS = ("torque", "friction", "added_mass", "tilt", "lag", "couplings")
+ALWAYS_THERE = {"rod_inertia"}
+"""Physics that the plant cannot do without."""
+HOOKS = [
+    "torque",
+    "friction",
+    "bristle",
+    "added_mass",
+    "drag",
+    "tilt",
+    "geometry",
+    "arm",
+    "couplings",
+    "lag",
+    "amplify",
+    "back_emf",
+    "gain",
+    "exponent",
+    "encoder",
+]
+VARIABLES = {"position", "velocity", "acceleration", "load", "time", "frequency", "joint_1", "joint_2", "joint_3"}
 every = pytest.mark.parametrize("kind", [pytest.param(kind, id=name) for name, kind in sorted(discover().items())])
 
 
-def test_the_first_ten_are_there() -> None:
-    wanted = """stribeck torque_offset cogging joint_spring base_tilt payload_change load_dependent_friction
-        actuation_delay backlash joint_elasticity"""
-    assert set(wanted.split()) <= set(discover())
+def test_library_is_the_list_of_effects() -> None:
+    assert set(library()) == LISTED - ALWAYS_THERE
+
+
+def test_some_effects_stand_in_no_library() -> None:
+    assert len(outside()) >= 4
+    assert not set(outside()) & LISTED
+    assert set(outside()) | set(library()) == set(discover())
 
 
 @every
-def test_name_is_a_listed_one(kind: type[Effect]) -> None:
-    assert kind.name() in LISTED
+def test_tells_what_it_depends_on(kind: type[Effect]) -> None:
+    assert set(kind().depends_on()) <= VARIABLES
+    assert kind().depends_on() or kind.name() == "torque_offset"
+
+
+def test_what_acts_between_joints_depends_on_them() -> None:
+    assert discover()["hose_drag"](joints=(1, 3)).depends_on() == ("velocity", "joint_1", "joint_3")
+
+
+@every
+def test_joints_drawn_fit(kind: type[Effect]) -> None:
+    rng = np.random.default_rng(2)
+    for _ in range(10):
+        build(EffectSpec(name=kind.name(), joints=kind.draw_joints(rng)))
 
 
 @every
@@ -110,7 +145,7 @@ def _moved(*effects: Effect) -> list[float]:
     start = np.array(machine.position())
     ease = 0.5 - 0.5 * np.cos(np.linspace(0.0, 3.0, 1000))
     machine.advance((start + ease[:, None] * np.array([0.2, 0.1, -0.1])).tolist())
-    return machine.position() + machine.commanded_torque()
+    return machine.position() + machine.reported_torque()
 
 
 @pytest.mark.parametrize(
@@ -122,6 +157,7 @@ def _moved(*effects: Effect) -> list[float]:
         (EffectSpec(name="base_tilt", joints=(1,)), "whole robot"),
         (EffectSpec(name="cogging", joints=()), "joints"),
         (EffectSpec(name="cogging", joints=(2, 2)), "joints"),
+        (EffectSpec(name="hose_drag", joints=(2,)), r"two or three expected, \[2\] found"),
     ],
 )
 def test_bad_effect_is_explained(spec: EffectSpec, complaint: str) -> None:

@@ -4,18 +4,25 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import build, discover
+from drivers.simulated.effect import build, library, outside
 from drivers.simulated.hidden import draw, draw_effect
 from drivers.simulated.seal import truth
+from drivers.simulated.sizing import Ruler
+from recordings.errors import BadInput
 from recordings.rig import simulated_rig
 
 RIG = simulated_rig()
 
 
-def test_every_effect_is_drawn_with_valid_parameters() -> None:
+@pytest.fixture(scope="module")
+def ruler() -> Ruler:
+    return Ruler(RIG, SimConfig())
+
+
+def test_every_effect_of_the_library_is_drawn_with_valid_parameters() -> None:
     rng = np.random.default_rng(0)
-    drawn = [draw_effect(rng) for _ in range(200)]
-    assert {effect.name() for effect in drawn} == set(discover())
+    drawn = [draw_effect(rng) for _ in range(300)]
+    assert {effect.name() for effect in drawn} == set(library())
     assert {effect.joints for effect in drawn} == {(1,), (2,), (3,), (1, 2), (1, 3), (2, 3), (1, 2, 3)}
     assert all(build(effect.spec()) == effect for effect in drawn)
 
@@ -29,16 +36,71 @@ def test_draw_is_repeatable_and_sized_as_promised() -> None:
     assert effect["name"] == first[0].name
 
 
-def test_truth_says_everything() -> None:
+def test_others_are_drawn_where_they_are_asked_for() -> None:
+    rng = np.random.default_rng(0)
+    drawn = [draw_effect(rng, outside()) for _ in range(100)]
+    assert {effect.name() for effect in drawn} == set(outside())
+    assert all(build(effect.spec()) == effect for effect in drawn)
+
+
+def test_joints_can_be_given() -> None:
+    rng = np.random.default_rng(0)
+    drawn = [draw_effect(rng, ("cogging", "base_tilt"), joints=(3,)) for _ in range(20)]
+    assert {(effect.name(), effect.joints) for effect in drawn} == {("cogging", (3,)), ("base_tilt", (1, 2, 3))}
+
+
+def test_nothing_can_be_hidden() -> None:
+    assert draw(1, RIG, SimConfig(), sizes=()) == ()
+
+
+@pytest.mark.slow
+def test_two_effects_have_the_sizes_asked_for(ruler: Ruler) -> None:
+    names, sizes = ("torque_offset", "joint_spring"), (0.02, 0.05)
+    found = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), ruler=ruler)
+    assert {effect.name for effect in found} == set(names)
+    assert [effect.joints for effect in found] == [(1,), (1,)]
+    described = truth(RIG, SimConfig(effects=found), seed=3, ruler=ruler)["effects"]
+    assert [effect["size"] for effect in described] == pytest.approx(sizes, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("names", "size", "complaint"),
+    [
+        (("cogging",), 0.01, "at least 2 effects.*1 found"),
+        (("cogging", "coging"), 0.01, "'coging' found"),
+    ],
+)
+def test_what_cannot_be_drawn_is_explained(ruler: Ruler, names: tuple[str, ...], size: float, complaint: str) -> None:
+    with pytest.raises(BadInput, match=complaint):
+        draw(1, RIG, SimConfig(), names=names, sizes=(size, size), ruler=ruler)
+
+
+@pytest.mark.slow
+def test_size_that_none_can_have_is_explained(ruler: Ruler) -> None:
+    """The rig reports true motor voltages, in which a dead band leaves no trace."""
+    with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
+        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), ruler=ruler)
+
+
+def test_truth_says_everything(ruler: Ruler) -> None:
     config = SimConfig(effects=(EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5}),))
-    content = truth(RIG, config, seed=None)
+    content = truth(RIG, config, seed=None, ruler=ruler)
     (effect,) = content["effects"]
     assert effect["name"] == "torque_offset"
     assert effect["joints"] == [3]
+    assert effect["in_library"] is True
+    assert effect["depends_on"] == []
     assert effect["parameters"] == {"a": 0.5}
     assert 0.02 < effect["size"] < 0.04
     assert content["plant"]["links"]["platform_mass"] == 2.033
     assert json.loads(json.dumps(content)) == content
+
+
+def test_truth_tells_what_stands_in_no_library(ruler: Ruler) -> None:
+    effects = (EffectSpec(name="hose_drag", joints=(1, 3)),)
+    (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, ruler=ruler)["effects"]
+    assert effect["in_library"] is False
+    assert effect["depends_on"] == ["velocity", "joint_1", "joint_3"]
 
 
 def test_truth_of_the_bare_machine_has_no_effects() -> None:

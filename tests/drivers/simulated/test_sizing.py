@@ -1,12 +1,10 @@
 import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import build
+from drivers.simulated.effect import build, discover
 from drivers.simulated.sizing import Ruler, resolve
 from recordings.errors import BadInput
-from recordings.rig import simulated_rig
-
-RIG = simulated_rig()
+from tests.drivers.simulated.swinging import RIG, reporting
 
 
 @pytest.fixture(scope="module")
@@ -23,6 +21,43 @@ def test_cogging_is_left_whole(ruler: Ruler) -> None:
     """A ripple that no base column resembles, slow enough to pass: its size is its RMS over the torque's."""
     cogging = build(EffectSpec(name="cogging", parameters={"a": 0.5, "N": 15.0}))
     assert ruler.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["encoder_zero_offset", "torque_gain_mismatch", "back_emf", "geometry_error"])
+def test_measured_side_counts_by_the_torque_that_is_missed(ruler: Ruler, name: str) -> None:
+    """Whatever is wrong with what is reported, twice as wrong is twice the size."""
+    effect = build(EffectSpec(name=name, joints=(2,) if not discover()[name].whole_robot else (1, 2, 3)))
+    strength = effect.model_dump()[effect.strength()]
+    small, large = (ruler.size(effect.scaled(share * strength)) for share in (0.5, 1.0))
+    assert small > 0.0003
+    assert large == pytest.approx(2 * small, rel=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seen"), [("motor", False), ("command", True)])
+def test_dead_band_shows_in_the_command_only(kind: str, seen: bool) -> None:
+    size = Ruler(reporting(kind), SimConfig()).size(build(EffectSpec(name="amplifier_deadband", joints=(2,))))
+    assert (size > 0.005) == seen
+    assert seen or size < 5e-4
+
+
+def test_gain_of_all_joints_is_absorbed(ruler: Ruler) -> None:
+    assert ruler.size(build(EffectSpec(name="torque_gain_mismatch", parameters={"mismatch": 0.2}))) < 1e-3
+
+
+@pytest.mark.slow
+def test_loop_that_shakes_has_no_size(ruler: Ruler) -> None:
+    assert ruler.size(build(EffectSpec(name="actuation_delay", parameters={"delay": 0.01}))) == float("inf")
+
+
+@pytest.mark.slow
+def test_fading_friction_is_measured_over_as_long_as_a_recording(ruler: Ruler) -> None:
+    """What has faded before the first repetition is over has left little to see."""
+    slow, quick = (
+        ruler.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
+    )
+    assert slow > 3 * quick
 
 
 @pytest.mark.slow

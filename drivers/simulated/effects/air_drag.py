@@ -1,0 +1,15 @@
+"""Air against the platform."""
+
+from drivers.simulated.effect import Effect, parameter
+
+
+class AirDrag(Effect):
+    """The air, or a hose in it, holds the platform back with a force that grows with the square of its speed."""
+
+    variables = ("velocity", "position")
+    whole_robot = True
+
+    c: float = parameter(0.3, "N s^2/m^2", "force per square of the platform's speed", ge=0, le=30)
+
+    def drag(self, speed: float) -> float:
+        return self.c * speed

@@ -1,0 +1,24 @@
+"""An amplifier that runs out of voltage."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, parameter
+
+
+class AmplifierSaturation(Effect):
+    """The voltage u / (1 + |u inverse_level|^n)^(1/n) follows the command u up to a level; n is the knee's sharpness.
+
+    It shows in a reported *command* only.
+    """
+
+    variables = ("load",)
+
+    inverse_level: float = parameter(0.15, "1/V", "1 / highest voltage", ge=0, le=1.5)
+    n: float = parameter(6.0, "1", "sharpness of the knee", ge=1, le=50)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"n": rng.uniform(4.0, 12.0)}
+
+    def amplify(self, volts: float) -> float:
+        return float(volts / (1 + abs(volts * self.inverse_level) ** self.n) ** (1 / self.n))

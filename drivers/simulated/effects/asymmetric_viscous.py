@@ -1,0 +1,20 @@
+"""Viscous friction that differs between the directions."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, State, draw_sign, parameter
+
+
+class AsymmetricViscous(Effect):
+    """The motor must give a |v| in addition: an oil seal or a gear runs harder one way than the other."""
+
+    variables = ("velocity",)
+
+    a: float = parameter(0.2, "N m s/rad", "half of what the two directions' coefficients differ by", ge=-3, le=3)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"a": draw_sign(rng, 0.2)}
+
+    def torque(self, i: int, now: State) -> float:
+        return self.a * abs(now.v[i])

@@ -1,0 +1,20 @@
+"""An encoder whose zero is not where the rig says."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, draw_sign, parameter
+
+
+class EncoderZeroOffset(Effect):
+    """The encoder reads q + c: a badly set zero, a slipped coupling."""
+
+    variables = ("position",)
+
+    c: float = parameter(0.01, "rad", "what it reads too much", ge=-0.3, le=0.3)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"c": draw_sign(rng, 0.01)}
+
+    def encoder(self, q: float) -> tuple[float, float]:
+        return self.c, 0.0

@@ -1,0 +1,31 @@
+"""A robot that does not have the lengths of its rig file."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, draw_sign, parameter
+from recordings.rig import Geometry
+
+
+class GeometryError(Effect):
+    """Each length is the rig's plus `error` times its share. Of R and r only the difference matters."""
+
+    variables = ("position", "velocity", "acceleration")
+    whole_robot = True
+
+    error: float = parameter(0.01, "m", "what the length is too long", ge=-0.1, le=0.1)
+    L1: float = parameter(0.0, "1", "share of the error that the arms have", ge=-1, le=1)
+    L2: float = parameter(1.0, "1", "that the forearms have", ge=-1, le=1)
+    R: float = parameter(0.0, "1", "that the base's radius has", ge=-1, le=1)
+    r: float = parameter(0.0, "1", "that the platform's radius has", ge=-1, le=1)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        which = str(rng.choice(_LENGTHS))
+        return {"error": draw_sign(rng, 0.01), **{name: float(name == which) for name in _LENGTHS}}
+
+    def geometry(self, geometry: Geometry) -> Geometry:
+        lengths = {name: getattr(geometry, name) + self.error * getattr(self, name) for name in _LENGTHS}
+        return geometry.model_copy(update=lengths)
+
+
+_LENGTHS = ("L1", "L2", "R", "r")

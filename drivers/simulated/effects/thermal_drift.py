@@ -1,0 +1,28 @@
+"""Friction that fades as the machine warms up."""
+
+import math
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, State, parameter
+
+
+class ThermalDrift(Effect):
+    """Cold grease drags: friction is higher by (a v + b sgn v) exp(-t / T), with a = b `viscous`."""
+
+    variables = ("time", "velocity")
+    cycles = 5
+
+    b: float = parameter(0.4, "N m", "dry friction of the cold machine beyond that of the warm one", ge=0, le=20)
+    viscous: float = parameter(0.4, "s/rad", "viscous part over dry part", ge=0, le=5)
+    T: float = parameter(15.0, "s", "time constant of warming, from power-on", ge=0.1, le=1e4)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"viscous": rng.uniform(0.1, 0.8), "T": rng.uniform(6.0, 25.0)}
+
+    def torque(self, i: int, now: State) -> float:
+        return self.b * self.viscous * now.v[i] * math.exp(-now.t / self.T)
+
+    def friction(self, i: int, now: State) -> float:
+        return self.b * math.exp(-now.t / self.T)

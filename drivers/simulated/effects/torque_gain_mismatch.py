@@ -1,0 +1,24 @@
+"""A motor that gives more or less torque per volt than the others."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, draw_joints, draw_sign, parameter
+
+
+class TorqueGainMismatch(Effect):
+    """The torque gain of the joint is (1 + mismatch) times the rig's."""
+
+    variables = ("load",)
+
+    mismatch: float = parameter(0.05, "1", "relative difference", ge=-0.6, le=0.6)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"mismatch": draw_sign(rng, 0.05)}
+
+    @classmethod
+    def draw_joints(cls, rng: np.random.Generator) -> tuple[int, ...]:
+        return draw_joints(rng, 1)
+
+    def gain(self) -> float:
+        return 1 + self.mismatch

@@ -1,0 +1,20 @@
+"""A torque map that is bent differently."""
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, draw_sign, parameter
+
+
+class TorqueMapExponent(Effect):
+    """Torque is gain |volts|^p sgn volts (volts in V) with p differing from the rig's 2 (square) or 1 (linear)."""
+
+    variables = ("load",)
+
+    excess: float = parameter(0.1, "1", "p less the rig's", ge=-0.8, le=0.8)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"excess": draw_sign(rng, 0.1)}
+
+    def exponent(self) -> float:
+        return self.excess

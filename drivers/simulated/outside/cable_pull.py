@@ -1,0 +1,28 @@
+"""A cable that is too short."""
+
+import math
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, State, parameter
+
+
+class CablePull(Effect):
+    """The further the arm is lifted, the more suddenly a cable tightens: the motor must give a exp((q - q_0) / w)."""
+
+    variables = ("position",)
+
+    a: float = parameter(0.5, "N m", "pull at the angle q_0", ge=0, le=30)
+    q_0: float = parameter(0.5, "rad", "angle at which the pull is a", ge=-1.5, le=1.5)
+    w: float = parameter(0.08, "rad", "over which it grows e times", ge=0.02, le=1)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"w": rng.uniform(0.05, 0.1)}
+
+    def torque(self, i: int, now: State) -> float:
+        return self.a * math.exp(min((now.q[i] - self.q_0) / self.w, _TAUT))
+
+
+_TAUT = 5.0
+"""Beyond this the cable is rigid; the exponential would overflow."""

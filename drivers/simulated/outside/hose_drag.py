@@ -1,0 +1,16 @@
+"""Hoses that rub between two arms."""
+
+from drivers.simulated.effect import Effect, State, parameter
+
+
+class HoseDrag(Effect):
+    """The arms drag each other along: the motor must give c times its speed relative to each of the other joints."""
+
+    variables = ("velocity",)
+    between_joints = True
+
+    c: float = parameter(0.2, "N m s/rad", "torque per relative speed", ge=0, le=5)
+
+    def torque(self, i: int, now: State) -> float:
+        v = now.v
+        return self.c * sum(v[i] - v[joint - 1] for joint in self.joints)

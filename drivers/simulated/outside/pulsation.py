@@ -1,0 +1,24 @@
+"""A disturbance with a frequency of its own."""
+
+import math
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, State, parameter
+
+
+class Pulsation(Effect):
+    """A fan, a pump or a shaking floor: the motor must overcome a sin(2 pi f t + phase)."""
+
+    variables = ("frequency",)
+
+    a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
+    f: float = parameter(7.37, "Hz", "frequency", ge=0.1, le=200)
+    phase: float = parameter(0.0, "rad", "phase at power-on", ge=-math.pi, le=math.pi)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"f": rng.uniform(4.0, 22.0), "phase": rng.uniform(-math.pi, math.pi)}
+
+    def torque(self, i: int, now: State) -> float:
+        return self.a * math.sin(2 * math.pi * self.f * now.t + self.phase)

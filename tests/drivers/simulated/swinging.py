@@ -1,0 +1,87 @@
+"""Machines with one hidden effect, and what a motion of all their joints shows of it."""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.simulated.config import EffectSpec, Friction, SimConfig
+from drivers.simulated.effect import discover
+from drivers.simulated.machine import Machine
+from recordings.rig import Rig, Voltage, simulated_rig
+
+RIG = simulated_rig()
+Floats = NDArray[np.float64]
+
+
+def reporting(kind: str) -> Rig:
+    """The rig whose drives report that kind of voltage."""
+    voltage = Voltage.model_validate({"kind": kind})
+    return RIG.model_copy(update={"drives": tuple(d.model_copy(update={"voltage": voltage}) for d in RIG.drives)})
+
+
+def spec_of(name: str, **parameters: float) -> EffectSpec:
+    """On joint 2, on joints 1 and 2, or on the whole robot."""
+    kind = discover()[name]
+    joints = (1, 2, 3) if kind.whole_robot else (1, 2) if kind.between_joints else (2,)
+    return EffectSpec(name=name, joints=joints, parameters=parameters)
+
+
+def machine_with(name: str = "", coulomb: float = 0.0, rig: Rig = RIG, **parameters: float) -> Machine:
+    """A powered machine with the effect."""
+    friction = Friction(viscous=(0.0,) * 3, coulomb=(coulomb,) * 3)
+    config = SimConfig(friction=friction, effects=(spec_of(name, **parameters),) if name else ())
+    machine = Machine(rig, config, np.random.default_rng(0))
+    machine.enabled, machine.brake = [True] * 3, [False] * 3
+    return machine
+
+
+def held_torque(machine: Machine, theta: Floats, seconds: float = 0.5) -> Floats:
+    """Of the motors (3,) after holding the joints there [rad] for so long [s]."""
+    machine.advance([theta.tolist()] * round(seconds / machine.dt))
+    return np.array(machine.torque())
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """Joint 2 of a machine that swings all joints, or (n, 3) of all: the state before each step."""
+
+    t: Floats
+    q: Floats
+    v: Floats
+    a: Floats
+    load: Floats
+    said: Floats
+    """What the voltages stand for."""
+    given: Floats
+    """Torque of the motors."""
+    added: Floats
+    """What of it does not reach the rigid robot."""
+
+    @property
+    def of_2(self) -> "Run":
+        """Joint 2 where it slides."""
+        sliding = np.abs(self.v[:, 1]) > 0.05
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        return Run(
+            **{name: value[sliding, 1] if value.ndim == 2 else value[sliding] for name, value in values.items()}
+        )
+
+
+def swing(machine: Machine) -> Run:
+    """Swing all joints for 0.8 s, at different frequencies."""
+    start = np.array(machine.position())
+    held_torque(machine, start, 0.2)
+    time = np.arange(4000) * machine.dt
+    swing = np.sin(2 * np.pi * time[:, None] * [1.0, 1.2, 0.8]) * [0.25, 0.3, 0.2]
+    rows = []
+    plant = machine.plant
+    for offset in swing * np.minimum(time[:, None] / 0.2, 1.0):
+        before = (plant.motor_angles(), plant.motor_speeds(), plant.motor_accelerations(), plant.rigid_torque())
+        t = machine.time
+        machine.advance([(start + offset).tolist()])
+        given = machine.torque()
+        added = np.subtract(given, plant.rigid_torque())
+        rows.append(([t] * 3, *before, machine.reported_torque(), given, added))
+    t, q, v, a, load, said, given, added = np.moveaxis(np.array(rows), 1, 0)
+    return Run(t=t[:, 0], q=q, v=v, a=a, load=load, said=said, given=given, added=added)

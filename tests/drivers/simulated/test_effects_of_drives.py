@@ -1,0 +1,95 @@
+"""Hidden effects of amplifiers and encoders, each by its physical signature on the machine."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from tests.drivers.simulated.swinging import Floats, held_torque, machine_with, reporting, swing
+
+
+def _volts(torque: Floats, exponent: float = 2.0) -> Floats:
+    volts: Floats = np.sign(torque) * np.abs(torque) ** (1 / exponent)
+    return volts
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "law"),
+    [
+        ("back_emf", {"k_e": 0.2}, lambda given, v: _volts(given) + 0.2 * v),
+        ("torque_gain_mismatch", {"mismatch": 0.2}, lambda given, v: _volts(given / 1.2)),
+        ("torque_map_exponent", {"excess": -0.3}, lambda given, v: _volts(given, 1.7)),
+    ],
+)
+def test_reported_voltage(name: str, parameters: dict[str, float], law: Callable[[Floats, Floats], Floats]) -> None:
+    run = swing(machine_with(name, **parameters))
+    after, given, said = run.v[1:], run.given[:-1], run.said[:-1]
+    assert _volts(said)[:, 1] == pytest.approx(law(given[:, 1], after[:, 1]), abs=1e-9)
+    assert said[:, 0] == pytest.approx(given[:, 0], abs=1e-9)
+    assert np.abs(said - given)[:, 1].max() > 0.5
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "law"),
+    [
+        ("amplifier_deadband", {"width": 0.3}, lambda u: np.sign(u) * np.maximum(np.abs(u) - 0.3, 0.0)),
+        ("amplifier_saturation", {"inverse_level": 0.25, "n": 4.0}, lambda u: u / (1 + (u / 4) ** 4) ** 0.25),
+    ],
+)
+def test_amplifier_loses_voltage_between_command_and_motor(
+    name: str, parameters: dict[str, float], law: Callable[[Floats], Floats]
+) -> None:
+    commanded, measured = (
+        swing(machine_with(name, rig=reporting(kind), **parameters)) for kind in ("command", "motor")
+    )
+    assert np.array_equal(commanded.given, measured.given)
+    assert _volts(commanded.given)[:, 1] == pytest.approx(law(_volts(commanded.said)[:, 1]), abs=1e-9)
+    assert measured.said == pytest.approx(measured.given, abs=1e-9)
+    assert np.abs(commanded.said - commanded.given)[:, 1].max() > 0.5
+
+
+def test_joint_stands_beside_a_shifted_zero() -> None:
+    machine, theta = machine_with("encoder_zero_offset", c=0.02), np.array([0.2, 0.1, 0.3])
+    held_torque(machine, theta)
+    assert machine.position() == pytest.approx(theta, abs=1e-5)
+    assert machine.plant.motor_angles() == pytest.approx(theta - [0.0, 0.02, 0.0], abs=1e-5)
+
+
+def test_drive_follows_the_encoder_that_does_not_run_true() -> None:
+    machine = machine_with("encoder_eccentricity", a=0.002, N=21.0, phase=0.4)
+    start = np.array(machine.position())
+    rows = []
+    for step in range(1500):
+        wanted = start + 0.1 * math.sin(10 * step * machine.dt)
+        machine.advance([wanted.tolist()])
+        rows.append((wanted, machine.position(), machine.velocity(), machine.plant.motor_angles()))
+    wanted, read, speed, true = np.moveaxis(np.array(rows)[500:], 1, 0)
+    assert read[:, 1] == pytest.approx(true[:, 1] + 0.002 * np.sin(21.0 * true[:, 1] + 0.4), abs=1e-12)
+    assert np.array_equal(read[:, [0, 2]], true[:, [0, 2]])
+    assert np.abs(read - wanted)[:, 1].max() < 1e-3 < np.abs(true - wanted)[:, 1].max()
+    assert np.diff(read, axis=0)[:, 1] / machine.dt == pytest.approx(speed[1:, 1], abs=5e-3)
+
+
+@pytest.mark.parametrize("delay", [0.001, 0.00173])
+def test_torque_follows_the_voltage_after_the_delay(delay: float) -> None:
+    machine = machine_with("actuation_delay", delay=delay)
+    start = np.array(machine.position())
+    said, given = [], []
+    for step in range(1500):
+        machine.advance([(start + 0.1 * math.sin(20 * step * machine.dt)).tolist()])
+        said.append(machine.reported_torque())
+        given.append(machine.torque())
+    time = np.arange(1500) * machine.dt
+    late, prompt = np.interp(time - delay, time, np.array(said)[:, 1]), np.array(said)[:, 0]
+    assert np.array(given)[100:, 1] == pytest.approx(late[100:], abs=1e-9)
+    assert np.array(given)[:, 0] == pytest.approx(prompt, abs=1e-12)
+
+
+def test_voltage_leads_with_a_delay() -> None:
+    machine = machine_with("actuation_delay", delay=0.004)
+    machine.advance([(np.array(machine.position()) + 0.05).tolist()] * 20)
+    volts = 0.0005 * np.array(machine.voltage_counts())
+    assert machine.torque()[1] == 0.0
+    assert volts[1] * abs(volts[1]) == pytest.approx(machine.reported_torque()[1], rel=0.05)
+    assert machine.reported_torque()[1] > 5.0
