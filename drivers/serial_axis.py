@@ -93,7 +93,7 @@ class Axis:
         self.counts: int | None = None
         self.raw_voltage = 0
         self.voltage_stamp = 0
-        """When the voltage was received [ns]."""
+        """When the voltage was measured: the reply's time on the wire before it was there [ns]."""
         self.fault = 0
         self.answered = False
         """In this cycle, or the last one between two."""
@@ -193,7 +193,8 @@ class Axis:
         counts = yield from ask_integer(self.get(names.position))
         self.raw_voltage = yield from ask_integer(self.get(names.voltage))
         self.counts = counts
-        self.voltage_stamp = time.time_ns()
+        on_the_wire = len(f"v {self.raw_voltage}\r") * self._bus.character
+        self.voltage_stamp = time.time_ns() - round(1e9 * on_the_wire)
         self.answered = True
 
     def _steer(self, goal: Goal, target: str | None, look: bool) -> Script:

@@ -95,6 +95,11 @@ class SerialBus(Section):
     setup: dict[str, int] = Field(default_factory=lambda: {"r0xc8": 0})
     """More registers to be written and read back before power, e.g. profile type, speed, acceleration."""
 
+    @property
+    def character(self) -> float:
+        """Time that one character takes on the wire: start bit, eight data bits, stop bit [s]."""
+        return 10 / self.baud
+
     @model_validator(mode="after")
     def _addressed(self) -> Self:
         if len(set(self.ports)) != len(self.ports):

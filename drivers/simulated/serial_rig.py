@@ -24,7 +24,6 @@ from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Counts, Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
 from drivers.simulated.service import FALLING_BEHIND, Pace, Service, move
-from drivers.transports.serial import BITS_PER_CHARACTER
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -49,7 +48,7 @@ class SerialRig(Service):
         self.disturb: Callable[[str, bytes], bytes] = lambda port, reply: reply
         """What becomes of a reply on its way, for experiments with a bad line."""
         self._bus = rig.serial
-        self._character = BITS_PER_CHARACTER / rig.serial.baud
+        self._character = rig.serial.character
         self._period = 1.0 / rig.rate
         self._lockstep = pace == "lockstep"
         self._voltages: Counts | None = None

@@ -13,8 +13,6 @@ from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
-BITS_PER_CHARACTER = 10
-"""Start bit, eight data bits, stop bit."""
 _ANY_STATUS = 2**32 - 1
 _LONGEST_VOLTAGE = "-32768"
 _LOCKSTEP_PATIENCE = 2.0
@@ -30,6 +28,13 @@ def cycle_time(rig: Rig) -> float:
 def highest_rate(rig: Rig) -> float:
     """The rate [Hz] at which the cycle takes the share of the period that the rig allows."""
     return rig.serial.max_load / cycle_time(rig)
+
+
+def skew(rig: Rig) -> float:
+    """How much later the last drive of a line is read than the first one [s]."""
+    if len(rig.serial.ports) > 1:
+        return 0.0
+    return sum(_exchange_time(rig, Axis(rig, joint), Power.ON, look=False) for joint in range(1, rig.dof))
 
 
 def _line_time(rig: Rig, axes: list[Axis]) -> float:
@@ -60,7 +65,7 @@ def _exchange_time(rig: Rig, axis: Axis, power: Power, *, look: bool) -> float:
             characters += len(command) + len(reply) + 2  # each with its end
             exchanges += 1
             command = script.send(parse(reply.encode()))
-    return characters * BITS_PER_CHARACTER / bus.baud + exchanges * bus.turnaround
+    return characters * bus.character + exchanges * bus.turnaround
 
 
 def check(rig: Rig) -> None:
@@ -87,9 +92,10 @@ def describe(rig: Rig) -> str:
     """See `Transport`."""
     bus, time = rig.serial, cycle_time(rig)
     lines = "one line" if len(bus.ports) == 1 else f"{len(bus.ports)} lines"
+    apart = f", drives are read up to {1e3 * skew(rig):.1f} ms apart" if skew(rig) else ""
     return (
         f"serial, {lines} ({', '.join(bus.ports)}) at {bus.baud} baud: a cycle takes up to {1e3 * time:.1f} ms on "
-        f"the wire, {time * rig.rate:.0%} of the period; highest rate {math.floor(highest_rate(rig))} Hz"
+        f"the wire, {time * rig.rate:.0%} of the period{apart}; highest rate {math.floor(highest_rate(rig))} Hz"
     )
 
 
@@ -107,7 +113,7 @@ def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifie
             lines[name] = Line(
                 open_port(name, bus.baud),
                 name,
-                character=BITS_PER_CHARACTER / bus.baud,
+                character=bus.character,
                 turnaround=bus.turnaround,
                 reply_timeout=bus.reply_timeout,
                 echo=bus.echo,

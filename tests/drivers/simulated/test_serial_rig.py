@@ -14,7 +14,7 @@ from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from drivers.simulated.service import Pace
 from drivers.transports import serial as transport
-from recordings.buses import SerialBus
+from recordings.buses import SerialBus, SerialRegisters
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Drive, Rig
 
@@ -152,3 +152,21 @@ def test_disturbed_replies_are_gaps_and_the_line_comes_back(
     sample = drives.exchange(None, 2.0)
     assert sample.missing == 0
     assert sample.power == (Power.ON,) * 3
+
+
+@pytest.mark.parametrize("register", ["r0xf0", ""])
+def test_when_the_host_falls_silent_only_a_watchdog_takes_the_power(register: str) -> None:
+    described = rig(registers=SerialRegisters(watchdog=register), reply_timeout=1.0)
+    with served(described, "realtime") as machine:
+        drives = transport.connect(described, lambda *line: None, lambda *frame: None, None)
+        drives.discover()
+        drives.configure()
+        drives.exchange(None, 5.0)
+        drives.goal = Goal.ENABLED
+        while not all(drive.powered for drive in machine.drives):
+            drives.exchange(None, 5.0)
+        # As after SIGKILL: nothing more is said.
+        deadline = time.perf_counter() + (20.0 if register else 1.0)
+        while any(drive.powered for drive in machine.drives) and time.perf_counter() < deadline:
+            time.sleep(0.02)
+        assert any(drive.powered for drive in machine.drives) is not bool(register)

@@ -73,10 +73,12 @@ def test_what_only_canopen_drives_heed_is_refused(told: dict[str, object]) -> No
 
 def test_description_has_the_figures() -> None:
     assert serial.describe(rig(rate=25.0)) == (
-        "serial, one line (simulated) at 115200 baud: a cycle takes up to 24.0 ms on the wire, 60% of the period; "
-        "highest rate 31 Hz"
+        "serial, one line (simulated) at 115200 baud: a cycle takes up to 24.0 ms on the wire, 60% of the period, "
+        "drives are read up to 14.0 ms apart; highest rate 31 Hz"
     )
-    assert serial.describe(rig("/dev/a", "/dev/b", "/dev/c")).startswith("serial, 3 lines (/dev/a, /dev/b, /dev/c)")
+    three = serial.describe(rig("/dev/a", "/dev/b", "/dev/c"))
+    assert three.startswith("serial, 3 lines (/dev/a, /dev/b, /dev/c) at 115200 baud")
+    assert "apart" not in three
 
 
 def test_only_ports_named_so_are_simulated_here() -> None:

@@ -1,0 +1,145 @@
+"""`daq record` over serial lines as a user runs it, on simulated drives behind pseudo-terminals."""
+
+import json
+import signal
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from recordings.reader import read, read_can
+from tests.conftest import Runner, launcher
+
+DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+
+
+def write_rig(path: Path, rate: float, ports: list[str], more: str = "") -> None:
+    bus = f'[bus]\ntransport = "serial"\nports = {json.dumps(ports)}\n'
+    path.write_text(f'name = "serial bench"\nrate = {rate}\n{bus}{more}{DRIVES}')
+
+
+def test_lockstep_on_one_line_is_complete_and_the_same_seed_gives_the_same_bytes(daq: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
+    for out in ("a.mcap", "b.mcap"):
+        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rig", "one.toml", "--out", out, "--json")
+        assert done.code == 0, done.err
+    assert "SIMULATED RIG" in done.err
+    assert "a cycle takes up to 24.0 ms on the wire, 72% of the period" in done.err
+    figures = json.loads(done.out)
+    assert (figures["answers_lost"], figures["frames_sent"], figures["simulated"]) == (0, 0, True)
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+    recording = read(tmp_path / "a.mcap")
+    assert recording.run.exit_status == 0
+    assert not np.isnan(recording.position).any()
+    assert not np.isnan(recording.voltage).any()
+    assert (recording.repeat == 0).sum() == 120
+    assert len(read_can(tmp_path / "a.mcap").id) == 0
+    # Off, then on while it moves, then off: as a CiA 402 drive would say.
+    assert {int(word) for word in recording.statusword[recording.repeat == 0].ravel()} == {0x27}
+    assert {int(word) for word in recording.statusword[-1]} == {0x40}
+
+
+def test_lockstep_on_three_lines_gives_the_same_bytes_too(daq: Runner, tmp_path: Path) -> None:
+    """Three lines are served as they come; what is recorded does not depend on it."""
+    write_rig(tmp_path / "three.toml", 80.0, ["simulated1", "simulated2", "simulated3"])
+    for out in ("a.mcap", "b.mcap"):
+        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rig", "three.toml", "--out", out)
+        assert done.code == 0, done.err
+    assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
+
+
+def test_check_compares_registers(daq: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
+    done = daq("check", "--rig", "one.toml", "--json")
+    assert done.code == 0, done.err
+    findings = {finding["what"]: finding for finding in json.loads(done.out)["findings"]}
+    assert findings["r0xba: following error limit [counts]"]["verdict"] == "will be written"
+    assert findings["state"]["found"] == "off"
+
+
+BAD = {
+    "rate too high for the line": (["--rig", "one.toml", "--rate", "50"], "choose --rate 31 or less"),
+    "port that is not there": (["--rig", "gone.toml"], "serial port '/dev/no/such/port' cannot be opened"),
+    "two lines for three drives": (
+        ["--rig", "two.toml"],
+        "bus.ports: one line for all drives or 3 expected, 2 found",
+    ),
+    "key of the other transport": (["--rig", "mixed.toml"], "unknown key 'bus.channel'"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
+    write_rig(tmp_path / "gone.toml", 30.0, ["/dev/no/such/port"])
+    write_rig(tmp_path / "two.toml", 30.0, ["a", "b"])
+    write_rig(tmp_path / "mixed.toml", 30.0, ["simulated"], 'channel = "can0"\n')
+    before = sorted(tmp_path.iterdir())
+    arguments, expected = BAD[name]
+    done = daq("record", "--traj", "fig5a", *arguments)
+    assert done.code == 2
+    assert expected in done.err
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_lines_that_end_at_this_program_cannot_be_served(daq: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
+    done = daq("sim", "--rig", "one.toml")
+    assert done.code == 2
+    assert "bus.ports to names in the file system" in done.err
+
+
+@pytest.mark.slow
+def test_three_fast_lines_and_canopen_give_the_same_fit(daq: Runner, ident: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "three.toml", 200.0, ["simulated1", "simulated2", "simulated3"], "baud = 460800\n")
+    for out, rig in (("serial.mcap", ["--rig", "three.toml"]), ("can.mcap", ["--rate", 200])):
+        assert daq("record", "--traj", "fig5a", "--cycles", 2, "--out", out, *rig).code == 0
+        done = ident("fit", out, "--iterations", 300)
+        assert done.code == 0, done.err
+    one, other = (parameters(tmp_path / f"{name}.model.json") for name in ("serial", "can"))
+    np.testing.assert_allclose(one, other, rtol=0.02)  # the voltages' noise is not drawn alike
+
+
+@pytest.mark.slow
+def test_one_slow_line_is_fitted_within_what_its_rate_permits(daq: Runner, ident: Runner, tmp_path: Path) -> None:
+    write_rig(tmp_path / "one.toml", 31.0, ["simulated"])
+    assert daq("record", "--traj", "fig5a", "--rig", "one.toml", "--out", "run.mcap").code == 0
+    done = ident("fit", "run.mcap", "--iterations", 300)
+    assert done.code == 0, done.err
+    assert "Low-pass: 6.2 Hz" in done.out
+    mass, gravity, *inertias = parameters(tmp_path / "run.model.json")[:5]
+    assert mass == pytest.approx(2.75, rel=0.05)
+    assert gravity == pytest.approx(6.6, rel=0.05)
+    assert inertias == pytest.approx([0.23] * 3, rel=0.1)
+
+
+def parameters(model: Path) -> list[float]:
+    return [parameter["value"] for parameter in json.loads(model.read_text())["parameters"]]
+
+
+@pytest.mark.slow
+def test_two_programs_on_pseudo_terminals_in_real_time(daq: Runner, ident: Runner, tmp_path: Path) -> None:
+    # Half the rate that these lines allow, and patience: the machine that runs the tests has other things to do.
+    ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
+    write_rig(tmp_path / "lines.toml", 100.0, ports, "baud = 460800\n[limits]\nsilence = 0.5\nhost_stall = 0.5\n")
+    command = [*launcher("daq"), "sim", "--rig", "lines.toml"]
+    simulation = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, text=True)
+    try:
+        assert simulation.stdout is not None
+        assert f"on {', '.join(ports)}, realtime" in simulation.stdout.readline()
+        done = daq("record", "--traj", "fig5a", "--cycles", 3, "--rig", "lines.toml", "--json")
+        assert done.code == 0, done.err
+    finally:
+        simulation.send_signal(signal.SIGTERM)
+        assert simulation.wait(timeout=20) == 0
+        simulation.stdout.close()
+    assert not any(Path(port).is_symlink() for port in ports)
+    figures, recording = json.loads(done.out), read(tmp_path / "fig5a.mcap")
+    assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
+    assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
+    done = ident("fit", "fig5a.mcap", "--iterations", 300)
+    assert done.code == 0, done.err
+    mass, gravity, *inertias = parameters(tmp_path / "fig5a.model.json")[:5]
+    assert (mass, gravity) == pytest.approx((2.75, 6.6), rel=0.05)
+    assert inertias == pytest.approx([0.23] * 3, rel=0.1)
