@@ -1,5 +1,6 @@
 """`daq info`: what a recording holds."""
 
+import math
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,8 @@ import click
 
 if TYPE_CHECKING:
     from recordings.recording import CanFrames, Recording
+
+_BAR_WIDTH = 40
 
 
 @click.command(epilog="Example: daq info run.mcap")
@@ -46,6 +49,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "samples": len(time),
         "gaps": recording.gaps.tolist(),
         "lateness_s": _lateness(recording),
+        "lateness_histogram": _histogram(recording),
         "frames": {"sent": int(frames.sent.sum()), "received": int((~frames.sent).sum())},
         "events": [
             {"time_s": event.time, "level": event.level, "source": event.source, "message": event.message}
@@ -68,6 +72,31 @@ def _lateness(recording: "Recording") -> dict[str, float] | None:
     return {"p50": float(p50), "p99": float(p99), "max": float(known.max())}
 
 
+def _histogram(recording: "Recording") -> list[dict[str, float]]:
+    """How many cycles were late by up to so much, in steps of 1-2-5; empty where none was late at all."""
+    import numpy as np
+
+    late = recording.lateness[np.isfinite(recording.lateness)]
+    if not late.any():
+        return []
+    edges = [step * 10.0**exponent for exponent in range(-5, 4) for step in (1, 2, 5)]
+    counts = np.bincount(np.searchsorted(edges, late))
+    first = int(np.flatnonzero(counts)[0])
+    return [{"up_to_s": edges[i], "cycles": int(counts[i])} for i in range(first, len(counts))]
+
+
+def _bars(histogram: list[dict[str, float]]) -> list[tuple[str, str]]:
+    most = max((step["cycles"] for step in histogram), default=0)
+    return [
+        (f"  up to {step['up_to_s'] * 1e3:g} ms", f"{step['cycles']:6} {_bar(step['cycles'] / most)}".rstrip())
+        for step in histogram
+    ]
+
+
+def _bar(share: float) -> str:
+    return "█" * math.ceil(share * _BAR_WIDTH)
+
+
 def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
     gaps, frames, late = figures["gaps"], figures["frames"], figures["lateness_s"]
     drives = "SIMULATED: no real robot moved" if figures["simulated"] else "real"
@@ -86,6 +115,7 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         ("samples", str(figures["samples"])),
         ("gaps", ", ".join(f"joint {i}: {gap}" for i, gap in enumerate(gaps, 1)) if any(gaps) else "none"),
         ("lateness", "not recorded" if late is None else ", ".join(f"{k} {v * 1e3:.3f} ms" for k, v in late.items())),
+        *_bars(figures["lateness_histogram"]),
         ("bus frames", f"{frames['sent']} sent, {frames['received']} received"),
         ("ended", _ending(figures)),
     ]
