@@ -108,6 +108,14 @@ class Listener:
             self._writer.event(stamp_ns, "error" if code else "info", f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
 
 
+def check(rig: Rig) -> None:
+    """Raise BadInput where there is nothing to be heard."""
+    if isinstance(rig.bus, SerialBus):
+        raise BadInput("a CAN bus expected: on a serial line nobody but its master hears the drives; found serial")
+    if rig.bus.interface == "virtual":
+        raise BadInput("the virtual bus ends at this program; set bus.interface to socketcan or udp_multicast")
+
+
 def record(
     rig: Rig,
     out: Path,
@@ -121,8 +129,6 @@ def record(
         BadInput: the bus cannot be opened, or `out` cannot be created.
         RunFailed: the bus is lost, no SYNC was heard, or the file cannot be written.
     """
-    if isinstance(rig.bus, SerialBus):
-        raise BadInput("listening needs a CAN bus: on a serial line nobody but its master hears the drives")
     bus = open_bus(rig.can)
     with bus, StopRequest() as stop:
         listener = Listener(bus, rig, out)

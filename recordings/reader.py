@@ -225,7 +225,10 @@ def _stamps(container: Container, run: Run) -> Ints:
     batches = [batch for topic in _SYNCED for batch in container.batches.get(topic, [])]
     if not batches:
         reason = run.reason or "it was interrupted"
-        raise BadInput(f"recording {container.path} holds no samples, the run ended before: {reason}; record again")
+        raise BadInput(
+            f"recording {container.path} holds no samples, the run ended before: {reason}; record again, or if it "
+            "was made by listening, `daq recover` makes them of its frames"
+        )
     return np.unique(np.concatenate([_nanoseconds(batch["message"]) for batch in batches]))
 
 

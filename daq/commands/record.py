@@ -122,14 +122,11 @@ def _simulate(order: "Order", sim_file: Path | None, hidden: int | None, run: Ca
 def _listen(
     rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
 ) -> None:
-    from daq.listen import NAME, Heard, record
+    from daq.listen import NAME, Heard, check, record
     from daq.progress import progress_bar
-    from drivers import transports
-    from recordings.errors import BadInput
     from trajectories import load
 
-    if transports.of(rig).simulated_here(rig):
-        raise BadInput("the virtual bus ends at this program; set bus.interface to socketcan or udp_multicast")
+    check(rig)
     trajectory = None if name is None else load(name, rig, cycles)
     out = out or Path(f"{NAME}.mcap")
     _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")

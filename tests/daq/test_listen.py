@@ -1,0 +1,182 @@
+"""`daq record --listen`: hears everything, says nothing, and ends as it should."""
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import can
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from daq import listen
+from daq.commands.record import command
+from daq.listen import Listener
+from daq.stopping import StopRequest
+from recordings.errors import BadInput, RunFailed
+from recordings.reader import read, read_can
+from recordings.rig import Rig, simulated_rig
+
+RIG = simulated_rig()
+BUS = '[bus]\ninterface = "{}"\nchannel = "x"\n'
+
+
+def say(bus: can.BusABC, arbitration_id: int, data: bytes, extended: bool = False) -> None:
+    bus.send(can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=extended))
+
+
+def master(bus: can.BusABC, cycles: int) -> None:
+    """SYNCs and the answers of three enabled drives that turn steadily."""
+    for k in range(cycles):
+        for node in (1, 2, 3):
+            say(bus, 0x200 + node, b"\x0f\x00" + (100 * k).to_bytes(4, "little"))
+        say(bus, 0x80, b"")
+        for node in (1, 2, 3):
+            say(bus, 0x180 + node, b"\x37\x12" + (100 * k).to_bytes(4, "little") + b"\x64\x00")
+        time.sleep(1 / RIG.rate)
+    say(bus, 0x82, bytes.fromhex("1032000000000000"))
+
+
+def listened(
+    tmp_path: Path, channel: str, speak: Callable[[can.BusABC], None], duration: float | None = None
+) -> tuple[Listener, str, list[can.Message]]:
+    """Listen while `speak` talks from a thread; without a duration, until it has ended. Also what a third hears."""
+    buses = [can.Bus(interface="virtual", channel=channel) for _ in range(3)]
+    stop = StopRequest()
+
+    def talk() -> None:
+        speak(buses[0])
+        if duration is None:
+            time.sleep(0.2)
+            stop.ask("enough")
+
+    listener = Listener(buses[1], RIG, tmp_path / "r.mcap")
+    thread = threading.Thread(target=talk)
+    thread.start()
+    reason = listener.listen(stop, duration)
+    thread.join()
+    witnessed = []
+    while (message := buses[2].recv(0)) is not None:
+        witnessed.append(message)
+    for bus in buses:
+        bus.shutdown()
+    return listener, reason, witnessed
+
+
+def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
+    listener, reason, witnessed = listened(tmp_path, "all", lambda bus: master(bus, 50))
+    assert reason == "enough"
+    frames = read_can(tmp_path / "r.mcap")
+    assert frames.id.tolist() == [message.arbitration_id for message in witnessed]
+    assert len(frames.id) == 50 * 7 + 1 == listener.heard.frames
+    assert listener.heard.syncs == 50
+    assert not frames.sent.any()
+    stamps = [round(message.timestamp * 1e9) for message in witnessed]
+    np.testing.assert_allclose(frames.log, stamps, atol=2_000_000_000)
+    assert (np.diff(frames.log) >= 0).all()
+
+
+def test_the_samples_are_made_at_the_end(tmp_path: Path) -> None:
+    _, reason, _ = listened(tmp_path, "samples", lambda bus: master(bus, 50))
+    path = tmp_path / "r.mcap"
+    with pytest.raises(BadInput, match="holds no samples"):
+        read(path)
+    found = listen.complete(path, RIG, None, {"exit_status": "0", "reason": reason})
+    recording = read(path)
+    assert len(recording.time) == 50 + found.missing
+    known = np.flatnonzero(np.isfinite(recording.position[:, 0]))
+    assert len(known) == 50
+    counts = (recording.position[known] - recording.position[0]) * RIG.drives[0].counts_per_radian
+    np.testing.assert_allclose(counts, np.tile(100.0 * np.arange(50)[:, None], 3), atol=1e-6)
+    np.testing.assert_array_equal(recording.command, recording.position)
+    np.testing.assert_allclose(recording.voltage[known], 0.05)
+    assert (recording.repeat[known] == 0).all()
+    assert recording.run.trajectory == "listened"
+    assert (recording.run.exit_status, recording.run.reason) == (0, "enough")
+    assert recording.run.rate == found.rate
+    assert [(event.level, event.source) for event in recording.events] == [("error", "joint 2")]
+    assert "0x3210" in recording.events[0].message
+    assert not path.with_name("r.mcap.part").exists()
+    assert len(read_can(path).id) == 351
+
+
+def test_it_ends_after_the_duration(tmp_path: Path) -> None:
+    _, reason, _ = listened(tmp_path, "duration", lambda bus: None, 0.2)
+    assert reason == "the time to listen was over"
+
+
+def test_it_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listen, "SILENCE", 0.2)
+    _, reason, _ = listened(tmp_path, "silence", lambda bus: say(bus, 0x80, b""), 60.0)
+    assert reason == "no SYNC for 0.2 s"
+
+
+def test_without_a_sync_there_are_no_samples_but_the_frames_stay(tmp_path: Path) -> None:
+    listened(tmp_path, "none", lambda bus: say(bus, 0x181, bytes(8)))
+    with pytest.raises(RunFailed, match="no SYNC was heard"):
+        listen.complete(tmp_path / "r.mcap", RIG, None, {})
+    assert len(read_can(tmp_path / "r.mcap").id) == 1
+
+
+def test_a_recording_that_exists_is_not_replaced(tmp_path: Path) -> None:
+    (tmp_path / "r.mcap").write_text("precious")
+    with can.Bus(interface="virtual", channel="x") as bus, pytest.raises(BadInput, match="exists"):
+        Listener(bus, RIG, tmp_path / "r.mcap")
+    assert (tmp_path / "r.mcap").read_text() == "precious"
+
+
+def serial_rig() -> str:
+    return '[bus]\ntransport = "serial"\nports = ["/dev/null"]\n'
+
+
+BAD: dict[str, tuple[str | None, list[str], str]] = {
+    "no rig": (None, [], "--listen needs --rig"),
+    "dry run": (BUS.format("socketcan"), ["--dry-run"], "no --pace, --sim, --hidden or --dry-run"),
+    "the virtual bus": (BUS.format("virtual"), [], "ends at this program"),
+    "serial": (serial_rig(), [], "a CAN bus expected"),
+    "no such interface": (BUS.format("socketcan"), [], "cannot be opened"),
+    "unknown motion": (BUS.format("socketcan"), ["--traj", "fig5z"], "unknown trajectory"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_explained(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    bus, options, expected = BAD[name]
+    arguments = ["--listen", *options]
+    if bus is not None:
+        drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
+        Path("rig.toml").write_text(f'name = "bench"\n{bus}{drives}')
+        arguments += ["--rig", "rig.toml"]
+    with pytest.raises(BadInput) as failure:
+        CliRunner().invoke(command, arguments, catch_exceptions=False)
+    assert expected in str(failure.value)
+    assert not Path("listened.mcap").exists()
+
+
+def test_duration_is_for_listening_only() -> None:
+    with pytest.raises(BadInput, match="how long to --listen"):
+        CliRunner().invoke(command, ["--traj", "fig5a", "--duration", "3"], catch_exceptions=False)
+
+
+def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
+    Path("rig.toml").write_text(f'name = "bench"\n{BUS.format("udp_multicast")}{drives}')
+    monkeypatch.setattr(listen, "open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
+    monkeypatch.setattr(listen, "SILENCE", 0.3)
+
+    def talk() -> None:
+        with can.Bus(interface="virtual", channel="cli") as bus:
+            time.sleep(0.5)
+            master(bus, 30)
+
+    thread = threading.Thread(target=talk)
+    thread.start()
+    result = CliRunner().invoke(command, ["--listen", "--rig", "rig.toml"], catch_exceptions=False)
+    thread.join()
+    assert "sending nothing" in result.stderr
+    assert "syncs: 30" in result.stdout
+    assert "recorded listened.mcap (listened)" in result.stdout
+    assert isinstance(read(Path("listened.mcap")).rig, Rig)

@@ -1,0 +1,103 @@
+"""`daq recover` on recordings that were killed, damaged, listened to, or are whole."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from daq.commands.info import command as info
+from daq.commands.recover import command
+from daq.recover import recover, recover_in_place
+from recordings.errors import BadInput, RunFailed
+from recordings.reader import read, read_can
+from tests.daq.listening import SAMPLE, arrivals, sample_frames, write
+
+
+@pytest.fixture
+def cut(tmp_path: Path) -> Path:
+    """The sample recording, as if its program had been killed at two thirds."""
+    whole = SAMPLE.read_bytes()
+    path = tmp_path / "cut.mcap"
+    path.write_bytes(whole[: len(whole) * 2 // 3])
+    return path
+
+
+def test_an_interrupted_recording_becomes_whole(cut: Path, tmp_path: Path) -> None:
+    before = cut.read_bytes()
+    recovered = recover(cut, tmp_path / "out.mcap")
+    assert cut.read_bytes() == before
+    one, other = read(cut), read(tmp_path / "out.mcap")
+    assert not one.complete
+    assert (other.run.exit_status, other.run.reason) == (1, "recovered after interruption")
+    np.testing.assert_array_equal(other.position, one.position)
+    assert not recovered.reconstructed
+    assert recovered.kept.duration == pytest.approx(one.time[-1], abs=0.01)
+    shown = CliRunner().invoke(info, [str(tmp_path / "out.mcap")], catch_exceptions=False).stdout
+    assert "exit status 1: recovered after interruption" in shown
+
+
+def test_in_place_only_if_asked(cut: Path) -> None:
+    expected = read(cut).position
+    recover_in_place(cut)
+    assert read(cut).complete
+    np.testing.assert_array_equal(read(cut).position, expected)
+    assert [path.name for path in cut.parent.iterdir()] == ["cut.mcap"]
+
+
+def test_a_listener_that_was_killed(tmp_path: Path) -> None:
+    """Its file holds frames only; the samples are those of the recording that was replayed."""
+    sample, frames = read(SAMPLE), sample_frames()
+    write(tmp_path / "whole.mcap", sample.rig, frames, arrivals(frames, 4e6, 0))
+    whole = (tmp_path / "whole.mcap").read_bytes()
+    (tmp_path / "killed.mcap").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(BadInput, match="daq recover"):
+        read(tmp_path / "killed.mcap")
+    recovered = recover(tmp_path / "killed.mcap", tmp_path / "out.mcap")
+    assert recovered.reconstructed
+    found = read(tmp_path / "out.mcap")
+    count = len(found.time)
+    assert 500 < count < len(sample.time)
+    np.testing.assert_allclose(found.position[:-1], sample.position[: count - 1], rtol=0, atol=1e-15)
+    assert (found.run.exit_status, found.run.rate) == (1, 250.0)
+    assert len(read_can(tmp_path / "out.mcap").id) == recovered.kept.messages
+
+
+def test_a_listener_that_heard_no_sync(tmp_path: Path) -> None:
+    frames = sample_frames()
+    write(tmp_path / "r.mcap", read(SAMPLE).rig, frames, arrivals(frames, 4e6, 0), frames.id == 0x181)
+    with pytest.raises(RunFailed, match="no SYNC"):
+        recover(tmp_path / "r.mcap", tmp_path / "out.mcap")
+    assert not (tmp_path / "out.mcap").exists()
+
+
+def test_what_cannot_be_recovered_is_said_and_nothing_is_left(cut: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.mcap"
+    with pytest.raises(BadInput, match="is whole; there is nothing to recover"):
+        recover(SAMPLE, out)
+    with pytest.raises(BadInput, match="does not exist"):
+        recover(tmp_path / "none.mcap", out)
+    (tmp_path / "noise.mcap").write_text("noise")
+    with pytest.raises(BadInput, match="not an MCAP file"):
+        recover(tmp_path / "noise.mcap", out)
+    (tmp_path / "head.mcap").write_bytes(cut.read_bytes()[:300])
+    with pytest.raises(BadInput, match="no intact data"):
+        recover(tmp_path / "head.mcap", out)
+    assert not out.exists()
+    out.write_text("precious")
+    with pytest.raises(BadInput, match="exists"):
+        recover(cut, out)
+    assert out.read_text() == "precious"
+
+
+def test_the_command_says_how_much_was_kept(cut: Path, tmp_path: Path) -> None:
+    result = CliRunner().invoke(command, [str(cut)], catch_exceptions=False)
+    assert f"recovered {cut.with_suffix('.recovered.mcap')}" in result.stdout
+    assert "left out: 0 damaged chunks, " in result.stdout
+    out = str(tmp_path / "b.mcap")
+    figures = json.loads(CliRunner().invoke(command, [str(cut), "--out", out, "--json"]).stdout)
+    assert figures["recording"] == out
+    assert figures["kept"]["messages"] > 1000
+    with pytest.raises(BadInput, match="either --out or --in-place"):
+        CliRunner().invoke(command, [str(cut), "--out", "c.mcap", "--in-place"], catch_exceptions=False)
