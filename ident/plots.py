@@ -50,7 +50,7 @@ def draw(result: Identification, folder: Path) -> None:
 def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
     """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
     with _figure(path, title, dataset.torque.shape[1]) as axes:
-        shown = _first_repetition(dataset)
+        shown = first_repetition(dataset)
         time, units = dataset.time[shown], dataset.recording.rig.effort_units
         for joint, axis in enumerate(axes):
             if dataset.nominal is not None:
@@ -113,7 +113,7 @@ def _effort(unit: str) -> str:
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
 
 
-def _first_repetition(dataset: Dataset) -> slice:
+def first_repetition(dataset: Dataset) -> slice:
     """The first usable samples, one period of the motion or LONGEST, whichever is shorter."""
     seconds = min(dataset.recording.run.period or LONGEST, LONGEST)
     first = int(np.argmax(np.isfinite(dataset.torque).any(axis=1)))

@@ -1,0 +1,24 @@
+"""All methods on a short recording with the friction of Eq. (36)."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ident.table2 import methods
+from ident.table2.methods import Comparison
+from recordings.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def recorded(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, Path]:
+    folder = tmp_path_factory.mktemp("table2")
+    made = [make(name, cycles=1, rate=250.0, noise=0.02, path=folder / f"{name}.mcap") for name in ("fig5a", "fig5b")]
+    return write(made[0]), write(made[1])
+
+
+@pytest.fixture(scope="module")
+def comparison(recorded: tuple[Path, Path]) -> Comparison:
+    return methods.compare(recorded, "central", 0, lambda *_: None)

@@ -1,0 +1,50 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from ident.fitness import Fitness
+from ident.table2 import report
+from ident.table2.methods import Comparison, Result
+
+
+def fitness(value: float) -> Fitness:
+    return Fitness(nrmse=(value,) * 3, rms=(1.0,) * 3, r2=(0.0,) * 3)
+
+
+def result(method: str, value: float) -> Result:
+    torque = np.zeros((1, 3))
+    return Result(method, {}, (torque, torque), (fitness(value), fitness(value)), 1e-9, {})
+
+
+def said(comparison: Comparison, capsys: pytest.CaptureFixture[str]) -> str:
+    report.show(comparison, Console(width=300))
+    return " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    ("pso", "ls", "expected"),
+    [
+        (0.95, 0.96, "The paper's order holds on validation data"),
+        (0.90, 0.96, "PSO is not above rls on joint 1, rls on joint 2, rls on joint 3. Least squares with the same"),
+        (0.90, 0.91, "PSO is not above rls on joint 1, rls on joint 2, rls on joint 3. Nor is least squares"),
+    ],
+)
+def test_the_order_is_stated_and_its_absence_explained(
+    comparison: Comparison, pso: float, ls: float, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    values = {"pso": pso, "rls": 0.92, "dls": 0.8, "svd": 0.8, "ls": ls}
+    made = replace(comparison, results={name: result(name, value) for name, value in values.items()})
+    assert expected in said(made, capsys)
+
+
+def test_recordings_of_a_real_robot_are_not_called_simulated(
+    comparison: Comparison, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert "SIMULATED" in said(comparison, capsys)
+    real = [
+        replace(one, recording=replace(one.recording, run=one.recording.run.model_copy(update={"simulated": False})))
+        for one in comparison.datasets
+    ]
+    assert "SIMULATED" not in said(replace(comparison, datasets=(real[0], real[1])), capsys)
