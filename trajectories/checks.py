@@ -49,7 +49,7 @@ class _Bound:
         """(n, k) share of the limit that is used: 1 on it, more beyond."""
         if np.isinf(self.high):
             return self.low / np.maximum(self.values, 1e-6 * self.low)
-        middle = (self.low + self.high) / 2
+        middle = (self.low + self.high) / 2 if self.low else 0.0  # a distance has no lower limit
         return np.abs(self.values - middle) / (self.high - middle)
 
     @property

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +11,6 @@ from ident import discovery
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.estimators import Progress
     from ident.identification import Identification
     from ident.uncertainty import Source
 
@@ -102,12 +99,13 @@ def command(
 
     from ident import estimators
     from ident.identification import Choices, identify
+    from ident.progress import progress_bar
 
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
     choices = Choices(method, settings, seed, preprocess, cutoff, effects, physical, intervals)
-    with _progress_bar() as progress:
+    with progress_bar("reading", "fitting") as progress:
         result = identify(files, validate, choices, progress)
     _write(result, out, plots)
     _show(result, as_json, details)
@@ -124,18 +122,6 @@ def _refuse_overwriting(out: Path, plots: Path) -> None:
     for path in (out, plots):
         if path.exists():
             raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
-
-
-@contextmanager
-def _progress_bar() -> Iterator[Progress]:
-    """A bar on stderr, if that is a terminal."""
-    from rich.console import Console
-    from rich.progress import Progress as Bar
-
-    console = Console(stderr=True)
-    with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("reading", total=None)
-        yield lambda done, total: bar.update(task, description="fitting", completed=done, total=total)
 
 
 def _write(result: Identification, out: Path, plots: Path) -> None:

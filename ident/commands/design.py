@@ -1,0 +1,137 @@
+"""`ident design`: the motion to record next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+from ident import discovery
+from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.design.table import Outcome
+    from trajectories.fourier import FourierSeries
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(epilog="Example: ident design --rig bench.toml -o best.toml, then: daq record --traj best.toml")
+@click.option("--rig", "rig_file", type=FILE, metavar="FILE", help="Rig file (TOML).  [default: the simulated rig]")
+@click.option(
+    "--criterion",
+    type=click.Choice(["d", "e"]),
+    default="d",
+    show_default=True,
+    help="d: all parameters together as well known as can be; e: what is known worst.",
+)
+@click.option(
+    "--with", "effects", type=click.Choice(discovery.names("effects")), multiple=True, help="Of this effect, too."
+)
+@click.option("--period", type=click.FloatRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
+@click.option(
+    "--harmonics",
+    type=click.IntRange(min=1, max=20),
+    default=6,
+    show_default=True,
+    metavar="N",
+    help="Of the period.",
+)
+@click.option(
+    "--against", metavar="TRAJ", help="Compare with this trajectory.  [default: excitation, for a delta robot]"
+)
+@click.option(
+    "--noise",
+    type=click.FloatRange(min=0, min_open=True),
+    default=0.1,
+    show_default=True,
+    help="RMS noise of the torque that standard errors are expected for [N m or N].",
+)
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the random starts.")
+@click.option(
+    "-o", "--out", type=FILE, default=Path("design.toml"), show_default=True, help="Trajectory file to write."
+)
+@click.option("--force", is_flag=True, help="Replace an existing trajectory file.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+def command(
+    rig_file: Path | None,
+    criterion: Literal["d", "e"],
+    effects: tuple[str, ...],
+    period: float,
+    harmonics: int,
+    against: str | None,
+    noise: float,
+    seed: int,
+    out: Path,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Find the motion inside the rig's limits from which the parameters can be told best.
+
+    Writes a trajectory file for `daq record --traj`, a Fourier series of every joint, and shows which standard errors
+    to expect of it, and how much of the limits it uses.
+    """
+    if out.suffix != ".toml":
+        raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
+    if out.exists() and not force:
+        raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
+
+    import json
+
+    from rich.console import Console
+
+    from ident.design import table
+
+    outcome, series = _designed(rig_file, criterion, effects, period, harmonics, against, noise, seed, out.name)
+    out.write_text(series.as_toml(), encoding="utf-8")
+    if as_json:
+        click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))
+    else:
+        table.show(outcome, Console())
+    click.echo(f"trajectory: {out}; next: daq record --traj {out}", err=True)
+
+
+def _designed(
+    rig_file: Path | None,
+    criterion: Literal["d", "e"],
+    effects: tuple[str, ...],
+    period: float,
+    harmonics: int,
+    against: str | None,
+    noise: float,
+    seed: int,
+    name: str,
+) -> tuple[Outcome, FourierSeries]:
+    import numpy as np
+
+    from ident import mechanisms
+    from ident.cutoff import USUAL
+    from ident.design.quality import judge
+    from ident.design.search import search
+    from ident.design.table import Outcome
+    from ident.effects import with_effects
+    from ident.progress import progress_bar
+    from recordings.rig import load_rig, simulated_rig
+    from trajectories import load
+    from trajectories.trajectory import assemble
+
+    rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
+    against = against or ("excitation" if rig.mechanism == "delta" else None)
+    mechanism = with_effects(mechanisms.create(rig), effects, rig)
+    before = load(against, rig) if against else None
+    with progress_bar("searching", "searching") as progress:
+        series = search(rig, mechanism, criterion, period, harmonics, np.random.default_rng(seed), progress)
+    after = assemble(series.motion(name), rig)
+    outcome = Outcome(
+        name=name,
+        criterion=criterion,
+        seed=seed,
+        noise=noise,
+        seconds=after.cycles * after.period,
+        parameters=mechanism.parameters,
+        after=judge(after, rig, mechanism, noise, USUAL),
+        against=against,
+        before=judge(before, rig, mechanism, noise, USUAL) if before else None,
+    )
+    return outcome, series

@@ -1,0 +1,100 @@
+"""A designed motion on the screen and as JSON."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from ident.design.quality import Quality
+from ident.mechanisms import Parameter
+
+SCHEMA = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A designed motion, beside one that is there already."""
+
+    name: str
+    """Of the trajectory file."""
+    criterion: str
+    seed: int
+    noise: float
+    """RMS of the torque [N m or N]."""
+    seconds: float
+    """Of the repeated motion."""
+    parameters: tuple[Parameter, ...]
+    after: Quality
+    against: str | None
+    """Name of the motion it is compared with."""
+    before: Quality | None
+
+
+def show(outcome: Outcome, console: Console) -> None:
+    """Print condition number, expected standard errors and use of the limits."""
+    console.print(_errors(outcome))
+    console.print(_limits(outcome))
+
+
+def _errors(outcome: Outcome) -> Table:
+    table = Table(title=f"Expected standard errors, {outcome.criterion.upper()}-optimal", title_justify="left")
+    table.add_column("")
+    table.add_column("unit")
+    motions = _motions(outcome)
+    for name, _ in motions:
+        table.add_column(name, justify="right")
+    table.add_row("condition number", "", *(f"{quality.condition:.3g}" for _, quality in motions))
+    table.add_section()
+    for i, parameter in enumerate(outcome.parameters):
+        table.add_row(parameter.name, parameter.unit, *(_error(quality.std[i]) for _, quality in motions))
+    table.caption = (
+        f"For {outcome.seconds:.3g} s with noise of {outcome.noise:g} RMS in the torque. They grow with the noise, and "
+        "fall with the root of the time."
+    )
+    return table
+
+
+def _error(std: float) -> str:
+    return f"{std:.2g}" if np.isfinite(std) else "not shown"
+
+
+def _limits(outcome: Outcome) -> Table:
+    table = Table(title="Share of the limits that is used", title_justify="left")
+    table.add_column("")
+    motions = _motions(outcome)
+    for name, _ in motions:
+        table.add_column(name, justify="right")
+    for limit in outcome.after.usage:
+        table.add_row(limit, *(f"{100 * quality.usage[limit]:.0f} %" for _, quality in motions))
+    return table
+
+
+def _motions(outcome: Outcome) -> list[tuple[str, Quality]]:
+    before = [(outcome.against or "", outcome.before)] if outcome.before else []
+    return [*before, (outcome.name, outcome.after)]
+
+
+def as_json(outcome: Outcome) -> dict[str, Any]:
+    """The document that `ident design --json` prints."""
+    return {
+        "schema": SCHEMA,
+        "trajectory": outcome.name,
+        "criterion": outcome.criterion,
+        "seed": outcome.seed,
+        "noise": outcome.noise,
+        "seconds": outcome.seconds,
+        "against": outcome.against,
+        "before": outcome.before and _quality(outcome, outcome.before),
+        "after": _quality(outcome, outcome.after),
+    }
+
+
+def _quality(outcome: Outcome, quality: Quality) -> dict[str, Any]:
+    errors = zip(outcome.parameters, quality.std, strict=True)
+    return {
+        "condition_number": quality.condition if np.isfinite(quality.condition) else None,
+        "standard_errors": {p.name: float(std) if np.isfinite(std) else None for p, std in errors},
+        "limits": quality.usage,
+    }

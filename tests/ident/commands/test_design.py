@@ -1,0 +1,76 @@
+"""`ident design` as a user types it."""
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from ident.cli import program
+from recordings.errors import BadInput
+from recordings.rig import load_rig
+from trajectories import load
+from trajectories.checks import check
+
+BENCH = """
+name = "bench"
+mechanism = "axes"
+[[axes]]
+[limits]
+joint_min = -0.5
+joint_max = 0.9
+speed = 3.0
+acceleration = 25.0
+"""
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    path = tmp_path / "bench.toml"
+    path.write_text(BENCH)
+    return path
+
+
+def design(*arguments: object) -> Result:
+    return CliRunner().invoke(program, ["design", *map(str, arguments)], catch_exceptions=True)
+
+
+def test_it_writes_a_trajectory_and_says_what_to_expect_of_it(rig: Path, tmp_path: Path) -> None:
+    out = tmp_path / "best.toml"
+    result = design("--rig", rig, "--harmonics", 2, "-o", out, "--with", "torque_offset")
+    assert result.exit_code == 0, result.output
+    for text in ("condition number", "I_1", "torque_offset.a1", "kg m^2", "acceleration", "%"):
+        assert text in result.stdout
+    bench = load_rig(rig, driven=False)
+    check(load(out, bench), bench)
+
+
+def test_json_compares_with_another_motion(rig: Path, tmp_path: Path) -> None:
+    first, second = tmp_path / "first.toml", tmp_path / "second.toml"
+    assert design("--rig", rig, "--harmonics", 1, "-o", first).exit_code == 0
+    result = design("--rig", rig, "--harmonics", 2, "--against", first, "-o", second, "--json")
+    document = json.loads(result.stdout)
+    assert (document["schema"], document["trajectory"], document["against"]) == (1, "second.toml", str(first))
+    before, after = document["before"], document["after"]
+    assert set(before) == {"condition_number", "standard_errors", "limits"}
+    assert set(after["standard_errors"]) == {"I_1", "c_v1", "c_c1"}
+    assert max(after["limits"].values()) <= 0.96
+
+
+def test_what_exists_is_kept_and_a_wrong_name_refused(rig: Path, tmp_path: Path) -> None:
+    out = tmp_path / "best.toml"
+    out.write_text("mine")
+    refused = design("--rig", rig, "-o", out)
+    assert isinstance(refused.exception, BadInput)
+    assert out.read_text() == "mine"
+    assert design("--rig", rig, "--harmonics", 1, "-o", out, "--force").exit_code == 0
+    wrong = design("--rig", rig, "-o", tmp_path / "best.csv")
+    assert isinstance(wrong.exception, BadInput)
+    assert "ends in .toml" in str(wrong.exception)
+
+
+def test_the_same_seed_gives_the_same_bytes(rig: Path, tmp_path: Path) -> None:
+    files = [tmp_path / f"{i}.toml" for i in range(3)]
+    for path, seed in zip(files, (3, 3, 4), strict=True):
+        assert design("--rig", rig, "--harmonics", 2, "--seed", seed, "-o", path).exit_code == 0
+    assert files[0].read_bytes() == files[1].read_bytes() != files[2].read_bytes()

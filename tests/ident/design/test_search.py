@@ -1,0 +1,84 @@
+import numpy as np
+import pytest
+
+from ident import mechanisms
+from ident.design.problem import Criterion, Problem
+from ident.design.quality import judge
+from ident.design.search import MARGIN, search
+from recordings.errors import BadInput
+from recordings.rig import Axis, Limits, Rig, simulated_rig
+from trajectories import load
+from trajectories.checks import check
+from trajectories.fourier import FourierSeries
+from trajectories.trajectory import assemble
+
+BENCH = Rig(
+    name="bench",
+    mechanism="axes",
+    axes=(Axis(), Axis(type="prismatic")),
+    limits=Limits(joint_min=-0.5, joint_max=0.9, speed=3.0, acceleration=25.0),
+)
+
+
+def designed(rig: Rig, criterion: Criterion, harmonics: int = 3, seed: int = 0) -> FourierSeries:
+    mechanism = mechanisms.create(rig)
+    return search(rig, mechanism, criterion, 4.0, harmonics, np.random.default_rng(seed), lambda *_: None)
+
+
+@pytest.mark.parametrize("rig", [BENCH, simulated_rig()], ids=["axes", "delta"])
+@pytest.mark.parametrize("criterion", ["d", "e"])
+def test_slopes_are_those_of_the_objective_and_the_limits(rig: Rig, criterion: Criterion) -> None:
+    mechanism = mechanisms.create(rig)
+    problem = Problem(rig, mechanism, criterion, 4.0, 2, np.ones(len(mechanism.parameters)))
+    rng = np.random.default_rng(1)
+    at = np.concatenate([np.full(rig.dof, 0.1), 0.1 * rng.normal(size=4 * rig.dof)])
+    towards = rng.normal(size=len(at))
+    before, after = (problem.evaluate((at + step * towards)[None]) for step in (-1e-5, 1e-5))
+    for slope, low, high in zip(problem.slopes(at), before, after, strict=True):
+        np.testing.assert_allclose(slope @ towards, (high - low)[0] / 2e-5, rtol=2e-2, atol=2e-2)
+
+
+@pytest.mark.parametrize("criterion", ["d", "e"])
+def test_the_design_keeps_the_limits_and_uses_them(criterion: Criterion) -> None:
+    trajectory = assemble(designed(BENCH, criterion).motion("best"), BENCH)
+    check(trajectory, BENCH)
+    used = judge(trajectory, BENCH, mechanisms.create(BENCH), 0.1, 30.0).usage
+    assert 0.9 * MARGIN < max(used.values()) <= MARGIN + 1e-6
+
+
+def test_each_criterion_is_best_at_its_own() -> None:
+    mechanism = mechanisms.create(BENCH)
+    problems = {c: Problem(BENCH, mechanism, c, 4.0, 3, np.ones(6)) for c in ("d", "e")}
+    value = {
+        (judged, made): problems[judged].evaluate(coefficients(designed(BENCH, made))[None])[0][0]
+        for judged in ("d", "e")
+        for made in ("d", "e")
+    }
+    assert value["d", "d"] < value["d", "e"]
+    # Scaled to their size at the start, columns weigh otherwise than here; a little may be lost by that.
+    assert value["e", "e"] < value["e", "d"] + 0.2
+
+
+def coefficients(series: FourierSeries) -> np.ndarray:
+    return np.concatenate([series.centre, np.ravel(series.cosine), np.ravel(series.sine)])
+
+
+def test_the_same_seed_gives_the_same_motion() -> None:
+    assert designed(BENCH, "d", 2) == designed(BENCH, "d", 2)
+    assert designed(BENCH, "d", 2) != designed(BENCH, "d", 2, seed=1)
+
+
+def test_limits_without_room_are_refused() -> None:
+    tight = simulated_rig().model_copy(update={"limits": Limits(joint_min=-1.2, joint_max=-1.1)})
+    with pytest.raises(BadInput, match="leave room to move"):
+        designed(tight, "d")
+
+
+@pytest.mark.slow
+def test_a_delta_robot_is_excited_better_than_by_the_built_in_motion() -> None:
+    rig = simulated_rig()
+    mechanism = mechanisms.create(rig)
+    best = judge(assemble(designed(rig, "e", 5).motion("best"), rig), rig, mechanism, 0.1, 30.0)
+    built_in = judge(load("excitation", rig), rig, mechanism, 0.1, 30.0)
+    assert best.condition < built_in.condition
+    assert (best.std < built_in.std).all()
