@@ -120,11 +120,14 @@ def run(fault: Fault) -> Outcome:
         machine.sabotage(fault.rig)
         with Bridge(master, far, fault.cable()) as bridge, machine:
             progress = WatchedProgress()
-            code, reason = _record(order, fault, progress)
+            code, reason = record(order, fault, progress)
             # The drives' own watchdogs may have to act; in lockstep they have done so with the last SYNC.
             time.sleep(0.02 if fault.pace == "lockstep" else 0.8)
             powered = [drive.powered for drive in machine.drives]
-        return _outcome(fault, bridge, machine, progress, order.out, code, reason, powered)
+        disabled = None
+        if code and machine.disabled_time is not None:
+            disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
+        return judge(fault, code, reason, powered, order.out, progress, START, RATE, bridge.syncs, disabled)
 
 
 def _rig(channel: str) -> Rig:
@@ -132,11 +135,14 @@ def _rig(channel: str) -> Rig:
     return rig.model_copy(update={"bus": rig.bus.model_copy(update={"channel": channel})})
 
 
-def _record(order: Order, fault: Fault, progress: "WatchedProgress") -> tuple[int, str]:
+def record(
+    order: Order, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
+) -> tuple[int, str]:
+    """Exit code and reason of one run; `timeout` in lockstep [s], None: as it is."""
     session = Session(order, lambda *line: None)
     session.progress = progress
-    if order.pace == "lockstep":
-        session._clock.answer_timeout = _TIMEOUT
+    if order.pace == "lockstep" and timeout is not None:
+        session._clock.answer_timeout = timeout
     fault.host(session)
     try:
         session.run(lambda progress: nullcontext())
@@ -147,26 +153,28 @@ def _record(order: Order, fault: Fault, progress: "WatchedProgress") -> tuple[in
     return 0, "done"
 
 
-def _outcome(
+def judge(
     fault: Fault,
-    bridge: Bridge,
-    machine: SabotagedRig,
-    progress: "WatchedProgress",
-    path: Path,
     code: int,
     reason: str,
     powered: list[bool],
+    path: Path,
+    progress: "WatchedProgress",
+    start: int,
+    rate: float,
+    syncs: int | None,
+    disabled: float | None,
 ) -> Outcome:
-    detected = disabled = None
+    """The outcome of a run whose fault began at cycle `start`. `syncs`: how many the file should hold, if that is
+    known; `disabled`: when the drives lost power [ms after the fault], likewise."""
+    detected = None
     if code and progress.ended_at is not None:
-        detected = max(0.0, (progress.ended_at - START) / RATE * 1e3)
-    if code and machine.disabled_time is not None:
-        disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
+        detected = max(0.0, (progress.ended_at - start) / rate * 1e3)
     lost = rows_lost = 0
-    if path.exists() and bridge.syncs:
+    if path.exists() and progress.cycles:
         recording = read(path)
         lost = int(np.isnan(recording.position).sum())
-        rows_lost = bridge.syncs - len(recording.time)
+        rows_lost = (progress.cycles if syncs is None else syncs) - len(recording.time)
     passed = (
         code == fault.code
         and re.search(fault.reason, reason) is not None

@@ -1,0 +1,126 @@
+"""The faults of serial lines and the drives on them: one line for each drive.
+
+Where a line falls silent for good, simulated time would stand still in lockstep, so those run in real time.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Literal
+
+from daq.session import Order
+from drivers.simulated.config import SimConfig
+from drivers.simulated.serial_rig import SerialRig
+from recordings.config import validated
+from recordings.rig import Rig
+from tests.faults.campaign import Fault, Outcome, WatchedProgress, judge, record
+from trajectories import load
+
+RATE = 80.0
+START = 3.5
+"""Machine time of the fault [s], in mid-motion."""
+
+Disturbance = Callable[[bytes, int], bytes]
+"""From a reply and its number since the fault began to what arrives."""
+
+
+def _nothing(rig: SerialRig) -> None:
+    pass
+
+
+class SerialFault(Fault):
+    """A `Fault` of a serial line: the second line's replies are disturbed, or something is done to the rig once."""
+
+    def __init__(
+        self,
+        name: str,
+        reason: str,
+        code: int,
+        disturb: Disturbance = lambda reply, number: reply,
+        act: Callable[[SerialRig], None] = _nothing,
+        start: float = START,
+        pace: Literal["lockstep", "realtime"] = "lockstep",
+    ) -> None:
+        super().__init__(name, reason, code, pace=pace)
+        object.__setattr__(self, "disturb", disturb)
+        object.__setattr__(self, "act", act)
+        object.__setattr__(self, "start", start)
+
+    disturb: Disturbance
+    act: Callable[[SerialRig], None]
+    start: float
+
+
+QUIET = "joint 2.*no answer|port simulated 2 is lost"
+
+FAULTS: tuple[SerialFault, ...] = (
+    SerialFault("serial: none", "done", 0),
+    SerialFault("serial: one reply lost", "done", 0, lambda reply, k: b"" if k == 0 else reply),
+    SerialFault("serial: all replies lost", QUIET, 1, lambda reply, k: b"", pace="realtime"),
+    SerialFault(
+        "serial: one reply garbled", "done", 0, lambda reply, k: b"\xff\x00" + reply[1:] if k == 0 else reply
+    ),
+    SerialFault(
+        "serial: all replies garbled", QUIET, 1, lambda reply, k: bytes(b ^ 0x55 for b in reply), pace="realtime"
+    ),
+    SerialFault("serial: one reply cut", "done", 0, lambda reply, k: reply[:1] if k == 0 else reply),
+    SerialFault(
+        "serial: noise before replies",
+        "done|joint 2.*no answer",
+        0,
+        lambda reply, k: b"\x00" * 3 + reply if k == 5 else reply,
+    ),
+    SerialFault("serial: error code in place of a reply", "done", 0, lambda reply, k: b"e 33\r" if k == 0 else reply),
+    SerialFault("serial: babble without end", QUIET, 1, lambda reply, k: b"x" * 200, pace="realtime"),
+    SerialFault("serial: line unplugged", QUIET, 1, act=lambda rig: rig.unplug("simulated 2"), pace="realtime"),
+    SerialFault("serial: drive fault in mid-motion", "joint 2.*fault", 1, act=lambda rig: rig.drives[1].fail(1)),
+    SerialFault(
+        "serial: drive fault before power", "joint 1.*fault|done", 0, act=lambda rig: rig.drives[0].fail(1), start=0.0
+    ),
+)
+
+
+def run(fault: SerialFault) -> Outcome:
+    """Record fig5b once with the fault in mid-motion."""
+    rig = _rig()
+    with tempfile.TemporaryDirectory() as folder:
+        order = Order(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        machine = SerialRig(rig, SimConfig(), pace=fault.pace, seed=0)
+        _sabotage(machine, fault)
+        progress = WatchedProgress()
+        with machine:
+            code, reason = record(order, fault, progress, timeout=None)
+            time.sleep(0.05 if fault.pace == "lockstep" else 1.0)
+            powered = [drive.powered for drive in machine.drives]
+        alive = [p for j, p in enumerate(powered) if "unplugged" not in fault.name or j != 1]
+        start = round(fault.start * RATE)
+        return judge(fault, code, reason, alive, order.out, progress, start, RATE, None, None)
+
+
+def _rig() -> Rig:
+    bus = {"transport": "serial", "ports": [f"simulated {k}" for k in (1, 2, 3)], "baud": 460800}
+    drives = [{"node_id": k} for k in (1, 2, 3)]
+    # Wide limits: at this rate a lost target costs 12 ms of motion, which shall not hide what is looked for.
+    limits = {"torque": 500.0, "following_error": 0.3, "silence": 0.1, "host_stall": 0.5}
+    content = {"name": "serial faults", "rate": RATE, "bus": bus, "limits": limits, "drives": drives}
+    return validated(content, Rig, "campaign")
+
+
+def _sabotage(machine: SerialRig, fault: SerialFault) -> None:
+    count = 0
+    acted = False
+
+    def disturb(port: str, reply: bytes) -> bytes:
+        nonlocal count, acted
+        if machine.machine.time < fault.start:
+            return reply
+        if not acted:
+            acted = True
+            fault.act(machine)
+        if port != "simulated 2":
+            return reply
+        count += 1
+        return fault.disturb(reply, count - 1)
+
+    machine.disturb = disturb
