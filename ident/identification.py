@@ -33,7 +33,6 @@ from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
-from recordings.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -133,7 +132,7 @@ def _refuse_different_rigs(recordings: Sequence[Recording]) -> None:
     """Wiring, limits and rate may differ between recordings; what torque and motion mean may not."""
     first, *others = recordings
     for other in others:
-        expected, found = _physics(first.rig), _physics(other.rig)
+        expected, found = _physics(first), _physics(other)
         different = [key for key in expected if expected[key] != found[key]]
         if different:
             raise BadInput(
@@ -142,11 +141,13 @@ def _refuse_different_rigs(recordings: Sequence[Recording]) -> None:
             )
 
 
-def _physics(rig: Rig) -> dict[str, Any]:
+def _physics(recording: Recording) -> dict[str, Any]:
+    rig = recording.rig
     parts = {"geometry": rig.geometry.model_dump(), "torque": rig.torque.model_dump()}
     values = {f"{part}.{key}": value for part, content in parts.items() for key, value in content.items()}
     axes = ", ".join(f"{axis.type}{' with gravity' if axis.gravity else ''}" for axis in rig.axes)
-    return {"mechanism": rig.mechanism, "axes": axes, **values}
+    measured = "effort" if holds_torque(recording) else "voltage"
+    return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values}
 
 
 def _moved(train: Sequence[Dataset], choices: Choices) -> Sensitivity:
