@@ -33,6 +33,7 @@ from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
+from recordings.rig import Rig
 
 
 @dataclass(frozen=True)

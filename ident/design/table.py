@@ -50,8 +50,8 @@ def _errors(outcome: Outcome) -> Table:
     for i, parameter in enumerate(outcome.parameters):
         table.add_row(parameter.name, parameter.unit, *(_error(quality.std[i]) for _, quality in motions))
     table.caption = (
-        f"For {outcome.seconds:.3g} s with noise of {outcome.noise:g} RMS in the torque. They grow with the noise and "
-        "fall with the root of the time."
+        f"For {outcome.seconds:.3g} s with noise of {outcome.noise:g} RMS in the torque; they grow with the noise "
+        "and fall with the root of the time."
     )
     return table
 
