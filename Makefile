@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: setup demo test test-fast test-slow lint faults fuzz bench samples lock
+.PHONY: setup demo test test-fast test-slow lint faults fuzz readme bench samples lock
 
 setup: $(READY)
 
@@ -51,6 +51,10 @@ faults: $(READY)
 # 100,000 random frames, serial replies and damaged recordings.
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz
+
+# Runs the commands of README.md and writes what they print into it.
+readme: $(READY)
+	$(BIN)/python -m tests.readme
 
 bench: $(READY)
 	$(BIN)/python -m benchmarks

@@ -1,8 +1,17 @@
-"""Reading a document as a user does: its console blocks are commands with the output they are said to have."""
+"""Reading a document as a user does: its console blocks are commands with the output they are said to have.
+
+`make readme` runs the commands of README.md and writes what they print into it.
+"""
 
 import re
+import shutil
+import subprocess
+import sys
+import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
 
 _BLOCK = re.compile(r"^```console\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
@@ -14,6 +23,25 @@ class Example:
 
     command: str
     output: str
+
+
+def prepared(folder: Path) -> Path:
+    """A folder in which the README's commands find what they need."""
+    shutil.copytree(ROOT / "recordings" / "samples", folder / "recordings" / "samples")
+    return folder
+
+
+def printed(command: str, folder: Path) -> str:
+    """What a command of the README prints in `folder`."""
+    done = subprocess.run(
+        ["/bin/sh", "-c", f"PATH={Path(sys.executable).parent}:$PATH; {command}"],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        timeout=300,
+    )
+    return done.stdout
 
 
 def examples(document: Path) -> list[Example]:
@@ -43,3 +71,24 @@ def _words(piece: str) -> str:
     parts = _NUMBER.split(piece)
     escaped = [r"\s+".join(re.escape(word) for word in re.split(r"\s+", part)) for part in parts]
     return rf"({_NUMBER.pattern})".join(escaped)
+
+
+def refresh(document: Path) -> None:
+    """Run the examples and put what they print in the place of what was shown; blocks with `...` stay as they are."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = prepared(Path(name))
+
+        def rerun(match: re.Match[str]) -> str:
+            block = match.group(1)
+            outputs = []
+            for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
+                command = part.partition("\n")[0].strip()
+                lines = [line.rstrip() for line in printed(command, folder).rstrip().splitlines()]
+                outputs.append("\n".join([f"$ {command}", *lines]))
+            return match.group(0) if "\n...\n" in block else "```console\n" + "\n".join(outputs) + "\n```"
+
+        document.write_text(_BLOCK.sub(rerun, document.read_text(encoding="utf-8")), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    refresh(ROOT / "README.md")

@@ -1,35 +1,23 @@
 """README is true: its commands run and print what it shows, and the commands and files it names exist."""
 
 import re
-import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
-from tests.readme import agrees, examples
+from tests.readme import ROOT, agrees, examples, prepared, printed
 
-ROOT = Path(__file__).parent.parent
 README = ROOT / "README.md"
 
 
 @pytest.mark.slow
 def test_commands_print_what_is_shown(tmp_path: Path) -> None:
-    shutil.copytree(ROOT / "recordings" / "samples", tmp_path / "recordings" / "samples")
-    scripts = Path(sys.executable).parent
+    folder = prepared(tmp_path)
     shown = examples(README)
     assert len(shown) >= 4
     for example in shown:
-        done = subprocess.run(
-            ["/bin/sh", "-c", f"PATH={scripts}:$PATH; {example.command}"],
-            cwd=tmp_path,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            timeout=300,
-        )
-        assert agrees(example.output, done.stdout), f"$ {example.command}\n{done.stdout}"
+        found = printed(example.command, folder)
+        assert agrees(example.output, found), f"$ {example.command}\n{found}"
 
 
 def test_every_command_is_in_the_readme() -> None:
@@ -45,6 +33,9 @@ def test_every_make_target_and_file_named_exists() -> None:
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in re.findall(r"`make ([a-z-]+)`", text):
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"make {target}"
+    for block in re.findall(r"^```sh\n(.*?)^```$", text, re.MULTILINE | re.DOTALL):
+        for target in re.findall(r"^make ([a-z-]+)", block, re.MULTILINE):
+            assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"make {target}"
     for link in re.findall(r"\]\(([^)#:]+)\)", text):
         assert (ROOT / link).exists(), link
 
