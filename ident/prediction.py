@@ -13,6 +13,7 @@ from ident.model import Model
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
+from recordings.rig import Geometry, Torque
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,16 +67,17 @@ def mechanism_of(model: Model, recording: Recording) -> Mechanism:
 def refuse_other_rig(model: Model, recording: Recording) -> None:
     """Raise BadInput where `recording` is of another machine than `model`."""
     rig = recording.rig
-    pairs: dict[str, tuple[object, object]] = {
-        "mechanism": (model.mechanism, rig.mechanism),
-        "the torque map": (model.torque, rig.torque),
-        "the unit of effort": (model.effort_units, rig.effort_units),
-    }
-    if model.geometry is not None:
-        pairs["geometry"] = (model.geometry, rig.geometry)
-    for what, (expected, found) in pairs.items():
-        if expected != found:
+    expected = _flat(model.mechanism, model.effort_units, model.torque, model.geometry)
+    found = _flat(rig.mechanism, rig.effort_units, rig.torque, rig.geometry if model.geometry else None)
+    for what in expected:
+        if expected[what] != found[what]:
             raise BadInput(
-                f"a recording of the rig that was identified expected: {what} is {expected} in the model, {found} in "
-                f"{recording.path.name}; fit a model to it"
+                f"a recording of the rig that was identified expected: {what} is {expected[what]} in the model, "
+                f"{found[what]} in {recording.path.name}; fit a model to it"
             )
+
+
+def _flat(mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None) -> dict[str, object]:
+    sections = {"torque": torque, **({"geometry": geometry} if geometry else {})}
+    fields = {f"{name}.{key}": value for name, section in sections.items() for key, value in section}
+    return {"mechanism": mechanism, "the effort's unit": ", ".join(units), **fields}
