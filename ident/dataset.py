@@ -100,9 +100,14 @@ def build_all(
     """
     datasets = tuple(build(recording, mechanism, method, cutoff) for recording in recordings)
     lowest = min((dataset.cutoff for dataset in datasets if dataset.cutoff), key=lambda found: found.hz, default=None)
-    if lowest is None or all(dataset.cutoff == lowest for dataset in datasets):
+    if lowest is None:
         return datasets
-    return tuple(replace(build(recording, mechanism, method, lowest.hz), cutoff=lowest) for recording in recordings)
+    return tuple(
+        dataset
+        if dataset.bandwidth == lowest.hz
+        else replace(build(dataset.recording, mechanism, method, lowest.hz), cutoff=lowest)
+        for dataset in datasets
+    )
 
 
 def _conditioned(prepared: Prepared, columns: Callable[[Motion], Floats], pointwise: bool) -> Floats:

@@ -7,7 +7,7 @@ import pytest
 
 from ident import dataset as dataset_module
 from ident import mechanisms
-from ident.dataset import Dataset, build
+from ident.dataset import Dataset, build, build_all
 from recordings.errors import BadInput
 from recordings.recording import Recording
 
@@ -107,3 +107,15 @@ def test_blocks_leave_no_seam(recording: Recording, method: str, monkeypatch: py
     blocks = build(holed, mechanism, method, None)
     np.testing.assert_array_equal(blocks.regressor, whole.regressor)
     np.testing.assert_array_equal(blocks.nominal, whole.nominal)
+
+
+def test_several_recordings_get_one_bandwidth(make: Callable[..., Recording]) -> None:
+    fine = make(cycles=1, noise=0.01)
+    counts = 2**12 / (2 * np.pi)
+    coarse = replace(fine, position=np.round(fine.position * counts) / counts)
+    mechanism = mechanisms.create(fine.rig)
+    both = build_all([fine, coarse], mechanism, "parallel", None)
+    alone = build(coarse, mechanism, "parallel", None)
+    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < built(fine).bandwidth
+    assert both[0].rate == both[1].rate
+    assert both[0].cutoff == both[1].cutoff
