@@ -69,7 +69,7 @@ def compare(model: Model, predictions: Sequence[Prediction]) -> Comparison:
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """The document that `ident compare --json` prints; its keys are stable."""
+    """The document that `ident compare --json` prints, as docs/compare.md describes it; its keys are stable."""
     datasets = [prediction.dataset for prediction in comparison.predictions]
     return {
         "schema": SCHEMA,
