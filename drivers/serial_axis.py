@@ -3,14 +3,14 @@
 import math
 import time
 from collections.abc import Generator
-from dataclasses import dataclass
 from typing import Literal
 
 from drivers import cia402
 from drivers.protocol import Finding, Goal, Power
 from drivers.serial_protocol import Refused, Reply, Script, ask, ask_integer, tell
+from drivers.serial_setup import settings
 from recordings.errors import RunFailed
-from recordings.rig import Drive, Rig
+from recordings.rig import Rig
 
 _FAULTS = (
     "drive parameters damaged",
@@ -29,6 +29,8 @@ _FAULTS = (
 )
 """Meaning of the fault register's bits, Copley-style, lowest first."""
 COMMAND_LOST, FOLLOWING_ERROR = 1 << 12, 1 << 9
+LATCH = "latch"
+"""A command that only drives know that are simulated in lockstep."""
 
 # The protocol has no statusword: recorded is what a CiA 402 drive in the same state would say.
 _STATE = {
@@ -37,42 +39,6 @@ _STATE = {
     Power.STOPPING: cia402.State.QUICK_STOP,
     Power.FAULT: cia402.State.FAULT,
 }
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One register as it shall be before power."""
-
-    register: str
-    meaning: str
-    value: int
-
-
-def settings(rig: Rig, drive: Drive) -> list[Setting]:
-    """What one drive is told before it moves, in the order in which it is written."""
-    bus, names = rig.serial, rig.serial.registers
-    counts = abs(drive.counts_per_radian)
-    low, high = travel(rig, drive)
-    table = [
-        Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
-        Setting(
-            names.deceleration,
-            "quick stop deceleration",
-            round(rig.limits.acceleration * counts / bus.deceleration_unit),
-        ),
-        Setting(names.upper_limit, "software position limit [counts]", high),
-        Setting(names.lower_limit, "software position limit [counts]", low),
-        *(Setting(register, "as the rig file says", value) for register, value in bus.setup.items()),
-        Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
-    ]
-    return [setting for setting in table if setting.register]
-
-
-def travel(rig: Rig, drive: Drive) -> tuple[int, int]:
-    """Lowest and highest allowed encoder position [counts]."""
-    ends = (rig.limits.joint_min, rig.limits.joint_max)
-    low, high = sorted(round((angle - drive.zero_offset) * drive.counts_per_radian) for angle in ends)
-    return low, high
 
 
 class Axis:
@@ -99,6 +65,8 @@ class Axis:
         """In this cycle, or the last one between two."""
         self._known = False
         self.trouble: str | None = None
+        self.lockstep = False
+        """Simulated, and its time advances only with a latch."""
         self.released = False
         """Told to take power off, and acknowledged; no longer so once it is told to enable."""
         self._stopping = False
@@ -178,14 +146,14 @@ class Axis:
         self._known, self.answered = self.answered, False
 
     def cycle(self, goal: Goal, target: str | None, look: bool) -> Script:
-        """One exchange with this drive: status if it is its turn to `look`, what `goal` asks for, position, voltage.
+        """One exchange with this drive: what `goal` asks for, status if it is its turn to `look`, position, voltage.
 
-        The voltage comes last: simulated drives in lockstep let time pass when all have been asked for it.
+        What it is told comes first, so that a disturbance does not keep it from the drive.
         """
         try:
+            yield from self._steer(goal, target, look)
             if look:
                 yield from self._look()
-            yield from self._steer(goal, target, look)
         except Refused as refusal:
             yield from self._look()  # what ails it says more than what it refused
             self.trouble = self.trouble or f"{self.name}: {refusal}"
@@ -203,8 +171,19 @@ class Axis:
                 yield from self._move(target)
             elif look and self.power is Power.OFF and self._known and self.counts is not None:
                 yield from self._enable(self.counts)
-        elif not self.released:
-            yield from self._stop() if goal is Goal.STOPPED and not self._stands(look) else self._release()
+        elif goal is Goal.STOPPED and not (self.released or self._off or self._stands):
+            yield from self._stop()
+        elif not (self.released and self._off):
+            yield from self._release()
+
+    @property
+    def _off(self) -> bool:
+        return self.power in (Power.OFF, Power.FAULT)
+
+    @property
+    def _stands(self) -> bool:
+        """Whether a quick stop is seen to be over."""
+        return self._stopping and not self._moving
 
     def _move(self, target: str | None) -> Script:
         if target is None:  # it stays where it was last told to be
@@ -220,16 +199,12 @@ class Axis:
         self.power = Power.UNKNOWN  # until it tells, not off
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
-    def _stands(self, look: bool) -> bool:
-        """Whether a quick stop is over, or there is nothing to stop."""
-        return self.power in (Power.OFF, Power.FAULT) or (look and self._stopping and not self._moving)
-
     def _stop(self) -> Script:
         try:
             yield from tell(self.prefix + self._bus.quick_stop)
         except Refused:
             yield from self._release()
-        self._stopping = True
+        self._stopping = self._moving = True  # until it is seen to stand
 
     def _release(self) -> Script:
         yield from tell(self.set(self._bus.registers.state, self._bus.disable))
@@ -243,8 +218,15 @@ class Axis:
         """Power off, waiting for it for at most `patience` [s]."""
         deadline = time.perf_counter() + patience
         yield from self._release()
-        while self.power not in (Power.OFF, Power.FAULT) and time.perf_counter() < deadline:
+        yield from self._look()
+        while not self._off and time.perf_counter() < deadline:
+            yield from self.latch()
             yield from self._look()
+
+    def latch(self) -> Script:
+        """What plays the role of SYNC for drives that are simulated in lockstep: a period passes."""
+        if self.lockstep:
+            yield from tell(self.prefix + LATCH)
 
     def leave(self) -> Script:
         """Power off, watchdog off."""

@@ -4,7 +4,8 @@ There is no SYNC: a cycle is one exchange with every drive, in which each is giv
 and voltage; the lines run at the same time, the drives of one line one after the other. The status of one drive per
 line is read in each cycle, in turn.
 
-A line counts whole or not at all from the first disturbance on: what should have come after it is a gap.
+Where a reply is lost or disturbed, the drive's answer to this cycle is a gap; the line goes on with the next drive as
+soon as it is in step again, if there is time.
 
 What cannot be guaranteed: nothing in this protocol makes a drive notice that the host is gone. After SIGKILL, or with
 the cable pulled, a drive ends the move it was told and then holds its position, with power on, unless the rig names a
@@ -78,6 +79,7 @@ class SerialDrives:
 
     def _identity(self, axis: Axis) -> Identity:
         device = self._ask(axis, axis.identify)
+        axis.lockstep = device == SIMULATED_LOCKSTEP
         return Identity(
             joint=axis.joint,
             address=axis.address,
@@ -86,7 +88,7 @@ class SerialDrives:
             product_code=0,
             revision=0,
             simulated=device.startswith(SIMULATED),
-            lockstep=device == SIMULATED_LOCKSTEP,
+            lockstep=axis.lockstep,
         )
 
     def examine(self) -> Sequence[Finding]:
@@ -150,6 +152,7 @@ class SerialDrives:
             axis.begin_cycle()
         failures = converse({line: self._cycle(line, setpoint) for line in alive}, deadline)
         self._turn += 1
+        self._latch()
         for line, failure in failures.items():
             self._note(line, failure)
         lost = [failure for failure in failures.values() if isinstance(failure, LineLost)]
@@ -158,6 +161,10 @@ class SerialDrives:
             raise RunFailed(str(lost[0]))
         return self._sample()
 
+    def _latch(self) -> None:
+        for line in self._alive()[:1]:
+            converse({line: self._lines[line][0].latch()}, time.perf_counter() + _PATIENCE)
+
     def _alive(self) -> list[Line]:
         return [line for line in self._lines if not line.lost]
 
@@ -165,7 +172,10 @@ class SerialDrives:
         axes = self._lines[line]
         for i, axis in enumerate(axes):
             target = None if setpoint is None else setpoint[axis.joint - 1]
-            yield from axis.cycle(self.goal, target, look=i == self._turn % len(axes))
+            try:
+                yield from axis.cycle(self.goal, target, look=i == self._turn % len(axes))
+            except (Garbage, Unanswered) as disturbance:
+                self._note(line, disturbance)
 
     def _note(self, line: Line, failure: LineError) -> None:
         # The first, second, fourth, eighth ...: a bad line would fill the log.

@@ -186,8 +186,9 @@ class Line:
 def converse(scripts: Mapping[Line, Script], deadline: float) -> dict[Line, LineError]:
     """Run each script on its line, all lines at the same time, until `deadline` [s, perf_counter].
 
-    Returns what went wrong, by line; a script is left at the first thing that does. Other exceptions of a script
-    pass.
+    Garbage, and silence in place of a reply, are thrown into the script, which may catch them and go on; what it says
+    next waits until the line is in step. Returns what ended a script before its time, by line. Other exceptions of a
+    script pass.
     """
     talks = [_Talk(line, script) for line, script in scripts.items()]
     while True:
@@ -208,45 +209,68 @@ class _Talk:
         self.over = False
         self.failure: LineError | None = None
         self._script = script
-        self._due: float | None = None
+        self._command: str | None = None
+        """To be sent as soon as the line is in step."""
+        self._due = 0.0
+        """Of the reply, when it has been sent [s]."""
+        self._proceed(lambda: next(script))
 
     @property
     def wake(self) -> float:
         """When something is to be done even if nothing arrives [s]."""
-        return self.line.in_step_at if self._due is None else self._due
+        return self._due if self._command is None else self.line.in_step_at
 
     def step(self, deadline: float) -> None:
         """Do what can be done now."""
-        if self.over:
-            return
-        try:
-            self._step(deadline)
-        except LineError as error:
-            if isinstance(error, Garbage):
-                self.line.fall_out()
-            self._end(error)
+        while not self.over and self._step(deadline):
+            pass
 
-    def _step(self, deadline: float) -> None:
-        reply = self.line.receive()
-        now = time.perf_counter()
-        if self._due is None:
-            if self.line.in_step(now):
-                self._say(lambda: next(self._script))
-            elif now >= deadline:
-                raise Unanswered("no silence on the line after a disturbance")
-        elif reply is not None:
-            self._say(lambda: self._script.send(reply))
-        elif now >= min(self._due, deadline):
+    def _step(self, deadline: float) -> bool:
+        """One thing; whether there may be more to do."""
+        try:
+            reply = self.line.receive()
+            now = time.perf_counter()
+            if self._command is not None:
+                return self._send(self._command, now, deadline)
+            if reply is not None:
+                self._proceed(lambda: self._script.send(reply))
+                return True
+            if now < min(self._due, deadline):
+                return False
             self.line.give_up()
-            raise Unanswered("no reply in time")
+            error: LineError = Unanswered("no reply in time")
+        except LineLost as lost:
+            self._end(lost)
+            return False
+        except Garbage as garbage:
+            error = garbage
+        if time.perf_counter() >= deadline:
+            self._end(error)
+        else:
+            self._proceed(lambda: self._script.throw(error))
+        return True
 
-    def _say(self, proceed: Callable[[], str]) -> None:
+    def _send(self, command: str, now: float, deadline: float) -> bool:
+        if self.line.in_step(now):
+            self._due = self.line.send(command)
+            self._command = None
+        elif now >= deadline:
+            self._end(Unanswered("no silence on the line after a disturbance"))
+        else:
+            return False
+        return True
+
+    def _proceed(self, say: Callable[[], str]) -> None:
+        """Let the script come to its next command."""
         try:
-            command = proceed()
+            self._command = say()
         except StopIteration:
             self._end(None)
-        else:
-            self._due = self.line.send(command)
+        except Garbage as garbage:
+            self.line.fall_out()
+            self._end(garbage)
+        except LineError as error:
+            self._end(error)
 
     def _end(self, failure: LineError | None) -> None:
         self.over, self.failure = True, failure

@@ -1,7 +1,7 @@
 """The simulated rig on serial lines: three simulated drives around one machine, behind pseudo-terminals.
 
-Two paces. Lockstep: simulated time stands still while the drives are spoken to, and advances by one period when every
-drive has been asked for its voltage once more: that plays the role of SYNC. The same seed gives the same replies.
+Two paces. Lockstep: simulated time stands still while the drives are spoken to, and advances by one period with the
+command `latch` to any of them, which plays the role of SYNC. The same seed gives the same replies.
 Real time: the machine follows the host's clock, and commands and replies take the time that their characters take on
 a wire; a pseudo-terminal has none.
 """
@@ -20,6 +20,8 @@ from pathlib import Path
 import numpy as np
 
 from drivers import serial_port
+from drivers.serial_axis import LATCH
+from drivers.serial_protocol import END
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Counts, Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
@@ -52,7 +54,6 @@ class SerialRig(Service):
         self._period = 1.0 / rig.rate
         self._lockstep = pace == "lockstep"
         self._voltages: Counts | None = None
-        self._asked: set[int] = set()
         self._clock_zero = 0.0
         self._events: list[tuple[float, int, Callable[[], None]]] = []
         self._order = count()
@@ -126,19 +127,22 @@ class SerialRig(Service):
 
     def _answer(self, port: "_Port", command: str) -> None:
         if self._bus.echo:
-            port.write(command.encode() + b"\r")
+            port.write(command.encode() + END)
         drive = next((drive for drive in port.drives if command.startswith(drive.prefix)), None)
         if drive is None:
             return
-        reply = self.disturb(
-            port.name, drive.handle(command.removeprefix(drive.prefix), self.machine.time).encode() + b"\r"
-        )
-        if self._lockstep:
-            port.write(reply)
-            self._let_time_pass()
-        else:
-            duration = _REACTION + len(reply) * self._character
-            self._at(port.busy_until + duration, lambda: port.write(reply))
+        said = command.removeprefix(drive.prefix)
+        latch = self._lockstep and said == LATCH
+        text = "ok" if latch else drive.handle(said, self.machine.time)
+        reply = self.disturb(port.name, text.encode() + END)
+        if not self._lockstep:
+            on_the_wire = len(reply) * self._character
+            self._at(port.busy_until + _REACTION + on_the_wire, lambda: port.write(reply))
+            return
+        port.write(reply)
+        if latch:
+            self._voltages = None
+            self._advance(self._period)
 
     def _at(self, due: float, action: Callable[[], None]) -> None:
         heapq.heappush(self._events, (due, next(self._order), action))
@@ -155,17 +159,10 @@ class SerialRig(Service):
         return self.machine.encoder_counts()[joint]
 
     def _voltage(self, joint: int) -> int:
-        self._asked.add(joint)
+        # In lockstep drawn once per period, so that it does not matter which line is served first.
         if self._voltages is None or not self._lockstep:
             self._voltages = self.machine.voltage_counts()
         return self._voltages[joint]
-
-    def _let_time_pass(self) -> None:
-        """Lockstep: the cycle is over when all drives that can be have been asked for their voltage."""
-        if len(self._asked) >= sum(len(port.drives) for port in self._ports):
-            self._asked.clear()
-            self._voltages = None
-            self._advance(self._period)
 
     def _catch_up(self, now: float) -> None:
         """Real time: bring the machine to `now` [s] on the host's clock."""
@@ -223,7 +220,7 @@ class _Port:
         """Commands that are complete, without their ends; empty ones are none."""
         with suppress(OSError):
             self._buffer += os.read(self._controller, 4096)
-        *commands, self._buffer = self._buffer.split(b"\r")
+        *commands, self._buffer = self._buffer.split(END)
         return [command.decode("ascii", "replace") for command in commands if command]
 
     def write(self, data: bytes) -> None:

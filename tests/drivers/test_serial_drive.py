@@ -46,11 +46,10 @@ def move(node: int, counts: int) -> list[Exchange]:
 def cycle(
     asked: int, told: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
 ) -> list[Exchange]:
-    """One cycle in which it is the turn of drive `asked` to tell its status, before it is told anything."""
+    """One cycle: what each drive is told, the status of the one whose turn it is, what all have measured."""
     script: list[Exchange] = []
     for node in (1, 2, 3):
-        script += [status(node, word)] if node == asked else []
-        script += [*(told or {}).get(node, []), *read(node, counts)]
+        script += [*(told or {}).get(node, []), *([status(node, word)] if node == asked else []), *read(node, counts)]
     return script
 
 
@@ -62,25 +61,21 @@ def enable(node: int, counts: int = 0) -> list[Exchange]:
     return [(f"{node} s r0xca {counts}", "ok"), (f"{node} s r0x24 21", "ok")]
 
 
-RELEASED = [*cycle(1, {node: [off(node)] for node in (1, 2, 3)}), *cycle(2), *cycle(3)]
-"""What drives are told first of all: no power."""
-ENABLED = [
-    *RELEASED,
-    *cycle(1, {1: enable(1)}),
-    *cycle(2, {2: enable(2)}),
-    *cycle(3, {3: enable(3)}),
-    *cycle(1, word=ON),
-    *cycle(2, word=ON),
-    *cycle(3, word=ON),
+RELEASED = [
+    *cycle(1, {1: [off(1)], 2: [off(2)], 3: [off(3)]}),
+    *cycle(2, {2: [off(2)], 3: [off(3)]}),
+    *cycle(3, {3: [off(3)]}),
 ]
+"""What drives are told first of all, until they are seen to be off: no power."""
+ENABLED = [*RELEASED, *(pair for node in (1, 2, 3) for pair in cycle(node, {node: enable(node)}, word=ON))]
 
 
 def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
     """Drives that follow, and what comes then."""
     amplifiers, port, log = drives([*ENABLED, *script])
-    for goal, cycles in ((Goal.DISABLED, 3), (Goal.ENABLED, 6)):
+    for goal in (Goal.DISABLED, Goal.ENABLED):
         amplifiers.goal = goal
-        for _ in range(cycles):
+        for _ in range(3):
             sample = amplifiers.exchange(None, 1.0)
     assert sample.power == (Power.ON,) * 3
     return amplifiers, port, log
@@ -89,24 +84,42 @@ def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
 def test_target_is_the_position_measured_last_before_power() -> None:
     script = [*RELEASED, *cycle(1, {1: enable(1, 0)}, counts=11), *cycle(2, {2: enable(2, 11)}, counts=22)]
     amplifiers, port, _ = drives([*script, *cycle(3, {3: enable(3, 22)})])
+    for goal in (Goal.DISABLED, Goal.ENABLED):
+        amplifiers.goal = goal
+        for _ in range(3):
+            amplifiers.exchange(None, 1.0)
+    port.assert_finished()
+
+
+def test_a_drive_that_is_slow_to_switch_on_is_told_again() -> None:
+    script = [*RELEASED, *cycle(1, {1: enable(1)}), *cycle(2, {2: enable(2)}, ON), *cycle(3, {3: enable(3)}, ON)]
+    amplifiers, port, _ = drives([*script, *cycle(1, {1: enable(1)}, ON)])
+    for goal, cycles in ((Goal.DISABLED, 3), (Goal.ENABLED, 4)):
+        amplifiers.goal = goal
+        for _ in range(cycles):
+            sample = amplifiers.exchange(None, 1.0)
+    assert sample.power == (Power.ON,) * 3
+    port.assert_finished()
+
+
+def test_a_drive_that_was_told_to_switch_on_and_is_silent_is_not_taken_to_be_off() -> None:
+    amplifiers, _, _ = drives([*RELEASED, ("1 s r0xca 0", "ok"), ("1 s r0x24 21", ""), *read(2), *read(3)])
     for _ in range(3):
         amplifiers.exchange(None, 1.0)
     amplifiers.goal = Goal.ENABLED
-    for _ in range(3):
-        amplifiers.exchange(None, 1.0)
-    port.assert_finished()
+    assert amplifiers.exchange(None, 1.0).power == (Power.UNKNOWN, Power.OFF, Power.OFF)
 
 
 def test_no_power_on_an_old_position() -> None:
     """Where the last position was not received, there is none to be the target."""
-    script = [
-        *[status(1, OFF), off(1), *read(1), off(2), ("2 g r0x32", "")],
-        *[*read(1), status(2, OFF), *read(2), *read(3)],
-    ]
-    amplifiers, port, _ = drives(script)
-    assert amplifiers.exchange(None, 0.05).missing == 2
+    lost: list[Exchange] = [status(1, OFF), ("1 g r0x32", ""), *read(2), *read(3)]
+    wait = [*cycle(2, {2: enable(2)}), *cycle(3, {3: enable(3)}), *cycle(1, {1: enable(1)})]
+    amplifiers, port, _ = drives([*RELEASED, *lost, *cycle(2), *cycle(3), *lost, *wait])
+    for _ in range(7):
+        amplifiers.exchange(None, 0.2)
     amplifiers.goal = Goal.ENABLED
-    amplifiers.exchange(None, 1.0)
+    for _ in range(3):
+        amplifiers.exchange(None, 1.0)
     port.assert_finished()
 
 
@@ -126,7 +139,7 @@ def test_without_a_target_a_drive_stays_where_it_was_told_to_be() -> None:
 
 
 def test_units_signs_and_zero_offset() -> None:
-    script = [status(1, OFF), off(1), *read(1, 250, 2000), off(2), *read(2, 250, 2000), off(3), *read(3, -250, -2000)]
+    script = [off(1), status(1, OFF), *read(1, 250, 2000), off(2), *read(2, 250, 2000), off(3), *read(3, -250, -2000)]
     amplifiers, _, _ = drives(script)
     sample = amplifiers.exchange(None, 1.0)
     assert sample.position == pytest.approx((0.25, 0.25, -0.25))
@@ -140,22 +153,22 @@ def quick_stops() -> dict[int, list[Exchange]]:
     return {node: [(f"{node} t 0", "ok")] for node in (1, 2, 3)}
 
 
-def test_quick_stop_goes_to_all_at_once_and_power_off_to_each_that_stands() -> None:
+def test_quick_stop_goes_to_all_at_once_and_power_off_to_each_that_is_seen_to_stand() -> None:
     script = [
         *cycle(1, quick_stops(), word=MOVING),
         *cycle(2, quick_stops(), word=MOVING),
-        *cycle(3, {**quick_stops(), 3: [off(3)]}, word=ON),
-        *cycle(1, {1: [off(1)], 2: [("2 t 0", "ok")]}, word=ON),
-        *cycle(2, {2: [off(2)]}, word=ON),
+        *cycle(3, quick_stops(), word=ON),
+        *cycle(1, {**quick_stops(), 3: [off(3)]}, word=ON),
+        *cycle(2, {**quick_stops(), 1: [off(1)], 3: [off(3)]}, word=ON),
+        *cycle(3, {node: [off(node)] for node in (1, 2, 3)}),
+        *cycle(1, {node: [off(node)] for node in (1, 2)}),
+        *cycle(2, {2: [off(2)]}),
         *cycle(3),
-        *cycle(1),
-        *cycle(2),
     ]
     amplifiers, port, _ = enabled(script)
     amplifiers.goal = Goal.STOPPED
-    assert amplifiers.exchange(None, 1.0).power == (Power.ON,) * 3
-    assert amplifiers.exchange(None, 1.0).power[1] is Power.STOPPING
-    for _ in range(6):
+    assert amplifiers.exchange(None, 1.0).power == (Power.STOPPING, Power.ON, Power.ON)
+    for _ in range(8):
         sample = amplifiers.exchange(None, 1.0)
     assert sample.power == (Power.OFF,) * 3
     port.assert_finished()
@@ -168,10 +181,10 @@ def test_a_drive_that_refuses_the_quick_stop_is_switched_off() -> None:
     port.assert_finished()
 
 
-def test_disabled_is_one_command() -> None:
-    amplifiers, port, _ = enabled([*cycle(1, {node: [off(node)] for node in (1, 2, 3)}, word=ON), *cycle(2)])
+def test_disabled_is_one_command_until_the_drive_is_seen_to_be_off() -> None:
+    amplifiers, port, _ = enabled(RELEASED)
     amplifiers.goal = Goal.DISABLED
-    for _ in range(2):
+    for _ in range(3):
         amplifiers.exchange(None, 1.0)
     port.assert_finished()
 
@@ -186,8 +199,8 @@ def test_a_fault_is_named() -> None:
 
 
 def test_a_refused_command_ends_the_run() -> None:
-    script = cycle(1, {1: [("1 s r0xca 9", "e 10"), status(1, ON)], 2: move(2, 509), 3: move(3, 9)}, word=ON)
-    amplifiers, port, _ = enabled(script)
+    refused: list[Exchange] = [("1 s r0xca 9", "e 10"), status(1, ON), *read(1)]
+    amplifiers, port, _ = enabled([*refused, *move(2, 509), *read(2), *move(3, 9), *read(3)])
     sample = amplifiers.exchange(amplifiers.encode(np.full((1, 3), 0.009).round(3) * [[1, -1, 1]])[0], 1.0)
     assert sample.trouble == "joint 1 ('1' on line): the drive refuses '1 s r0xca 9': value out of range (e 10)"
     port.assert_finished()
@@ -200,33 +213,55 @@ def test_what_a_drive_refuses_because_of_a_fault_is_told_as_the_fault() -> None:
     assert sample.trouble == "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"
 
 
-def test_after_a_lost_reply_the_rest_of_the_line_is_a_gap_and_the_next_cycle_is_whole() -> None:
-    script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *cycle(2, word=ON)]
-    amplifiers, _, log = enabled(script)
-    sample = amplifiers.exchange(None, 0.2)
-    assert np.isnan(sample.position).tolist() == [False, True, True]
-    assert np.isnan(sample.voltage).tolist() == [False, True, True]
-    assert sample.statusword[1:] == (0, 0)
+def test_a_lost_reply_is_a_gap_of_its_drive_only_if_there_is_time_for_the_others() -> None:
+    script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *read(3, 3), *cycle(2, word=ON)]
+    amplifiers, port, log = enabled(script)
+    sample = amplifiers.exchange(None, 1.0)
+    assert np.isnan(sample.position).tolist() == [False, True, False]
+    assert np.isnan(sample.voltage).tolist() == [False, True, False]
+    assert sample.statusword == (0x27, 0, 0x27)
     assert sample.power == (Power.ON,) * 3
-    assert sample.missing == 2
+    assert sample.missing == 1
     assert log == [("warning", "port", "no reply in time (disturbance 1)")]
-    assert amplifiers.exchange(None, 1.0).missing == 0
-
-
-@pytest.mark.parametrize("reply", ["v", "ok", "v 1 2 3", b"\xff\xfe\r", b"v 1\rv 2\r", "e 33", b"v " + b"1" * 300])
-def test_after_garbage_too(reply: str | bytes) -> None:
-    script = [status(1, ON), *read(1, 1), ("2 g r0x32", reply), *cycle(2, word=ON)]
-    amplifiers, port, _ = enabled(script)
-    assert amplifiers.exchange(None, 0.2).missing == 2
     assert amplifiers.exchange(None, 1.0).missing == 0
     port.assert_finished()
 
 
+def test_without_time_the_rest_of_the_line_is_a_gap() -> None:
+    script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *cycle(2, word=ON)]
+    amplifiers, port, log = enabled(script)
+    assert amplifiers.exchange(None, 0.015).missing == 2
+    assert len(log) == 1
+    assert amplifiers.exchange(None, 1.0).missing == 0
+    port.assert_finished()
+
+
+@pytest.mark.parametrize("reply", ["v", "ok", "v 1 2 3", b"\xff\xfe\r", b"v 1\rv 2\r", "e 33", b"v " + b"1" * 300])
+def test_garbage_is_a_gap_too(reply: str | bytes) -> None:
+    script = [status(1, ON), *read(1, 1), ("2 g r0x32", reply), *read(3), *cycle(2, word=ON)]
+    amplifiers, port, _ = enabled(script)
+    sample = amplifiers.exchange(None, 1.0)
+    assert np.isnan(sample.position).tolist() == [False, True, False]
+    assert amplifiers.exchange(None, 1.0).missing == 0
+    port.assert_finished()
+
+
+@pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
+def test_a_drive_whose_replies_are_garbage_is_told_to_stop_again_and_again(goal: Goal) -> None:
+    command = "t 0" if goal is Goal.STOPPED else "s r0x24 0"
+    heard: list[Exchange] = [(f"1 {command}", "?"), (f"2 {command}", "?"), (f"3 {command}", "?")]
+    amplifiers, port, _ = enabled(heard * 5)
+    amplifiers.goal = goal
+    for _ in range(5):
+        assert amplifiers.exchange(None, 1.0).missing == 3
+    port.assert_finished()
+
+
 def test_a_bad_line_does_not_fill_the_log() -> None:
-    script: list[Exchange] = [("1 g r0xa0" if turn % 3 == 0 else "1 s r0x24 0", "") for turn in range(20)]
-    amplifiers, _, log = drives(script)
-    for _ in range(20):
-        amplifiers.exchange(None, 0.03)
+    silent: list[Exchange] = [(f"{node} s r0x24 0", "") for node in (1, 2, 3)]
+    amplifiers, _, log = drives(silent * 7)
+    for _ in range(7):
+        amplifiers.exchange(None, 1.0)
     assert [entry[2].split("disturbance ")[1] for entry in log] == ["1)", "2)", "4)", "8)", "16)"]
 
 
@@ -373,7 +408,7 @@ def on_three_lines(scripts: dict[str, list[Exchange]]) -> tuple[SerialDrives, di
 
 def alone(word: int, *told: Exchange, counts: int = 0) -> list[Exchange]:
     """One cycle of a drive on its own line."""
-    return [("g r0xa0", f"v {word}"), *told, ("g r0x32", f"v {counts}"), ("g r0x15", "v 1000")]
+    return [*told, ("g r0xa0", f"v {word}"), ("g r0x32", f"v {counts}"), ("g r0x15", "v 1000")]
 
 
 SWITCH_OFF: Exchange = ("s r0x24 0", "ok")
@@ -391,8 +426,8 @@ def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cyc
 
 
 def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable() -> None:
-    start = [*alone(OFF, SWITCH_OFF), *alone(OFF, *SWITCH_ON)]
-    left = [*alone(ON), ("t 0", "ok"), *alone(MOVING, ("t 0", "ok")), *alone(ON, SWITCH_OFF), *alone(OFF)]
+    start = [*alone(OFF, SWITCH_OFF), *alone(ON, *SWITCH_ON)]
+    left = [*alone(ON), ("t 0", "ok"), *alone(ON, ("t 0", "ok")), *alone(OFF, SWITCH_OFF), *alone(OFF)]
     amplifiers, ports = on_three_lines({"a": start, "b": [*start, *left], "c": [*start, *left]})
     amplifiers.exchange(None, 1.0)
     amplifiers.goal = Goal.ENABLED
@@ -404,8 +439,7 @@ def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable()
         sample = amplifiers.exchange(None, 1.0)
     assert sample.missing == 1
     assert math.isnan(sample.position[0])
-    # The lost one was told to switch on, and has not said that it is off.
-    assert sample.power == (Power.UNKNOWN, Power.OFF, Power.OFF)
+    assert sample.power == (Power.ON, Power.OFF, Power.OFF)
     for name in "bc":
         ports[name].assert_finished()
 

@@ -88,16 +88,20 @@ def test_echo() -> None:
         drives.close()
 
 
-def test_lockstep_time_passes_when_every_voltage_has_been_asked_for() -> None:
+def test_lockstep_time_passes_with_the_latch_only() -> None:
     with served(rig()) as machine:
         port = simulated["simulated"]
-        first = [say(port, f"{node} g r0x15\r".encode()) for node in (1, 2)]
-        # Asked again, the same voltage is told: time stands still.
-        assert say(port, b"1 g r0x15\r") == first[0]
+        first = say(port, b"1 g r0x15\r")
+        assert say(port, b"1 g r0x15\r") == first  # time stands still, its noise too
         assert machine.machine.time == 0.0
-        say(port, b"3 g r0x15\r")
-        say(port, b"3 g r0xa4\r")  # by its reply, the cycle before is over
+        assert say(port, b"2 latch\r") == b"ok\r"
+        say(port, b"3 g r0xa4\r")  # by its reply, the period is over
         assert machine.machine.time == pytest.approx(1 / 20)
+
+
+def test_real_time_knows_no_latch() -> None:
+    with served(rig(), "realtime"):
+        assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
 
 
 def test_real_time_commands_and_replies_take_their_time_on_the_wire() -> None:

@@ -1,0 +1,41 @@
+"""What a drive on a serial line is told before it moves: one table of registers, computed from the rig."""
+
+from dataclasses import dataclass
+
+from recordings.rig import Drive, Rig
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One register as it shall be before power."""
+
+    register: str
+    meaning: str
+    value: int
+
+
+def settings(rig: Rig, drive: Drive) -> list[Setting]:
+    """What one drive is told before it moves, in the order in which it is written."""
+    bus, names = rig.serial, rig.serial.registers
+    counts = abs(drive.counts_per_radian)
+    low, high = travel(rig, drive)
+    table = [
+        Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
+        Setting(
+            names.deceleration,
+            "quick stop deceleration",
+            round(rig.limits.acceleration * counts / bus.deceleration_unit),
+        ),
+        Setting(names.upper_limit, "software position limit [counts]", high),
+        Setting(names.lower_limit, "software position limit [counts]", low),
+        *(Setting(register, "as the rig file says", value) for register, value in bus.setup.items()),
+        Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
+    ]
+    return [setting for setting in table if setting.register]
+
+
+def travel(rig: Rig, drive: Drive) -> tuple[int, int]:
+    """Lowest and highest allowed encoder position [counts]."""
+    ends = (rig.limits.joint_min, rig.limits.joint_max)
+    low, high = sorted(round((angle - drive.zero_offset) * drive.counts_per_radian) for angle in ends)
+    return low, high
