@@ -17,6 +17,8 @@ LEAST_SAMPLES = 10
 """In a bin; others are left out."""
 LONGEST_VISIT = 0.5
 """A stay in a bin counts as one observation, a longer one as several of this duration [s]."""
+LEAST_VISITS = 2
+"""In a bin, as equal ones; fewer tell nothing of how much visits scatter."""
 LEVEL = 0.95
 
 
@@ -31,7 +33,7 @@ class Curve:
     mean: Floats
     """(b,) mean residual [N m or N]."""
     half_width: Floats
-    """(b,) of its 95 % confidence interval; NaN where the bin was visited once only."""
+    """(b,) of its 95 % confidence interval; NaN where the bin was not visited often enough."""
     rms: Floats
     """(b,) of the residual [N m or N]."""
     samples: Ints
@@ -128,7 +130,7 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     visits = samples**2 / float((np.bincount(number) ** 2.0).sum())
     deviation = np.bincount(number, residual - mean)
     error = half_width = np.nan
-    if number.max() > 0:
+    if visits >= LEAST_VISITS:
         error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
         half_width = float(t.ppf((1 + LEVEL) / 2, visits - 1)) * error
     return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples

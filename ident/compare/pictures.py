@@ -15,6 +15,8 @@ from ident.where import PHASES
 
 NOISE = "#009E73"
 """Of Okabe and Ito's palette, as the others."""
+HIGHEST = 1.3
+"""What curves are drawn of, over the largest RMS of any bin."""
 AROUND = 0.5
 """Seconds that are drawn before and after a worst stretch."""
 
@@ -68,6 +70,9 @@ def curves(path: Path, title: str, comparison: Comparison) -> None:
             for axis, curve in zip(row, joint.curves, strict=True):
                 _curve(axis, curve, joint)
             row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
+            # Bands of bins that were hardly visited would hide all others.
+            most = HIGHEST * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
+            row[0].set_ylim(-most or -1.0, most or 1.0)
 
 
 def _curve(axis: Any, curve: Curve, joint: JointComparison) -> None:

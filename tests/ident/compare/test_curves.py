@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -67,3 +69,17 @@ def test_the_load_is_the_computed_torque(planted: Planted, dataset: Dataset) -> 
     found = curve("load", planted(0.1 * np.nan_to_num(dataset.torque)))
     slope = np.polyfit(found.centre, found.mean, 1)[0]
     assert slope == pytest.approx(0.1, rel=0.02)
+
+
+def test_a_bin_that_was_hardly_visited_has_no_band(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+    found = curve("time", not_repeated(planted(noise)))
+    assert len(found.centre) == 24
+    # Each bin of time is one stay of under half a second.
+    assert np.isnan(found.half_width).all()
+
+
+def not_repeated(prediction: Prediction) -> Prediction:
+    """As if the motion did not repeat: bins of time may be short."""
+    recording = prediction.dataset.recording
+    once = replace(recording, run=recording.run.model_copy(update={"period": 0.0}))
+    return replace(prediction, dataset=replace(prediction.dataset, recording=once))
