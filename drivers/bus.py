@@ -1,5 +1,6 @@
 """One CAN bus as the drivers use it: open, send, receive, and show every frame to whoever records."""
 
+import socket
 import time
 from collections import deque
 from collections.abc import Callable
@@ -24,7 +25,10 @@ def open_bus(settings: CanBus) -> can.BusABC:
     if settings.interface == "udp_multicast":
         arguments |= {"port": settings.port, "fd": False}
     try:
-        return can.Bus(**arguments)
+        bus = can.Bus(**arguments)
+        if settings.interface == "socketcan":
+            _enlarge_buffer(bus)
+        return bus
     except (can.CanError, OSError, ValueError) as error:
         raise BadInput(
             f"CAN interface '{settings.interface}' channel '{settings.channel}' cannot be opened: {error}; "
@@ -32,11 +36,24 @@ def open_bus(settings: CanBus) -> can.BusABC:
         ) from None
 
 
+def _enlarge_buffer(bus: Any) -> None:
+    """Room for what arrives while this process does not get the processor; root may exceed the system's limit."""
+    force = getattr(socket, "SO_RCVBUFFORCE", 33)
+    for option in (force, socket.SO_RCVBUF):
+        try:
+            bus.socket.setsockopt(socket.SOL_SOCKET, option, _RECEIVE_BUFFER)
+            return
+        except OSError:
+            continue
+
+
 def frame_bits(data_bytes: int) -> int:
     """Worst-case length of a standard data frame with stuff bits and interframe space [bit]."""
     return 47 + 8 * data_bytes + (33 + 8 * data_bytes) // 4
 
 
+_RECEIVE_BUFFER = 2**23
+"""[bytes]; a frame takes several hundred."""
 _ECHOES = 1000
 """How many sent frames are remembered until they come back."""
 _UNREADABLE = 1000

@@ -129,10 +129,15 @@ def _listen(
     check(rig)
     trajectory = None if name is None else load(name, rig, cycles)
     out = out or Path(f"{NAME}.mcap")
-    _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
+    announced = False
     with progress_bar("listening") as show:
 
         def look(heard: Heard) -> None:
+            nonlocal announced
+            if not announced:
+                # Not before the bus is open: another program may wait for this line to begin.
+                announced = True
+                _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(heard.syncs, None, f"{heard.syncs} SYNCs, {heard.frames} frames")
 
         heard, found = record(rig, out, trajectory, duration, look)

@@ -1,0 +1,138 @@
+"""What the tests on a kernel vcan0 share: a bench with a rig file, the programs as processes, foreign witnesses."""
+
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import IO
+
+import can
+import canopen
+import pytest
+
+from drivers import cia402
+from tests.conftest import Finished, launcher
+
+# Collected only by tests/vcan/run, which makes vcan0 and sets this.
+collect_ignore_glob = [] if "VCAN_OUT" in os.environ else ["test_*.py"]
+
+_RIG = """
+name = "bench"
+rate = {rate}
+[bus]
+interface = "socketcan"
+channel = "vcan0"
+[limits]            # wide enough for a busy computer with one slow processor
+host_stall = 0.2
+torque = 200
+[[drives]]
+node_id = 1
+[[drives]]
+node_id = 2
+[[drives]]
+node_id = 3
+"""
+# MuJoCo's own timers read the clock, which takes longer in User-mode Linux than a step of the plant.
+_SIM = [sys.executable, "-W", "error", "-c"]
+_SIM += ["import mujoco; mujoco.set_mjcb_time(float); from daq.cli import main; main()", "sim"]
+
+Frames = Counter[tuple[int, str]]
+"""How often each frame, as (arbitration id, data in hex), was seen."""
+
+
+class Bench:
+    """A folder with a rig file for vcan0, and what works there. Every process of it has ended when its block ends."""
+
+    def __init__(self, folder: Path, rate: float) -> None:
+        self.folder = folder
+        self.rig = folder / "vcan.toml"
+        self.rig.write_text(_RIG.format(rate=rate))
+
+    @contextmanager
+    def simulated_rig(self, pace: str) -> Iterator[subprocess.Popen[str]]:
+        """`daq sim`, ready."""
+        with _process([*_SIM, "--rig", str(self.rig), "--pace", pace]) as process:
+            assert process.stdout is not None
+            assert "simulated drives (nodes 1, 2, 3)" in process.stdout.readline()
+            yield process
+
+    @contextmanager
+    def recording(self, out: Path, pace: str, *options: str) -> Iterator[subprocess.Popen[str]]:
+        """`daq record` of one cycle of fig5a."""
+        command = [*launcher("daq"), "record", "--rig", str(self.rig), "--pace", pace, "--out", str(out)]
+        with _process([*command, "--traj", "fig5a", *options]) as process:
+            yield process
+
+    def record(self, out: Path, pace: str, *options: str) -> Finished:
+        """`daq record`, to its end."""
+        with self.recording(out, pace, *options) as process:
+            return finished(process)
+
+    @contextmanager
+    def candump(self) -> Iterator[Frames]:
+        """Count what candump of can-utils sees, complete when the block has ended; traffic must end within it."""
+        frames = Frames()
+        log = self.folder / "candump.log"
+        # It ends by itself when the bus has been silent for five seconds.
+        command = ["candump", "-L", "-d", "-T", "5000", "-r", str(2**23), "vcan0"]
+        with log.open("w") as file, _process(command, stdout=file) as process:
+            yield frames
+            assert process.wait(60) == 0
+        for line in log.read_text().splitlines():
+            _, _, frame = line.split()
+            arbitration_id, _, data = frame.partition("#")
+            frames[int(arbitration_id, 16), data.lower()] += 1
+
+
+def finished(process: "subprocess.Popen[str]") -> Finished:
+    """What the process says until it ends."""
+    out, err = process.communicate(timeout=300)
+    assert "Traceback" not in err, err
+    return Finished(process.returncode, out, err)
+
+
+def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 400) -> None:
+    """Until all drives have answered so many SYNCs with "operation enabled"."""
+    with can.Bus(interface="socketcan", channel="vcan0", can_filters=[{"can_id": 0x180, "can_mask": 0x780}]) as bus:
+        enabled = Counter[int]()
+        while len(enabled) < 3 or min(enabled.values()) < cycles:
+            message = bus.recv(20)
+            if message is None:
+                process.terminate()
+                pytest.fail(f"the drives never moved: {finished(process)}")
+            word = int.from_bytes(message.data[:2], "little")
+            enabled[message.arbitration_id] += cia402.decode(word) is cia402.State.ENABLED
+
+
+def states() -> dict[int, cia402.State]:
+    """State of every drive as another CANopen master reads it (object 6041)."""
+    network = canopen.Network()
+    network.connect(interface="socketcan", channel="vcan0")
+    try:
+        nodes = {number: network.add_node(number, canopen.ObjectDictionary()) for number in (1, 2, 3)}
+        words = {number: int.from_bytes(node.sdo.upload(0x6041, 0), "little") for number, node in nodes.items()}
+    finally:
+        network.disconnect()
+    return {number: cia402.decode(word) for number, word in words.items()}
+
+
+@contextmanager
+def _process(command: list[str], stdout: IO[str] | int = subprocess.PIPE) -> Iterator["subprocess.Popen[str]"]:
+    with subprocess.Popen(command, stdout=stdout, stderr=subprocess.PIPE, text=True) as process:
+        try:
+            yield process
+        finally:
+            process.terminate()
+            try:
+                process.wait(20)
+            except subprocess.TimeoutExpired:
+                process.kill()
+
+
+@pytest.fixture
+def out() -> Path:
+    """Folder for what shall outlast vcan0."""
+    return Path(os.environ["VCAN_OUT"])
