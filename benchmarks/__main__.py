@@ -1,6 +1,9 @@
 """`make bench`: every benchmark, one after the other."""
 
-from benchmarks import cycle, reading
+from benchmarks import certificate, commands, cycle, reading, swarm
 
 reading.main()
 cycle.main()
+certificate.main()
+swarm.main()
+commands.main()

@@ -47,7 +47,8 @@ def _order(comparison: Comparison) -> Iterator[str]:
         beaten = comparison.beaten(role)
         if beaten:
             where = ", ".join(f"{method} on joint {joint}" for method, joint in beaten)
-            yield f"The paper's order does not hold on {name} data: PSO is not above {where}. {_reason(comparison, role)}"
+            yield f"The paper's order does not hold on {name} data: PSO is not above {where}."
+            yield _reason(comparison, role)
         else:
             yield f"The paper's order holds on {name} data: PSO is above RLS, DLS and SVD on every joint."
 
@@ -56,8 +57,8 @@ def _reason(comparison: Comparison, role: int) -> str:
     """Why a baseline is not below the swarm on the data of `role`."""
     if not comparison.beaten(role, FAIR):
         return (
-            "Least squares with the same model is above them all: Eq. (41) measures squared errors, whereas the swarm "
-            "minimises absolute ones."
+            "Least squares with the same model is above them all: Eq. (41) measures squared errors, whereas the "
+            "swarm minimises absolute ones."
         )
     return (
         "Nor is least squares with the same model: on this data the better model does not show, as where differences "

@@ -1,0 +1,22 @@
+"""The recordings of `make demo`, made anew in a few seconds."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+SEED = 9
+"""Of the effect that is hidden from the model."""
+
+
+def record(folder: Path, *trajectories: str) -> list[Path]:
+    """Record each of `trajectories` on the simulated rig into `folder`."""
+    paths = [folder / f"{name}.mcap" for name in trajectories]
+    for name, path in zip(trajectories, paths, strict=True):
+        command = [program("daq"), "record", "--traj", name, "--hidden", str(SEED), "--out", str(path)]
+        subprocess.run(command, check=True, capture_output=True)
+    return paths
+
+
+def program(name: str) -> str:
+    """The installed command `name`."""
+    return str(Path(sys.executable).with_name(name))
