@@ -222,14 +222,24 @@ class Rig(Section):
 
     @property
     def can(self) -> CanBus:
-        """The bus of a rig whose transport is CANopen."""
-        assert isinstance(self.bus, CanBus)
+        """The bus of a rig whose transport is CANopen.
+
+        Raises:
+            BadInput: it is another one.
+        """
+        if not isinstance(self.bus, CanBus):
+            raise BadInput(f"a rig on a CAN bus expected, bus.transport = '{self.bus.transport}' found")
         return self.bus
 
     @property
     def serial(self) -> SerialBus:
-        """The lines of a rig whose transport is serial."""
-        assert isinstance(self.bus, SerialBus)
+        """The lines of a rig whose transport is serial.
+
+        Raises:
+            BadInput: it is another one.
+        """
+        if not isinstance(self.bus, SerialBus):
+            raise BadInput(f"a rig on serial lines expected, bus.transport = '{self.bus.transport}' found")
         return self.bus
 
     @property

@@ -59,3 +59,11 @@ def test_a_wrong_section_is_explained(tmp_path: Path, section: str, reason: str)
 def test_both_survive_their_way_through_a_recording(bus: CanBus | SerialBus) -> None:
     rig = Rig(name="r", bus=bus, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
     assert Rig.model_validate_json(rig.model_dump_json()) == rig
+
+
+def test_what_needs_the_other_transport_says_so() -> None:
+    drives = tuple(Drive(node_id=i) for i in (1, 2, 3))
+    with pytest.raises(BadInput, match="on a CAN bus expected, bus.transport = 'serial' found"):
+        _ = Rig(name="r", bus=SerialBus(), drives=drives).can
+    with pytest.raises(BadInput, match="on serial lines expected, bus.transport = 'canopen' found"):
+        _ = Rig(name="r", drives=drives).serial
