@@ -116,8 +116,8 @@ class Drive(Section):
     homed: HomedBit | None = None
     """Where the drive tells that its zero is valid; None: it always is (absolute encoder)."""
     dcf: str | None = None
-    """Device configuration file (CiA 306) whose parameter values are written first; relative to the working folder."""
-    emcy: dict[str, str] = {}
+    """Device configuration file (CiA 306) whose parameter values are written first, from the working folder."""
+    emcy: dict[str, str] = Field(default_factory=dict)
     """The manufacturer's texts of its own error codes, e.g. { "FF01" = "brake resistor too hot" }."""
     rated_torque: Positive = 20.0
     """Joint torque at rated current [N m]; the unit of object 6077 is a thousandth of it."""

@@ -63,7 +63,7 @@ def test_both_survive_their_way_through_a_recording(bus: CanBus | SerialBus) -> 
 
 def test_what_needs_the_other_transport_says_so() -> None:
     drives = tuple(Drive(node_id=i) for i in (1, 2, 3))
-    with pytest.raises(BadInput, match="on a CAN bus expected, bus.transport = 'serial' found"):
+    with pytest.raises(BadInput, match=r"on a CAN bus expected, bus\.transport = 'serial' found"):
         _ = Rig(name="r", bus=SerialBus(), drives=drives).can
-    with pytest.raises(BadInput, match="on serial lines expected, bus.transport = 'canopen' found"):
+    with pytest.raises(BadInput, match=r"on serial lines expected, bus\.transport = 'canopen' found"):
         _ = Rig(name="r", drives=drives).serial
