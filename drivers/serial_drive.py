@@ -46,7 +46,7 @@ class SerialDrives:
     """`drivers.protocol.Amplifiers` for the ASCII protocol on serial lines."""
 
     def __init__(self, rig: Rig, lines: dict[str, Line], report: Report, *, stamped: bool) -> None:
-        """`lines` by port; `stamped`: each voltage carries the time of its measurement (not where time is simulated)."""
+        """`lines` by port; `stamped`: voltages carry the time of measurement (not where time is simulated)."""
         self.goal = Goal.DISABLED
         self._report = report
         self._stamped = stamped
