@@ -23,6 +23,8 @@ class Axis:
         self.state: cia402.State | None = None
         self.error_code = 0
         self.error_text = ""
+        self.alarmed = 0
+        """Answers since an EMCY that reported an error."""
         self.restarted = False
         self.heard_cycle: int | None = None
         """Cycle in which the last heartbeat came."""
@@ -63,6 +65,7 @@ class Axis:
         if "status" in values:
             self.statusword, self.counts = values.pop("status"), values.pop("position")
             self.decode_status()
+            self.alarmed = self.alarmed + 1 if self.error_code else 0
         self._raw |= values
         self._received.add(number)
         return True
@@ -127,6 +130,9 @@ class Axis:
             return f"{self.name}: drive fault, {self.error_text or 'no EMCY received'} (0x{self.error_code:04X})"
         if self.error_code and not self.answered:
             return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
+        if self.alarmed > 1:
+            # The statusword had time to tell a fault, which would be the better reason.
+            return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
         if self.unfollowed >= patience:

@@ -130,6 +130,8 @@ class CanopenDrives:
             self._read_state(axis)
             if axis.state is cia402.State.FAULT:
                 self._reset_fault(axis)
+            # What was wrong before (such as the loss of the last master) is told, but does not end this run.
+            axis.error_code, axis.error_text = 0, ""
             self._refuse_unhomed(axis)
         self._nmt(0x01)
         self._operational = True
@@ -146,7 +148,6 @@ class CanopenDrives:
         if axis.state is cia402.State.FAULT:
             code = axis.sdo.read(0x603F, 0, "<H")
             raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive first")
-        axis.error_code, axis.error_text = 0, ""
 
     def _refuse_unhomed(self, axis: Axis) -> None:
         homed = axis.drive.homed

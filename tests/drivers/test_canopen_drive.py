@@ -151,6 +151,20 @@ def test_fault_is_named_with_its_emergency_message() -> None:
     assert log == [("error", "joint 2 (node 2)", "EMCY 0x8611: following error")]
 
 
+def test_emergency_message_without_fault_ends_the_run_when_the_statusword_had_time_to_tell_one() -> None:
+    alarm = (0x082, "10 43 09 00 00 00 00 00")
+    answers = [tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, DISABLED)]
+    amplifiers, _, _ = drives(_enabled(2, lambda k: [alarm, *answers] if k == 0 else answers))
+    assert _exchanges(amplifiers, 2) == [None, "joint 2 (node 2): EMCY 0x4310: drive over-temperature"]
+
+
+def test_emergency_message_that_is_taken_back_ends_nothing() -> None:
+    alarm, over = (0x082, "10 43 09 00 00 00 00 00"), (0x082, "00 00 00 00 00 00 00 00")
+    answers = [tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, DISABLED)]
+    amplifiers, _, _ = drives(_enabled(3, lambda k: [[alarm, *answers], [over, *answers], answers][k]))
+    assert _exchanges(amplifiers, 3) == [None, None, None]
+
+
 def test_status_that_fits_no_state_is_not_taken_for_power_off() -> None:
     answers = [tpdo(1, "03 00"), tpdo(2, DISABLED), tpdo(3, DISABLED)]
     amplifiers, _, _ = drives([*rpdos("00 00"), (HEARTBEAT, []), (SYNC, answers)])

@@ -161,8 +161,8 @@ FAULTS: tuple[Fault, ...] = (
     ),
     Fault(
         "EMCY storm without fault",
-        BORNE,
-        0,
+        r"joint 2.*EMCY 0x4310: drive over-temperature",
+        1,
         cable=lambda: accompany(TPDO_2, lambda k: [frame(0x082, "1043000000000000")] * 5),
     ),
     Fault(
