@@ -157,8 +157,11 @@ def source(recording: Recording) -> Source:
 def save(model: Model, path: Path) -> None:
     """Write `model` to `path`, replacing it in one step."""
     partial = path.with_name(path.name + ".part")
-    partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    partial.replace(path)
+    try:
+        partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def load(path: Path) -> Model:

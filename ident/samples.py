@@ -95,8 +95,12 @@ def _refuse_incomplete(recording: Recording) -> None:
 
 def _refuse_useless(recording: Recording, drive: Floats) -> None:
     name, rig = recording.path.name, recording.rig
+    # What moves on the way to the start does not count where the motion itself is known.
+    motion = recording.repeat >= 0 if (recording.repeat >= 0).any() else slice(None)
     kind, units = ("effort", rig.effort_units) if holds_torque(recording) else ("voltage", ("V",) * rig.dof)
-    for joint, (position, signal) in enumerate(zip(recording.position.T, drive.T, strict=True), start=1):
+    for joint, (position, signal) in enumerate(
+        zip(recording.position[motion].T, drive[motion].T, strict=True), start=1
+    ):
         position, signal = position[np.isfinite(position)], signal[np.isfinite(signal)]
         if not len(position) or np.ptp(position) < LEAST_TRAVEL:
             raise BadInput(f"{name}: joint {joint} should move, but its position is constant; record a motion")

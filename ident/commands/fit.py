@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import hashlib
+import shutil
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +20,10 @@ if TYPE_CHECKING:
 FILE = click.Path(path_type=Path)
 
 
-@click.command(epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap")
+@click.command(
+    short_help="Find the parameters of the dynamic model.",
+    epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap",
+)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--validate", type=FILE, metavar="FILE", help="Judge the model on a recording that the fit does not see."
@@ -30,7 +36,9 @@ FILE = click.Path(path_type=Path)
     "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
     "  [default: parallel]",
 )
-@click.option("--cutoff", type=float, metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
+@click.option(
+    "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
+)
 @click.option(
     "--neighbourhood",
     type=click.Choice(["current", "personal"]),
@@ -94,6 +102,8 @@ def command(
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
+    _refuse_the_same_twice(files, validate)
+    _refuse_inputs_as_outputs([*files, *([validate] if validate else [])], out, plots)
     if not force:
         _refuse_overwriting(out, plots)
 
@@ -124,14 +134,43 @@ def _refuse_overwriting(out: Path, plots: Path) -> None:
             raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
 
 
+def _refuse_inputs_as_outputs(inputs: Sequence[Path], out: Path, plots: Path) -> None:
+    for path in (out, plots):
+        if path.resolve() in [given.resolve() for given in inputs]:
+            raise BadInput(f"{path} is one of the recordings and would be replaced; give the output another name")
+
+
+def _refuse_the_same_twice(files: Sequence[Path], validate: Path | None) -> None:
+    """The same data counted twice make intervals too narrow, and a validation worthless."""
+    seen: dict[str, Path] = {}
+    for path in (*files, *([validate] if validate else [])):
+        if not path.is_file():
+            continue  # said better when it is read
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        if digest in seen:
+            raise BadInput(f"{path} holds the same data as {seen[digest]}; give different recordings")
+        seen[digest] = path
+
+
 def _write(result: Identification, out: Path, plots: Path) -> None:
+    """Model and pictures, or nothing."""
     from ident import model
     from ident.plots import draw
 
-    out.parent.mkdir(parents=True, exist_ok=True)
-    model.save(result.model, out)
-    plots.mkdir(parents=True, exist_ok=True)
-    draw(result, plots)
+    partial = plots.with_name(plots.name + ".part")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        partial.mkdir(parents=True, exist_ok=True)
+        draw(result, partial)
+        model.save(result.model, out)
+        plots.mkdir(exist_ok=True)
+        for picture in partial.iterdir():
+            picture.replace(plots / picture.name)
+    except OSError as error:
+        raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _show(result: Identification, as_json: bool, details: bool) -> None:
