@@ -78,7 +78,7 @@ class Joint:
         """One step: torque on the shaft [N m]; `bent`: level of the friction that has to bend first [N m]."""
         i = self._i
         if self.enabled:
-            q, v = self.read(now.q[i], now.v[i]) if self._encoders else (now.q[i], now.v[i])
+            q, v = self.read(now.q[i], now.v[i])
             torque = self._axis.follow(setpoint, q, v)
         else:
             torque = self._axis.idle()
@@ -95,6 +95,8 @@ class Joint:
 
     def read(self, q: float, v: float) -> tuple[float, float]:
         """What the encoder makes of the true angle [rad] and speed [rad/s]."""
+        if not self._encoders:
+            return q, v
         errors = [encoder(q) for encoder in self._encoders]
         return q + sum(error for error, _ in errors), v * (1 + sum(slope for _, slope in errors))
 

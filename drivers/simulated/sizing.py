@@ -15,22 +15,23 @@ from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import Effect, build
 from drivers.simulated.machine import Machine, step
 from drivers.simulated.remainder import Motion, Remainder, remainder
+from drivers.simulated.search import solve
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories.kinematics import Unreachable
 from trajectories.library import load
 
-_FIT_EVERY = 20
+_LOOK_EVERY = 4
+"""Steps of the plant between two looks at it."""
+_FIT_EVERY = 5
+"""Looks between two rows of the fit."""
 _MARGIN = 0.15
 """Of the motion beyond the repetitions, for the low-pass [s]."""
-_TRIALS = 9
 _CLOSE_ENOUGH = 0.01
 """Relative error of a size that was asked for."""
 _SHAKING = 0.3
 """How far an effect may change the acceleration, as a share of it, before the loop counts as unstable."""
-_LONGEST_STRIDE = math.log(10)
-"""Of the search, on the logarithm of the strength."""
 
 
 class Ruler:
@@ -58,35 +59,21 @@ class Ruler:
     def nearest(self, effect: Effect, wanted: float) -> tuple[Effect, float]:
         """The effect with the strength, of the same sign, that brings its size nearest to `wanted`; and that size.
 
-        Secant steps on the logarithms of strength and size, where most effects are straight lines.
-
         Raises:
             BadInput: as `size`, or the robot cannot follow with any strength that was tried.
         """
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
-
-        def scaled(x: float) -> Effect:
-            # The exponential of a logarithm may miss the bound by its last bit.
-            return effect.scaled(sign * min(math.exp(x), effect.largest()))
-
-        goal, most = math.log(wanted), math.log(effect.largest())
-        tried: list[tuple[float, float]] = []
-        x = math.log(abs(type(effect)().model_dump()[effect.strength()]))
-        for _ in range(_TRIALS):
-            size = self.size(scaled(x))
-            if math.isinf(size):
-                most = x
-                x = (x + max(before for before, _ in tried)) / 2 if tried else x - _LONGEST_STRIDE
-                continue
-            tried.append((x, math.log(max(size, 1e-9))))
-            if abs(tried[-1][1] - goal) < _CLOSE_ENOUGH or (x == most and tried[-1][1] < goal):
-                break
-            stride = (goal - tried[-1][1]) / _slope(tried)
-            x = min(x + min(max(stride, -_LONGEST_STRIDE), _LONGEST_STRIDE), most)
-        if not tried:
+        found = solve(
+            lambda strength: self.size(effect.scaled(sign * strength)),
+            wanted,
+            start=abs(type(effect)().model_dump()[effect.strength()]),
+            largest=effect.largest(),
+            tolerance=_CLOSE_ENOUGH,
+        )
+        if found is None:
             raise BadInput(f"effect {effect.name()} shakes this robot at any strength; change its other parameters")
-        x, reached = min(tried, key=lambda trial: abs(trial[1] - goal))
-        return scaled(x), math.exp(reached)
+        strength, size = found
+        return effect.scaled(sign * strength), size
 
 
 class _Run:
@@ -94,12 +81,14 @@ class _Run:
 
     def __init__(self, rig: Rig, config: SimConfig, name: str, cycles: int) -> None:
         self._rig, self._config = rig, config
-        self._dt = step(rig.rate)
-        trajectory = load(name, rig, cycles=cycles, rate=1 / self._dt)
-        repeating = np.flatnonzero(trajectory.repeat >= 0)
+        dt = step(rig.rate)
+        self._dt = _LOOK_EVERY * dt
+        trajectory = load(name, rig, cycles=cycles, rate=1 / dt)
+        repeating = np.flatnonzero(trajectory.repeat >= 0) // _LOOK_EVERY
         self._window = slice(int(repeating[0]), int(repeating[-1]) + 1)
         self._start: list[float] = trajectory.platform[0].tolist()
-        self._setpoints = trajectory.joint_position[: self._window.stop + round(_MARGIN / self._dt)]
+        looks = self._window.stop + round(_MARGIN / self._dt)
+        self._setpoints = trajectory.joint_position[: looks * _LOOK_EVERY].reshape(looks, _LOOK_EVERY, 3)
         bare = self._left(())
         if bare is None:
             raise BadInput(f"the simulated robot cannot follow {name}; change its servo or its links in the sim file")
@@ -117,7 +106,7 @@ class _Run:
         """What the base model leaves; None where the robot does not follow."""
         try:
             motion = self._follow(effects)
-            error = np.abs(self._setpoints - motion.position)[self._window]
+            error = np.abs(self._setpoints[:, -1] - motion.position)[self._window]
             if not np.max(error) < self._rig.limits.following_error:
                 return None
             return remainder(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
@@ -131,12 +120,11 @@ class _Run:
         machine.reset(self._start)
         machine.enabled, machine.brake = [True] * 3, [False] * 3
         rows = []
-        for setpoint in self._setpoints.tolist():
-            machine.advance((setpoint,))
+        for setpoints in self._setpoints.tolist():
+            machine.advance(setpoints)
             rows.append((machine.position(), machine.velocity(), machine.reported_torque()))
         position, velocity, torque = np.moveaxis(np.array(rows), 1, 0)
-        # The torque of a step is what changes the velocity in it.
-        acceleration = np.diff(velocity, axis=0, prepend=velocity[:1]) / self._dt
+        acceleration: Floats = np.gradient(velocity, self._dt, axis=0)
         return Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
 
 
@@ -171,12 +159,3 @@ def _resolved(ruler: Ruler, spec: EffectSpec, effect: Effect) -> EffectSpec:
 
 def _rms(values: Floats) -> float:
     return math.sqrt(float(np.mean(values**2)))
-
-
-def _slope(tried: Sequence[tuple[float, float]]) -> float:
-    """Of size over strength, both logarithms, between the last two trials; 1 where they do not tell."""
-    if len(tried) < 2:
-        return 1.0
-    (x0, y0), (x1, y1) = tried[-2:]
-    slope = (y1 - y0) / (x1 - x0) if x1 != x0 else 1.0
-    return min(max(slope, 0.3), 3.0)

@@ -13,12 +13,12 @@ class CablePull(Effect):
     variables = ("position",)
 
     a: float = parameter(0.5, "N m", "pull at the angle q_0", ge=0, le=30)
-    q_0: float = parameter(0.5, "rad", "angle at which the pull is a", ge=-1.5, le=1.5)
+    q_0: float = parameter(0.2, "rad", "angle at which the pull is a", ge=-1.5, le=1.5)
     w: float = parameter(0.08, "rad", "over which it grows e times", ge=0.02, le=1)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"w": rng.uniform(0.05, 0.1)}
+        return {"w": rng.uniform(0.06, 0.15)}
 
     def torque(self, i: int, now: State) -> float:
         return self.a * math.exp(min((now.q[i] - self.q_0) / self.w, _TAUT))

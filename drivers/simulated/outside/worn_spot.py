@@ -13,12 +13,12 @@ class WornSpot(Effect):
     variables = ("position", "velocity")
 
     a: float = parameter(1.0, "N m", "further dry friction in the middle of the spot", ge=0, le=30)
-    q_0: float = parameter(0.2, "rad", "where the spot is", ge=-1.5, le=1.5)
+    q_0: float = parameter(-0.2, "rad", "where the spot is", ge=-1.5, le=1.5)
     w: float = parameter(0.1, "rad", "half of its width", ge=0.01, le=1)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"q_0": rng.uniform(-0.1, 0.4), "w": rng.uniform(0.06, 0.15)}
+        return {"q_0": rng.uniform(-0.6, 0.1), "w": rng.uniform(0.06, 0.15)}
 
     def friction(self, i: int, now: State) -> float:
         return self.a * math.exp(-(((now.q[i] - self.q_0) / self.w) ** 2))

@@ -1,0 +1,66 @@
+"""How large each hidden effect of the simulated plant can be, on a heavy and a light robot along fig5a.
+
+`python -m benchmarks.effect_sizes [EFFECT...]`: a minute or two per robot for all of them.
+"""
+
+import sys
+
+import numpy as np
+
+from drivers.simulated.config import ROBOTS, load_sim
+from drivers.simulated.effect import discover, library, outside
+from drivers.simulated.hidden import draw_effect
+from drivers.simulated.sizing import Ruler
+from recordings.errors import BadInput
+from recordings.rig import Rig, Voltage, simulated_rig
+
+SIZES = (0.01, 0.03, 0.10)
+_SEED = 1
+
+
+def rig() -> Rig:
+    """The simulated rig, reporting commanded voltages: in true motor voltages some effects leave no trace."""
+    drives = (drive.model_copy(update={"voltage": Voltage(kind="command")}) for drive in simulated_rig().drives)
+    return simulated_rig().model_copy(update={"drives": tuple(drives)})
+
+
+def row(ruler: Ruler, name: str) -> str:
+    """Strength at each of SIZES, or the size nearest to it that can be had."""
+    effect = draw_effect(np.random.default_rng(_SEED), (name,))
+    cells = []
+    for wanted in SIZES:
+        try:
+            found, size = ruler.nearest(effect, wanted)
+        except BadInput as error:
+            return f"| `{name}` | {error} |"
+        strength = f"{found.model_dump()[found.strength()]:.3g}"
+        reached = abs(size / wanted - 1) < 0.1
+        cells.append(strength if reached else f"({strength}: {100 * size:.1f} %)")
+    shape = {key: f"{value:.3g}" for key, value in effect.model_dump(exclude={"joints", effect.strength()}).items()}
+    shapes = ", ".join(f"{key} = {value}" for key, value in shape.items())
+    joints = "robot" if effect.whole_robot else ", ".join(map(str, effect.joints))
+    return f"| `{name}` | {joints} | {_range(name)} | {' | '.join(cells)} | {shapes} |"
+
+
+def _range(name: str) -> str:
+    kind = discover()[name]
+    field = kind.model_fields[kind.strength()]
+    unit = field.json_schema_extra["unit"] if isinstance(field.json_schema_extra, dict) else ""
+    lowest = next(bound.ge for bound in field.metadata if hasattr(bound, "ge"))
+    return f"{kind.strength()} {lowest:g}…{kind.largest():g} {unit}"
+
+
+def main() -> None:
+    """Print one table per robot."""
+    names = sys.argv[1:] or [*library(), *outside()]
+    for robot in ("heavy", "light"):
+        ruler = Ruler(rig(), load_sim(ROBOTS / f"{robot}.toml"))
+        print(f"\n{robot} robot: strength for a size of\n")
+        print("| effect | joints | strength | " + " | ".join(f"{100 * size:g} %" for size in SIZES) + " | shape |")
+        print("|---|---|---|---|---|---|---|")
+        for name in names:
+            print(row(ruler, name), flush=True)
+
+
+if __name__ == "__main__":
+    main()

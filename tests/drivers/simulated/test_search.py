@@ -1,0 +1,49 @@
+import math
+from collections.abc import Callable
+
+import pytest
+
+from drivers.simulated.search import solve
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        lambda s: 0.3 * s,
+        lambda s: 0.05 * math.sqrt(s),
+        lambda s: 0.01 * s**12,
+        lambda s: 0.02 * s + 1e-4,
+        lambda s: 0.03 * s if s < 2 else math.inf,
+        lambda s: 1e-6 if s < 0.9 else 0.2 * s,
+    ],
+    ids=["line", "root", "steep", "floor", "end", "step"],
+)
+@pytest.mark.parametrize("start", [0.1, 1.0, 5.0])
+def test_wanted_size_is_found(law: Callable[[float], float], start: float) -> None:
+    tried = []
+
+    def size(strength: float) -> float:
+        tried.append(strength)
+        return law(strength)
+
+    wanted = law(1.1)
+    found = solve(size, wanted, start=start, largest=10.0, tolerance=0.01)
+    assert found is not None
+    strength, reached = found
+    assert reached == pytest.approx(wanted, rel=0.02)
+    assert law(strength) == pytest.approx(reached)
+    assert max(tried) <= 10.0
+
+
+def test_straight_line_takes_two_trials() -> None:
+    tried = []
+    solve(lambda s: tried.append(s) or 0.3 * s, 0.9, start=1.0, largest=10.0, tolerance=0.01)
+    assert len(tried) == 2
+
+
+def test_nearest_where_it_cannot_be_had() -> None:
+    assert solve(lambda s: 0.01 * s, 1.0, start=1.0, largest=10.0, tolerance=0.01) == pytest.approx((10.0, 0.1))
+
+
+def test_never_possible() -> None:
+    assert solve(lambda s: math.inf, 1.0, start=1.0, largest=10.0, tolerance=0.01) is None
