@@ -66,9 +66,7 @@ def fit(
         BadInput: the motion leaves a parameter without any effect; or the result was to be physical, but the method
             does not look at the search region, and left it.
     """
-    rows = [dataset.rows() for dataset in datasets]
-    regressor = np.concatenate([row[0] for row in rows])
-    torque = np.concatenate([row[1] for row in rows])
+    regressor, torque = _rows(datasets)
     bounds = search_region(mechanism.parameters, regressor, torque, physical)
     deviation = _deviation(datasets, regressor, torque) if estimators.weighted(method) else None
     problem = Problem(regressor, torque, bounds, deviation)
@@ -76,6 +74,12 @@ def fit(
     if physical:
         _refuse_unphysical(mechanism.parameters, estimate.parameters, bounds, method)
     return Fit(estimate, bounds, len(torque))
+
+
+def _rows(datasets: Sequence[Dataset]) -> tuple[Floats, Floats]:
+    """Regressor (r, k) and torque (r,) of all `datasets`."""
+    regressors, torques = zip(*(dataset.rows() for dataset in datasets), strict=True)
+    return np.concatenate(regressors), np.concatenate(torques)
 
 
 def _refuse_unphysical(parameters: Sequence[Parameter], values: Floats, bounds: Floats, method: str) -> None:
