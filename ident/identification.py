@@ -84,7 +84,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
-    _refuse_different_rigs(recordings)
+    refuse_different_rigs(recordings)
     form = estimators.form(choices.method)
     mechanism = effects.with_effects(mechanisms.create(rig, form), choices.effects, rig)
     datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
@@ -129,8 +129,12 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     return Identification(model, mechanism, result, train, validation)
 
 
-def _refuse_different_rigs(recordings: Sequence[Recording]) -> None:
-    """Wiring, limits and rate may differ between recordings; what torque and motion mean may not."""
+def refuse_different_rigs(recordings: Sequence[Recording]) -> None:
+    """Wiring, limits and rate may differ between recordings; what torque and motion mean may not.
+
+    Raises:
+        BadInput: it does.
+    """
     first, *others = recordings
     for other in others:
         expected, found = _physics(first), _physics(other)

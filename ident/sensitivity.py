@@ -48,7 +48,7 @@ def _with_other_lengths(
         return None
     try:
         shorter, longer = (
-            _refit([_stretched(recording, step) for recording in recordings], create, method, cutoff)
+            _refit([stretched(recording, step) for recording in recordings], create, method, cutoff)
             for step in (-LENGTH_STEP, LENGTH_STEP)
         )
     except BadInput:  # with the other length, the mechanism cannot reach where it went
@@ -57,7 +57,7 @@ def _with_other_lengths(
     return change
 
 
-def _stretched(recording: Recording, step: float) -> Recording:
+def stretched(recording: Recording, step: float) -> Recording:
     """As if the forearms were longer by `step` [m]."""
     geometry = recording.rig.geometry
     longer = geometry.model_copy(update={"L2": geometry.L2 + step})
