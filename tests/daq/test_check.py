@@ -34,7 +34,6 @@ def test_simulated_drives_have_no_problems_and_are_told_what_will_be_written(daq
 @pytest.mark.parametrize(
     ("line", "problem"),
     [
-        ("zero_offset = 2.0", "joint angle"),
         ("homed = { index = 0x2F00, sub = 9 }", "zero reference"),
         ("voltage = { index = 0x2300 }", "voltage object"),
         ('voltage = { kind = "dc_link" }', "DC link"),
@@ -48,6 +47,15 @@ def test_problem_is_named_and_fails(line: str, problem: str, daq: Runner, tmp_pa
     assert problems
     assert all(f["where"] == "joint 1 (node 1)" for f in problems)
     assert any(problem in f["what"] + f["found"] for f in problems)
+
+
+def test_joints_outside_their_limits_are_a_problem(daq: Runner, tmp_path: Path) -> None:
+    (tmp_path / "rig.toml").write_text(RIG.format("") + "[limits]\njoint_min = 0.0\n")
+    done = daq("check", "--rig", "rig.toml", "--json")
+    assert done.code == 1
+    problems = [f for f in json.loads(done.out)["findings"] if f["verdict"] == "problem"]
+    assert [f["what"] for f in problems] == ["joint angle"] * 3
+    assert problems[0]["found"].startswith("-0.32")
 
 
 def test_for_a_person(daq: Runner) -> None:
