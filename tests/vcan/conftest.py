@@ -2,7 +2,7 @@
 
 import os
 import subprocess
-import sys
+import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,7 +26,9 @@ rate = {rate}
 interface = "socketcan"
 channel = "vcan0"
 [limits]            # wide enough for a busy computer with one slow processor
+following_error = 0.2
 host_stall = 0.2
+silence = 0.2
 torque = 200
 [[drives]]
 node_id = 1
@@ -36,8 +38,12 @@ node_id = 2
 node_id = 3
 """
 # MuJoCo's own timers read the clock, which takes longer in User-mode Linux than a step of the plant.
-_SIM = [sys.executable, "-W", "error", "-c"]
-_SIM += ["import mujoco; mujoco.set_mjcb_time(float); from daq.cli import main; main()", "sim"]
+_SIM = "import mujoco; mujoco.set_mjcb_time(float)"
+# In lockstep a drive that falls silent for good takes all of this time in every cycle.
+_RECORD = "from daq.clock import LockstepClock; LockstepClock.answer_timeout = 0.2"
+
+_MARK = 0x7FF
+"""Arbitration id that nobody else uses."""
 
 Frames = Counter[tuple[int, str]]
 """How often each frame, as (arbitration id, data in hex), was seen."""
@@ -54,16 +60,18 @@ class Bench:
     @contextmanager
     def simulated_rig(self, pace: str) -> Iterator[subprocess.Popen[str]]:
         """`daq sim`, ready."""
-        with _process([*_SIM, "--rig", str(self.rig), "--pace", pace]) as process:
+        with _process(_daq(_SIM, "sim", "--rig", self.rig, "--pace", pace)) as process:
             assert process.stdout is not None
             assert "simulated drives (nodes 1, 2, 3)" in process.stdout.readline()
             yield process
 
     @contextmanager
     def recording(self, out: Path, pace: str, *options: str) -> Iterator[subprocess.Popen[str]]:
-        """`daq record` of one cycle of fig5a."""
-        command = [*launcher("daq"), "record", "--rig", str(self.rig), "--pace", pace, "--out", str(out)]
-        with _process([*command, "--traj", "fig5a", *options]) as process:
+        """`daq record` of fig5a."""
+        command = _daq(
+            _RECORD, "record", "--rig", self.rig, "--traj", "fig5a", "--pace", pace, "--out", out, *options
+        )
+        with _process(command) as process:
             yield process
 
     def record(self, out: Path, pace: str, *options: str) -> Finished:
@@ -73,18 +81,38 @@ class Bench:
 
     @contextmanager
     def candump(self) -> Iterator[Frames]:
-        """Count what candump of can-utils sees, complete when the block has ended; traffic must end within it."""
+        """Count what candump of can-utils sees in the block; complete when the block has ended."""
         frames = Frames()
         log = self.folder / "candump.log"
-        # It ends by itself when the bus has been silent for five seconds.
-        command = ["candump", "-L", "-d", "-T", "5000", "-r", str(2**23), "vcan0"]
-        with log.open("w") as file, _process(command, stdout=file) as process:
+        with log.open("w") as file, _process(["candump", "-L", "-d", "-r", str(2**23), "vcan0"], stdout=file):
+            _mark(log, "00")
             yield frames
-            assert process.wait(60) == 0
+            _mark(log, "01")
         for line in log.read_text().splitlines():
             _, _, frame = line.split()
             arbitration_id, _, data = frame.partition("#")
-            frames[int(arbitration_id, 16), data.lower()] += 1
+            if int(arbitration_id, 16) != _MARK:
+                frames[int(arbitration_id, 16), data.lower()] += 1
+
+
+def _mark(log: Path, text: str) -> None:
+    """Put marks on the bus until candump has come so far."""
+    mark = f"{_MARK:03X}#{text}"
+    deadline = time.monotonic() + 60
+    while not log.read_text().endswith(f"{mark}\n"):
+        assert time.monotonic() < deadline, "candump does not listen"
+        cansend(mark)
+        time.sleep(0.2)
+
+
+def cansend(frame: str) -> None:
+    """One frame from can-utils."""
+    subprocess.run(["cansend", "vcan0", frame], check=True)
+
+
+def _daq(before: str, *arguments: object) -> list[str]:
+    *python, program = launcher("daq")
+    return [*python, f"{before}; {program}", *map(str, arguments)]
 
 
 def finished(process: "subprocess.Popen[str]") -> Finished:
@@ -94,7 +122,7 @@ def finished(process: "subprocess.Popen[str]") -> Finished:
     return Finished(process.returncode, out, err)
 
 
-def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 400) -> None:
+def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> None:
     """Until all drives have answered so many SYNCs with "operation enabled"."""
     with can.Bus(interface="socketcan", channel="vcan0", can_filters=[{"can_id": 0x180, "can_mask": 0x780}]) as bus:
         enabled = Counter[int]()

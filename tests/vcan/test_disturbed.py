@@ -9,28 +9,24 @@ import pytest
 
 from drivers.cia402 import State
 from recordings.reader import read
-from tests.vcan.conftest import Bench, finished, states, wait_until_moving
+from tests.vcan.conftest import Bench, cansend, finished, states, wait_until_moving
 
 pytestmark = pytest.mark.vcan
 
 _WITHOUT_POWER = {State.SWITCH_ON_DISABLED, State.READY, State.SWITCHED_ON, State.FAULT}
 
 
-def _cansend(frame: str) -> None:
-    subprocess.run(["cansend", "vcan0", frame], check=True)
-
-
 def _emergency_of_node_2() -> None:
     """Error code 2310, register 01."""
-    _cansend("082#1023010000000000")
+    cansend("082#1023010000000000")
 
 
 def _node_2_stopped_by_a_foreign_master() -> None:
-    _cansend("000#0202")
+    cansend("000#0202")
 
 
 def _node_2_reset_by_a_foreign_master() -> None:
-    _cansend("000#8102")
+    cansend("000#8102")
 
 
 def _rpdos_of_another_master() -> None:
@@ -48,7 +44,7 @@ def _bus_off() -> None:
 
 DISTURBANCES: dict[Callable[[], None], str] = {
     _emergency_of_node_2: "joint 2 (node 2): EMCY 0x2310: continuous over-current",
-    _node_2_stopped_by_a_foreign_master: "joint 2",
+    _node_2_stopped_by_a_foreign_master: "joint 2: no answer",
     _node_2_reset_by_a_foreign_master: "joint 2 (node 2): the drive restarted",
     _rpdos_of_another_master: "joint 2: the drive left operation by itself",
     _bus_off: "bus-off",
@@ -57,9 +53,9 @@ DISTURBANCES: dict[Callable[[], None], str] = {
 
 @pytest.mark.parametrize("disturb", DISTURBANCES, ids=lambda disturb: disturb.__name__[1:])
 def test_a_disturbed_run_ends_with_its_reason_and_without_power(disturb: Callable[[], None], tmp_path: Path) -> None:
-    bench = Bench(tmp_path, rate=200)
+    bench = Bench(tmp_path, rate=100)
     file = tmp_path / "disturbed.mcap"
-    with bench.simulated_rig("realtime"), bench.recording(file, "realtime", "--cycles", "5") as process:
+    with bench.simulated_rig("lockstep"), bench.recording(file, "lockstep", "--cycles", "5") as process:
         wait_until_moving(process)
         disturb()
         done = finished(process)

@@ -30,7 +30,7 @@ def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path,
 
 
 def test_real_time_accounts_for_every_frame(tmp_path: Path) -> None:
-    bench = Bench(tmp_path, rate=200)
+    bench = Bench(tmp_path, rate=100)
     file = tmp_path / "realtime.mcap"
     with bench.candump() as seen, bench.simulated_rig("realtime"):
         done = bench.record(file, "realtime", "--cycles", "1", "--json")
