@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from daq.sync_line import line, number
@@ -28,6 +28,8 @@ def test_holes_are_counted_and_lateness_is_not(
     seed: int, holes: list[tuple[int, int]], stalls: list[tuple[int, int]], drift: float
 ) -> None:
     lost = {k for first, count in holes for k in range(first, first + count)}
+    # Which of those that come at once was the lost one, nobody can tell.
+    assume(not any(k in lost for first, count in stalls for k in range(first, first + count + 1)))
     index = np.array([k for k in range(3000) if k not in lost])
     arrival = arrivals(np.random.default_rng(seed), index, PERIOD * (1 + drift))
     for first, count in stalls:
