@@ -5,7 +5,8 @@ once; blocks are shared out over the cores. Each particle's sum runs over the ro
 of threads, so results are repeatable bit for bit.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -17,6 +18,9 @@ from recordings.recording import Floats
 
 _LANES = 16
 """Particles per block: two registers of eight doubles for each parameter, which fits the 32 there are."""
+
+_WORTH_SHARING = 5_000_000
+"""Rows times particles: about a millisecond of one core."""
 
 
 class L1Objective:
@@ -34,8 +38,20 @@ class L1Objective:
         padded = np.zeros((blocks * _LANES, k))
         padded[:n] = particles
         lanes = np.ascontiguousarray(padded.reshape(blocks, _LANES, k).transpose(0, 2, 1))
-        sums: Floats = self._kernel(self._regressor, self._torque, lanes)
+        with _threads(n * len(self._torque)):
+            sums: Floats = self._kernel(self._regressor, self._torque, lanes)
         return sums.ravel()[:n]
+
+
+@contextmanager
+def _threads(work: int) -> Iterator[None]:
+    """All threads, or one where waiting for the others on a busy machine would cost more than they save."""
+    usual = numba.get_num_threads()
+    numba.set_num_threads(1 if work < _WORTH_SHARING else usual)
+    try:
+        yield
+    finally:
+        numba.set_num_threads(usual)
 
 
 @lru_cache

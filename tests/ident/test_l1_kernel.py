@@ -23,7 +23,8 @@ def test_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
 
 
 def test_number_of_threads_and_neighbours_in_the_block_change_no_bit() -> None:
-    regressor, torque, particles = problem(5000, 11, 300)
+    regressor, torque, particles = problem(20_000, 11, 300)
+    assert len(torque) * len(particles) > l1_kernel._WORTH_SHARING
     objective = L1Objective(regressor, torque)
     together = objective(particles)
     threads = numba.get_num_threads()
