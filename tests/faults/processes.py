@@ -28,6 +28,8 @@ port = {port}
 [limits]
 silence = 0.2
 host_stall = 0.3
+torque = 500.0
+following_error = 0.3
 [[drives]]
 node_id = 1
 [[drives]]
