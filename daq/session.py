@@ -3,7 +3,7 @@
 import shutil
 import time
 from collections.abc import Callable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -13,6 +13,7 @@ from typing import Literal
 import can
 
 from daq.clock import Clock, HostClock, LockstepClock
+from daq.realtime import precedence
 from daq.recorder import Discard, Recorder
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
@@ -112,7 +113,7 @@ class Session:
                 self._refuse_false_pace(identities)
                 self._recorder = self._open_recorder(identities)
                 self._write_frame = self._recorder.frame
-                with display(self.progress):
+                with display(self.progress), self._precedence():
                     drives.configure()
                     stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
                     stream.run(self._order.trajectory)
@@ -138,7 +139,7 @@ class Session:
         try:
             identities = drives.discover()
             self._refuse_false_pace(identities)
-            with StopRequest() as stop, display(self.progress):
+            with StopRequest() as stop, display(self.progress), self._precedence():
                 drives.configure()
                 stream = Stream(self._order.rig, drives, self._clock, Discard(), stop, self.progress)
                 position = stream.rehearse(self._order.trajectory)
@@ -150,6 +151,9 @@ class Session:
     def _connect(self) -> Amplifiers:
         clock = self._clock.now if self._order.pace == "lockstep" else None
         return transports.of(self._order.rig).connect(self._order.rig, self._report, self._tap, clock)
+
+    def _precedence(self) -> AbstractContextManager[None]:
+        return nullcontext() if self._order.pace == "lockstep" else precedence(self._report)
 
     def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
         order = self._order

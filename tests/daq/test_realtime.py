@@ -1,0 +1,68 @@
+"""Precedence of the cycle: what is permitted depends on who runs the tests, so both are seen."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from daq.realtime import precedence
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="schedulers of Linux")
+
+_PROGRAM = """
+import os, resource, threading
+from pathlib import Path
+from daq.realtime import precedence
+
+{before}
+
+def locked():
+    return next(line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if "VmLck" in line)
+
+lines = []
+with precedence(lambda *line: lines.append(line)):
+    others = []
+    thread = threading.Thread(target=lambda: others.append(os.sched_getscheduler(0)))
+    thread.start()
+    thread.join()
+    print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, locked() != "0", others)
+print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, locked() != "0", lines)
+"""
+_NOBODY = """
+resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
+resource.setrlimit(resource.RLIMIT_MEMLOCK, (0, 0))
+if os.geteuid() == 0:
+    os.setuid(65534)
+"""
+
+
+def _run(before: str) -> list[str]:
+    # A process of its own: locked memory and scheduler are no one test's affair.
+    program = [sys.executable, "-c", _PROGRAM.format(before=before)]
+    root = Path(__file__).parents[2]
+    done = subprocess.run(program, cwd=root, capture_output=True, text=True, timeout=60, check=True)
+    return done.stdout.splitlines()
+
+
+def test_without_permission_nothing_changes_and_it_is_said() -> None:
+    assert _run(_NOBODY) == [
+        "0 False [0]",
+        "0 False [('info', 'host', 'no real-time priority (not permitted), no locked memory (not permitted)')]",
+    ]
+
+
+def test_what_is_said_is_what_is_done_and_it_ends_with_the_block() -> None:
+    inside, after = _run("")
+    scheduler, locked, others = inside.split(" ", 2)
+    assert others == "[0]", "threads of the block are ordinary ones"
+    assert after.startswith("0 False ")
+    assert ("no real-time priority" in after) == (scheduler == "0")
+    assert ("no locked memory" in after) == (locked == "False")
+
+
+def test_the_error_of_the_block_comes_through() -> None:
+    with pytest.raises(KeyError), precedence(lambda *line: None):
+        raise KeyError
+    assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER
