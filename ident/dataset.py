@@ -11,7 +11,7 @@ from ident.cutoff import Cutoff
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
 from ident.preprocess import Prepared
-from ident.samples import sample
+from ident.samples import Samples, sample
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
@@ -66,10 +66,18 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
     samples = sample(recording)
     prepare = preprocess.load(method)
     try:
-        prepared = prepare(samples, cutoff)
-        regressor = _conditioned(prepared, mechanism.regressor, mechanism.pointwise)
+        return assemble(recording, samples, prepare(samples, cutoff), mechanism)
     except BadInput as error:  # say, angles at which the mechanism does not close
         raise BadInput(f"{recording.path.name}: {error}") from None
+
+
+def assemble(recording: Recording, samples: Samples, prepared: Prepared, mechanism: Mechanism) -> Dataset:
+    """The rows of `recording`, whose `samples` have been `prepared`, with the regressor of `mechanism`.
+
+    Raises:
+        BadInput: too few rows, or angles at which the mechanism does not close.
+    """
+    regressor = _conditioned(prepared, mechanism.regressor, mechanism.pointwise)
     keep = slice(None, None, prepared.step)
     instants = prepared.instants[keep]
     usable = np.isfinite(prepared.torque) & np.isfinite(regressor).all(axis=2) & samples.wanted[instants, None]
@@ -144,6 +152,6 @@ def _part(motion: Motion, which: slice) -> Motion:
 def _refuse_few(recording: Recording, found: int, expected: int) -> None:
     if found < expected:
         raise BadInput(
-            f"{recording.path.name}: at least {expected} usable samples per joint expected after preprocessing, "
+            f"at least {expected} usable samples per joint expected after preprocessing, "
             f"{found} of {len(recording.time)} recorded ones found; record longer or with fewer gaps"
         )

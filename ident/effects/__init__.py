@@ -1,96 +1,154 @@
-"""Physical effects that the base model of a mechanism does not know. One effect is one file here, named as users
-type it; its module holds `effect`, a description that says all there is to know about it.
+"""Physical effects that the base model of a mechanism does not know. One effect is one file here, named as users type
+it; its module holds `effect`, a description that says all there is to know about it. A user's own effect is the same
+kind of file, given by its path.
+
+Two kinds: `Additive` is further torque, linear in coefficients, whose columns follow from the motion (by a formula, or
+by following an internal state along it). `Signal` stands between the machine and what was measured of it.
 """
 
-from collections.abc import Callable, Sequence
+import importlib.util
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, cast
+from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 
 from ident import discovery
-from ident.mechanisms import Mechanism, Parameter
-from ident.motion import Motion
+from ident.view import View
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 
-Signature = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
+Axis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
+Shapes = Mapping[str, float]
+"""Shape parameters by name."""
+Values = Mapping[str, Floats]
+"""Parameters and shapes of a signal effect by name: parameters (dof,), zero for joints that do not have the effect,
+or (1,) if it is one of the whole robot; shapes (1,)."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A parameter of an effect."""
+
+    name: str
+    unit: str
+    """{effort} stands for N m or N, {position} for rad or m."""
+    meaning: str
+    lower: float = -np.inf
+    """Physical range: what a fit finds outside of it is evidence against the effect."""
+    upper: float = np.inf
+    starts: tuple[float, ...] = ()
+    """Where the search for it begins; several where there may be several valleys. Empty for a coefficient."""
+    searched: bool = True
+    """False where nothing but the `starts` is meant, such as a number of something."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Effect:
-    """An additive effect: further torque, linear in coefficients of which every joint has its own."""
+    """What both kinds say of themselves."""
 
     sentence: str
-    """What it is, for a person."""
-    equation: str
-    """Of the torque that the amplifier must give in addition."""
-    coefficients: tuple[Parameter, ...]
-    """c of them per joint. In a unit, {effort} stands for N m or N, {position} for rad or m."""
-    axis: Signature
-    """What the torque changes with: where to look for the effect."""
+    """What it is, for a person at the bench."""
+    looks: str
+    """What it looks like in a recording."""
     causes: str
     """What usually causes it."""
     remedy: str
     """What to do about it."""
-    columns: Callable[[Motion], Floats]
-    """Torque per unit of each coefficient (n, dof, c); NaN where the motion is."""
+    equation: str
+    axis: Axis
+    """What to draw the residual over to see it."""
+    mechanisms: tuple[str, ...] = ("delta", "axes")
+    whole_robot: bool = False
+    """True where all joints share its parameters; else every joint has its own, and some joints may not have it."""
+    contains: tuple[str, ...] = ()
+    """Other effects that are special cases of this one."""
+    always_true: bool = False
+    """True of any real machine of this kind, so that finding it is no finding."""
+    shapes: tuple[Quantity, ...] = ()
+    """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
+    suggest: Callable[[View, Floats], Sequence[Shapes]] | None = None
+    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants (those may be few a second)."""
+    repeated: bool = False
+    """True where several of it may be there, with different shapes: the lines of a spectrum."""
+    unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None
+    """Why a recording of this rig cannot show it, if so; the flag: the torque itself was measured, no voltage."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Additive(Effect):
+    """Torque that the amplifier must give in addition: sum of coefficient * column."""
+
+    coefficients: tuple[Quantity, ...]
+    """c of them, per joint or for the whole robot."""
+    columns: Callable[[View, Shapes], Floats]
+    """Torque per unit of each coefficient (n, dof, c); NaN where the motion is. That of a joint must not depend on
+    its own coefficients, nor on anything measured but the motion."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal(Effect):
+    """A distortion of what was measured. Its parameters are searched, not solved for."""
+
+    parameters: tuple[Quantity, ...]
+    """Per joint, or for the whole robot, each with its `starts`; at zero (all of them) there is no distortion."""
+    position: Callable[[Floats, Rig, Values], Floats] | None = None
+    """The true position (n, dof), given the measured one."""
+    rig: Callable[[Rig, Values], Rig] | None = None
+    """The true rig, given the one in the file."""
+    report: Callable[[Floats, View, Values], Floats] | None = None
+    """The torque (n, dof) that the rig's map makes of what is reported, given the true torque (n, dof)."""
+
+
+def names() -> tuple[str, ...]:
+    """Of the effects that come with this software."""
+    return discovery.names("effects")
 
 
 def load(name: str) -> Effect:
     """The effect `name`. Raises BadInput where there is none."""
-    return cast(Effect, discovery.load("effects", name).effect)
+    effect: Effect = discovery.load("effects", name).effect
+    return effect
 
 
-def with_effects(mechanism: Mechanism, names: Sequence[str], rig: Rig) -> Mechanism:
-    """`mechanism` with the effects `names` on every joint, as one mechanism.
+def library(files: Sequence[Path] = ()) -> dict[str, Effect]:
+    """All effects by name: those that come with this software, and those of the user's `files`.
 
     Raises:
-        BadInput: there is no such effect, or it is named twice.
+        BadInput: a file is not an effect, or its name is taken.
     """
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(f"every effect once expected, '{name}' found twice; leave one out")
-        mechanism = _Extended(mechanism, name, load(name), rig)
-    return mechanism
-
-
-@dataclass(frozen=True)
-class _Extended:
-    """A mechanism and one effect: columns and parameters joint by joint behind those of the mechanism."""
-
-    base: Mechanism
-    name: str
-    effect: Effect
-    rig: Rig
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        units = zip(self.rig.effort_units, self.rig.position_units, strict=True)
-        own = [
-            Parameter(
-                f"{self.name}.{coefficient.name}{joint}",
-                coefficient.unit.format(effort=effort, position=position),
-                f"{coefficient.meaning}, joint {joint}",
-                coefficient.nonnegative,
+    found = {name: load(name) for name in names()}
+    for path in files:
+        if path.stem in found:
+            raise BadInput(
+                f"effect file {path}: a name of its own expected, {path.stem} found twice; rename the file"
             )
-            for joint, (effort, position) in enumerate(units, start=1)
-            for coefficient in self.effect.coefficients
-        ]
-        return *self.base.parameters, *own
+        found[path.stem] = from_file(path)
+    return found
 
-    @property
-    def pointwise(self) -> bool:
-        return self.base.pointwise
 
-    def regressor(self, motion: Motion) -> Floats:
-        base, shapes = self.base.regressor(motion), self.effect.columns(motion)
-        n, dof, c = shapes.shape
-        own = np.zeros((n, dof, dof, c))
-        joint = np.arange(dof)
-        own[:, joint, joint] = shapes
-        return np.concatenate([base, own.reshape(n, dof, dof * c)], axis=2)
+def from_file(path: Path) -> Effect:
+    """The effect that the Python file `path` describes. It is executed: only for files that the user named.
 
-    def nominal_torque(self, motion: Motion) -> Floats | None:
-        return self.base.nominal_torque(motion)
+    Raises:
+        BadInput: the file is missing, fails, or holds no effect.
+    """
+    if path.suffix != ".py" or not path.is_file():
+        raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise BadInput(f"effect file {path}: a Python file expected, found something else; check the path")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever the user's code does
+        raise BadInput(f"effect file {path}: {type(error).__name__}: {error}; mend the file") from None
+    effect: Any = getattr(module, "effect", None)
+    if not isinstance(effect, (Additive, Signal)):
+        raise BadInput(
+            f"effect file {path}: a variable 'effect' that is an Additive or a Signal of ident.effects expected, "
+            f"{type(effect).__name__} found; see docs/effects.md"
+        )
+    return effect

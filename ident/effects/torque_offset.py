@@ -2,24 +2,24 @@
 
 import numpy as np
 
-from ident.effects import Effect
-from ident.mechanisms import Parameter
-from ident.motion import Motion
+from ident.effects import Additive, Quantity, Shapes
+from ident.view import View
 from recordings.recording import Floats
 
 
-def columns(motion: Motion) -> Floats:
+def columns(view: View, shapes: Shapes) -> Floats:
     """One everywhere (n, dof, 1)."""
-    ones: Floats = np.where(np.isfinite(motion.velocity), 1.0, np.nan)[:, :, None]
+    ones: Floats = np.where(np.isfinite(view.motion.velocity), 1.0, np.nan)[:, :, None]
     return ones
 
 
-effect = Effect(
+effect = Additive(
     sentence="The drive must give a constant torque, whatever the joint does.",
-    equation="a",
-    coefficients=(Parameter("a", "{effort}", "the constant torque"),),
-    axis="velocity",
+    looks="The residual is shifted up or down by the same amount everywhere.",
     causes="an amplifier's zero, a cable's pull, a spring, or dry friction that differs between the directions",
     remedy="zero the amplifier's current or torque measurement, relieve the cables, record both directions equally",
+    equation="a",
+    axis="velocity",
+    coefficients=(Quantity(name="a", unit="{effort}", meaning="the constant torque"),),
     columns=columns,
 )

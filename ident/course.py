@@ -1,0 +1,99 @@
+"""One recording, prepared once, from which the torque of any model is computed again and again."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ident import mechanisms, preprocess
+from ident.dataset import Dataset, assemble
+from ident.mechanisms import Mechanism
+from ident.motion import Motion
+from ident.preprocess import Prepared
+from ident.samples import Samples, sample
+from ident.view import View
+from recordings.errors import BadInput
+from recordings.recording import Bools, Floats, Recording
+from recordings.rig import Rig
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """What the machine did, as its encoders and its rig file say once they are corrected: n instants."""
+
+    rig: Rig
+    motion: Motion
+    mechanism: Mechanism
+
+    @cached_property
+    def regressor(self) -> Floats:
+        """(n, dof, k) columns of the mechanism's own parameters."""
+        return self.mechanism.regressor(self.motion)
+
+    def view(self, course: "Course", parameters: Floats) -> View:
+        """What effects see of it, with the mechanism's `parameters` (k,)."""
+        rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
+        known = np.where(rigid, parameters, 0.0)
+
+        def rigid_at(motion: Motion) -> Floats:
+            regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
+            torque: Floats = regressor @ known
+            return torque
+
+        by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
+        return View(self.rig, course.samples.rate, course.time, self.motion, rigid_at, by_name)
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """A recording with its samples, filters and measured torque."""
+
+    samples: Samples
+    prepared: Prepared
+    dataset: Dataset
+    method: str
+    path: Path
+    """As the recording and its rig file have it."""
+
+    @property
+    def recording(self) -> Recording:
+        """Where all of it is from."""
+        return self.dataset.recording
+
+    @cached_property
+    def time(self) -> Floats:
+        """(n,) of the motion's instants [s]."""
+        seconds: Floats = self.prepared.instants / self.samples.rate
+        return seconds
+
+    @cached_property
+    def usable(self) -> Bools:
+        """(m, dof) which rows count."""
+        return np.isfinite(self.dataset.torque)
+
+    def condition(self, x: Floats) -> Floats:
+        """`x` (n, ...) filtered and decimated as the torque was: (m, ...)."""
+        return self.prepared.condition(x)
+
+    def corrected(self, rig: Rig, position: Callable[[Floats], Floats]) -> Path:
+        """The path if the rig were `rig`, and the encoders' angles what `position` makes of those recorded."""
+        samples = replace(self.samples, position=position(self.samples.position))
+        motion = preprocess.load(self.method)(samples, self.prepared.bandwidth).motion
+        return Path(rig, motion, mechanisms.create(rig))
+
+
+def prepare(recording: Recording, method: str, cutoff: float | None) -> Course:
+    """Preprocess `recording` by `method` at `cutoff` [Hz], or the method's own.
+
+    Raises:
+        BadInput: as `ident.dataset.build`.
+    """
+    samples = sample(recording)
+    mechanism = mechanisms.create(recording.rig)
+    try:
+        prepared = preprocess.load(method)(samples, cutoff)
+        dataset = assemble(recording, samples, prepared, mechanism)
+    except BadInput as error:
+        raise BadInput(f"{recording.path.name}: {error}") from None
+    return Course(samples, prepared, dataset, method, Path(recording.rig, prepared.motion, mechanism))

@@ -1,0 +1,160 @@
+"""What a composition says that the amplifiers of one recording report, and how that depends on its parameters.
+
+    reported = condition(report_2(report_1(regressor . p + sum over effects of columns(shapes) . coefficients)))
+
+on a path that is corrected by the effects on encoders and rig. What is compared is always the torque as it was
+recorded, so that no effect can lower the error by making the measured torque smaller.
+"""
+
+from collections.abc import Callable, Hashable
+from functools import partial
+from typing import TypeVar, cast
+
+import numpy as np
+
+from ident.composition import Composition, Term
+from ident.course import Course, Path
+from ident.effects import Additive, Signal, Values
+from ident.view import View
+from recordings.recording import Floats
+
+_T = TypeVar("_T")
+_RELATIVE_STEP = 1e-4
+"""Of differences that stand for derivatives, over the size of what is changed."""
+_KEPT = 64
+"""Columns and paths that are remembered."""
+
+
+class Evaluator:
+    """Evaluates compositions on one recording, and remembers what was expensive."""
+
+    def __init__(self, course: Course) -> None:
+        self.course = course
+        self._known: dict[Hashable, object] = {}
+
+    def torque(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
+        """Reported torque (m, dof) [N m], conditioned as the measured one was, for the parameters `x` (K,).
+
+        rigid: (k,) the mechanism's parameters by which effects reckon the load; those in `x` if None.
+        """
+        return self.course.condition(self._reported(composition, x, self._own(composition, x, rigid)))
+
+    def derivatives(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
+        """(m, dof, K) of `torque` by `x`."""
+        own = self._own(composition, x, rigid)
+        result = np.zeros((*self.course.dataset.torque.shape, len(x)))
+        result[:, :, composition.linear] = self._solved(composition, x, own)
+        for entry in np.flatnonzero(~composition.linear):
+            result[:, :, entry] = self._searched(composition, x, own, int(entry))
+        return result
+
+    def columns(self, term: Term, shapes: Floats, path: Path, rigid: Floats) -> Floats:
+        """(n, dof, owners * c) torque per unit of each coefficient of an additive `term`, owner by owner."""
+        effect = term.effect
+        assert isinstance(effect, Additive)
+        values = dict(zip((shape.name for shape in effect.shapes), shapes.tolist(), strict=True))
+        key = ("columns", term.name, tuple(shapes.tolist()), path, rigid.tobytes())
+        made = self._remembered(key, lambda: effect.columns(self.view(path, rigid), values))
+        if effect.whole_robot:
+            return made
+        n, dof, c = made.shape
+        spread = np.zeros((n, dof, len(term.joints), c))
+        joints = list(term.joints)
+        spread[:, joints, range(len(joints))] = made[:, joints]
+        return spread.reshape(n, dof, -1)
+
+    def view(self, path: Path, rigid: Floats) -> View:
+        """What effects see, with the mechanism's parameters `rigid` (k,)."""
+        return self._remembered(("view", path, rigid.tobytes()), lambda: path.view(self.course, rigid))
+
+    def path(self, composition: Composition, x: Floats) -> Path:
+        """What the machine did, if its encoders and its lengths are as `x` (K,) says."""
+        rig = self.course.path.rig
+        corrections: list[Callable[[Floats], Floats]] = []
+        key: list[Hashable] = ["path"]
+        for index, term in enumerate(composition.terms):
+            effect = term.effect
+            if not isinstance(effect, Signal) or not (effect.position or effect.rig):
+                continue
+            values = self.values(composition, index, x)
+            key.append((term.name, *(tuple(value.tolist()) for value in values.values())))
+            rig = effect.rig(rig, values) if effect.rig else rig
+            if effect.position:
+                corrections.append(partial(effect.position, rig=rig, values=values))
+        if len(key) == 1:
+            return self.course.path
+
+        def true(measured: Floats) -> Floats:
+            for correct in corrections:
+                measured = correct(measured)
+            return measured
+
+        return self._remembered(tuple(key), lambda: self.course.corrected(rig, true))
+
+    def values(self, composition: Composition, index: int, x: Floats) -> Values:
+        """What the signal effect that is the term `index` is evaluated with."""
+        term = composition.terms[index]
+        found = composition.own(index, x)
+        if not term.effect.whole_robot:
+            spread = np.zeros((composition.rig.dof, found.shape[1]))
+            spread[list(term.joints)] = found
+            found = spread
+        own = {one.name: found[:, i] for i, one in enumerate(term.own)}
+        shapes = composition.shapes(index, x)
+        return {**own, **{one.name: shapes[i : i + 1] for i, one in enumerate(term.effect.shapes)}}
+
+    def _own(self, composition: Composition, x: Floats, rigid: Floats | None) -> Floats:
+        return x[composition.entries(-1)] if rigid is None else rigid
+
+    def _all_columns(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+        """(n, dof, K_linear) in the order of the vector."""
+        path = self.path(composition, x)
+        added = [
+            self.columns(term, composition.shapes(index, x), path, rigid)
+            for index, term in enumerate(composition.terms)
+            if isinstance(term.effect, Additive)
+        ]
+        return np.concatenate([path.regressor, *added], axis=2)
+
+    def _reported(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+        true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
+        return self._report(composition, x, rigid, true)
+
+    def _report(self, composition: Composition, x: Floats, rigid: Floats, torque: Floats) -> Floats:
+        view = self.view(self.path(composition, x), rigid)
+        for index, term in enumerate(composition.terms):
+            if isinstance(term.effect, Signal) and term.effect.report:
+                torque = term.effect.report(torque, view, self.values(composition, index, x))
+        return torque
+
+    def _solved(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+        """(m, dof, K_linear) derivatives by the linear parameters."""
+        columns = self._all_columns(composition, x, rigid)
+        if not any(isinstance(term.effect, Signal) and term.effect.report for term in composition.terms):
+            return self.course.condition(columns)
+        true: Floats = columns @ x[composition.linear]
+        size = np.sqrt(np.nanmean(true**2))
+        slopes = []
+        for column in np.moveaxis(columns, 2, 0):
+            step = _RELATIVE_STEP * size / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
+            ahead, behind = (self._report(composition, x, rigid, true + side * step * column) for side in (1, -1))
+            slopes.append((ahead - behind) / (2 * step))
+        return self.course.condition(np.stack(slopes, axis=2))
+
+    def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int) -> Floats:
+        """(m, dof) derivative by a searched parameter; 0 where it is not to be refined."""
+        one = composition.named[entry]
+        if not one.free:
+            return np.zeros_like(self.course.dataset.torque)
+        step = _RELATIVE_STEP * max(abs(x[entry]), one.scale)
+        ahead, behind = x.copy(), x.copy()
+        ahead[entry], behind[entry] = min(x[entry] + step, one.upper), max(x[entry] - step, one.lower)
+        difference = self._reported(composition, ahead, rigid) - self._reported(composition, behind, rigid)
+        return self.course.condition(difference / (ahead[entry] - behind[entry]))
+
+    def _remembered(self, key: Hashable, make: Callable[[], _T]) -> _T:
+        if key not in self._known:
+            if len(self._known) >= _KEPT:
+                self._known.pop(next(iter(self._known)))
+            self._known[key] = make()
+        return cast(_T, self._known[key])

@@ -1,0 +1,118 @@
+"""All parameters of a composition together, by weighted least squares: Levenberg's and Marquardt's method, in which
+the linear ones need no start.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.composition import Composition
+from ident.evaluation import Evaluator
+from recordings.recording import Bools, Floats
+
+_STEPS = 12
+_CONVERGED = 1e-5
+"""Relative fall of the weighted sum of squares that is not worth another step."""
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A composition fitted to some recordings."""
+
+    composition: Composition
+    x: Floats
+    """(K,)"""
+    residuals: tuple[Floats, ...]
+    """(m, dof) measured minus computed of each recording [N m]; NaN where there is no measurement."""
+    derivatives: tuple[Floats, ...]
+    """(m, dof, K) of the computed torque by `x`."""
+    weights: tuple[Floats, ...]
+    """(m, dof) 1 / [N m]; 0 where there is no measurement."""
+
+    @property
+    def loss(self) -> float:
+        """Weighted sum of squares."""
+        return sum(float(np.nansum((w * r) ** 2)) for w, r in zip(self.weights, self.residuals, strict=True))
+
+    def rows(self) -> tuple[Floats, Floats]:
+        """Weighted derivatives (r, K) and residuals (r,) of all recordings, where there is a measurement."""
+        parts = zip(self.weights, self.derivatives, self.residuals, strict=True)
+        stacked = [((w[:, :, None] * d)[w > 0], (w * r)[w > 0]) for w, d, r in parts]
+        return np.concatenate([a for a, _ in stacked]), np.concatenate([b for _, b in stacked])
+
+
+def refine(
+    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+) -> Solution:
+    """The parameters with the least weighted squares, found from `x` (K,), of whose linear part nothing is expected.
+
+    weights: (m, dof) for each recording, in 1 / [N m], 0 where there is no measurement.
+    """
+    linear = composition.linear
+    x = _within(composition, x)
+    own = composition.entries(-1)
+    if not x[own].any():
+        bare = replace(composition, terms=())
+        x = x.copy()
+        x[own] = _linear_part(evaluators, bare, np.zeros(len(bare.named)), weights).x
+    state = _linear_part(evaluators, composition, x, weights)
+    if linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
+        return state
+    free = np.array([entry.free for entry in composition.named])
+    damping = 1e-3
+    for _ in range(_STEPS):
+        step = _solve(state, free, damping)
+        trial = _state(evaluators, composition, _within(composition, state.x + step), weights)
+        fallen = 1 - trial.loss / state.loss
+        if fallen > 0:
+            state, damping = trial, damping / 10
+            if fallen < _CONVERGED:
+                break
+        else:
+            if damping > 1e3 or fallen > -_CONVERGED:
+                break
+            damping = max(10 * damping, 1e-2)
+    return state
+
+
+def _linear_part(
+    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+) -> Solution:
+    """With the linear parameters solved for, the others as in `x`; twice, for the load depends on them."""
+    state = _state(evaluators, composition, x, weights)
+    for _ in range(2):
+        state = _state(evaluators, composition, state.x + _solve(state, composition.linear), weights)
+    return state
+
+
+def _state(
+    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+) -> Solution:
+    derivatives = tuple(one.derivatives(composition, x) for one in evaluators)
+    residuals = tuple(one.course.dataset.torque - one.torque(composition, x) for one in evaluators)
+    known = tuple(
+        np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
+        for r, d, w in zip(residuals, derivatives, weights, strict=True)
+    )
+    return Solution(composition, x, residuals, derivatives, known)
+
+
+def _solve(state: Solution, free: Bools, damping: float = 0.0) -> Floats:
+    """(K,) step of the `free` parameters (K,) that the linearised model asks for."""
+    regressor, residual = state.rows()
+    regressor = regressor[:, free]
+    size = np.sqrt((regressor**2).sum(axis=0))
+    size[size == 0] = 1.0
+    scaled = regressor / size
+    gram, right = scaled.T @ scaled, scaled.T @ residual
+    step = np.zeros(len(free))
+    step[free] = np.linalg.lstsq(gram + damping * np.eye(len(gram)), right, rcond=1e-12)[0] / size
+    return step
+
+
+def _within(composition: Composition, x: Floats) -> Floats:
+    """`x` with its searched parameters inside their physical range."""
+    lower = np.array([entry.lower if not entry.linear else -np.inf for entry in composition.named])
+    upper = np.array([entry.upper if not entry.linear else np.inf for entry in composition.named])
+    return np.clip(x, lower, upper)
