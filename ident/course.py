@@ -55,6 +55,8 @@ class Course:
     method: str
     path: Path
     """As the recording and its rig file have it."""
+    start: float = 0.0
+    """On the clock that effects see [s]: not 0 for a part of a longer recording."""
 
     @property
     def recording(self) -> Recording:
@@ -64,7 +66,7 @@ class Course:
     @cached_property
     def time(self) -> Floats:
         """(n,) of the motion's instants [s]."""
-        seconds: Floats = self.prepared.instants / self.samples.rate
+        seconds: Floats = self.start + self.prepared.instants / self.samples.rate
         return seconds
 
     @cached_property
@@ -83,8 +85,8 @@ class Course:
         return Path(rig, motion, mechanisms.create(rig))
 
 
-def prepare(recording: Recording, method: str, cutoff: float | None) -> Course:
-    """Preprocess `recording` by `method` at `cutoff` [Hz], or the method's own.
+def prepare(recording: Recording, method: str, cutoff: float | None, start: float = 0.0) -> Course:
+    """Preprocess `recording`, which begins at `start` [s], by `method` at `cutoff` [Hz], or the method's own.
 
     Raises:
         BadInput: as `ident.dataset.build`.
@@ -96,4 +98,5 @@ def prepare(recording: Recording, method: str, cutoff: float | None) -> Course:
         dataset = assemble(recording, samples, prepared, mechanism)
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
-    return Course(samples, prepared, dataset, method, Path(recording.rig, prepared.motion, mechanism))
+    dataset = replace(dataset, time=dataset.time + start)
+    return Course(samples, prepared, dataset, method, Path(recording.rig, prepared.motion, mechanism), start)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from recordings.recording import Floats
-from recordings.rig import Torque
+from recordings.rig import Rig, Torque
 
 
 def torque_from_voltage(voltage: Floats, torque: Torque) -> Floats:
@@ -20,3 +20,18 @@ def torque_per_volt(voltage: Floats, torque: Torque) -> Floats:
     gain = np.array(torque.gain)
     slope: Floats = 2 * gain * np.abs(voltage) if torque.map == "square" else gain + 0.0 * voltage
     return slope
+
+
+def voltage_from_torque(torque: Floats, map_: Torque) -> Floats:
+    """The signed operating voltage (n, dof) [V] that gives a torque (n, dof) [N m]."""
+    linear = torque / np.array(map_.gain)
+    return np.sign(linear) * np.sqrt(np.abs(linear)) if map_.map == "square" else linear
+
+
+def not_a_command(rig: Rig, torque_measured: bool) -> str | None:
+    """Why what an amplifier does with its command leaves no trace in a recording of `rig`, if so."""
+    if torque_measured:
+        return "The torque itself was recorded, no command."
+    if rig.drives and all(drive.voltage.kind == "motor" for drive in rig.drives):
+        return "The reported voltage is the motor's, behind the amplifier; a reported command would show it."
+    return None

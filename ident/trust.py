@@ -17,6 +17,7 @@ from recordings.config import Section
 from recordings.recording import Bools, Floats, Recording
 
 Maybe = float | None
+Loss = Literal["absolute deviations", "squares", "weighted squares"]
 
 
 class Knowledge(Section):
@@ -102,7 +103,7 @@ class Trust(Section):
     level: float = uncertainty.LEVEL
     source: Source
     """How the noise's autocovariance was found, see `ident.uncertainty`."""
-    loss: Literal["absolute deviations", "squares", "weighted squares"]
+    loss: Loss
     """What the intervals are for: the estimator's objective."""
     absolute: bool
     """True where intervals are of absolute values, the gain's uncertainty included; else only ratios are claimed."""
@@ -137,11 +138,10 @@ def assess(
     """
     residuals = [dataset.torque - fit.torque(dataset) for dataset in datasets]
     found = noise.estimate(datasets, residuals)
-    stds = [noise.residual_std(*pair, found) for pair in zip(datasets, residuals, strict=True)]
-    loss = _loss(fit, method)
+    loss = loss_of(fit, method)
     known = identifiability(_gram(datasets), mechanism.parameters)
     free = np.array([s != "not" and not b for s, b in zip(known.status, fit.at_bound, strict=True)])
-    error = _uncertainty(datasets, residuals, stds, loss, source, free)
+    error = uncertainty_of(datasets, residuals, found, loss, source, free)
     gain = 0.0 if relative else _gain_uncertainty(datasets[0].recording)
     intervals = error.interval(fit.parameters, gain)
     trust = Trust(
@@ -178,7 +178,8 @@ def _gain_uncertainty(recording: Recording) -> float:
     return 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
 
 
-def _loss(fit: Fit, method: str) -> Literal["absolute deviations", "squares", "weighted squares"]:
+def loss_of(fit: Fit, method: str) -> Loss:
+    """What the estimator `method` minimises."""
     if fit.estimate.certificate is not None:
         return "absolute deviations"
     return "weighted squares" if estimators.weighted(method) else "squares"
@@ -189,17 +190,18 @@ def _gram(datasets: Sequence[Dataset]) -> Floats:
     return gram
 
 
-def _uncertainty(
+def uncertainty_of(
     datasets: Sequence[Dataset],
     residuals: Sequence[Floats],
-    stds: Sequence[Floats],
-    loss: str,
+    found: Sequence[noise.Noise],
+    loss: Loss,
     source: Source,
     free: Bools,
 ) -> Uncertainty:
-    """Of the parameters that are `free` (k,); NaN for the others."""
+    """Of the parameters that are `free` (k,); NaN for the others. The fit left `residuals` with the noise `found`."""
     parts, cycles = [], 0
-    for dataset, residual, std in zip(datasets, residuals, stds, strict=True):
+    for dataset, residual in zip(datasets, residuals, strict=True):
+        std = noise.residual_std(dataset, residual, found)
         cycle = np.where(dataset.repeat >= 0, dataset.repeat + cycles, -1)
         cycles = int(cycle.max()) + 1
         regressor = dataset.regressor[:, :, free]

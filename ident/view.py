@@ -3,7 +3,7 @@ torque: a regressor that was would lower the error and explain nothing.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -57,9 +57,41 @@ class View:
         """The platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig, self.motion)
 
-    def at(self, motion: Motion) -> "View":
-        """The same with another motion."""
-        return replace(self, motion=motion)
+    @cached_property
+    def motor_inertia(self) -> Floats:
+        """(dof,) of what turns with the encoder [kg m^2]: as the rig file has it; of axes, half of the joint's."""
+        dof = self.motion.position.shape[1]
+        if self.rig.mechanism == "delta":
+            return np.full(dof, self.rig.nominal.motor_inertia)
+        own = (self.parameters.get(f"I_{j}", self.parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
+        return np.array([0.5 * inertia for inertia in own])
+
+    @cached_property
+    def arm_inertia(self) -> Floats:
+        """(n, dof) torque per acceleration of a joint alone, without its motor [kg m^2]; never below a tenth."""
+        motion, dof = self.motion, self.motion.position.shape[1]
+        still = replace(motion, acceleration=np.zeros_like(motion.position))
+        base = self.rigid_at(still)
+        columns = [
+            self.rigid_at(replace(still, acceleration=np.eye(dof)[j] + still.acceleration)) for j in range(dof)
+        ]
+        whole = np.stack([column[:, j] - base[:, j] for j, column in enumerate(columns)], axis=1)
+        inertia: Floats = np.maximum(whole - self.motor_inertia, 0.1 * whole)
+        return inertia
+
+    def arm_torque(self, motion: Motion) -> Floats:
+        """(n, dof) torque [N m] that moves all but the motors themselves, at a motion."""
+        torque: Floats = self.rigid_at(motion) - self.motor_inertia * motion.acceleration
+        return torque
+
+    def moved(self, by: Floats) -> Motion:
+        """The motion with its angles changed by `by` (n, dof), its rates as they are."""
+        return replace(self.motion, position=self.motion.position + by)
+
+    def every(self, step: int) -> "View":
+        """One of `step` instants."""
+        motion = Motion(**{field.name: getattr(self.motion, field.name)[::step] for field in fields(Motion)})
+        return replace(self, rate=self.rate / step, time=self.time[::step], motion=motion)
 
 
 def platform(rig: Rig, motion: Motion) -> Platform:

@@ -1,0 +1,112 @@
+"""`ident diagnose`: which physical effect is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from ident import discovery
+from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.diagnose.diagnosis import Diagnosis, Progress
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    short_help="Find out which physical effect the model lacks.",
+    epilog="Example: ident diagnose fig5a.mcap --validate fig5b.mcap --apply -o better.model.json",
+)
+@click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--validate", type=FILE, metavar="FILE", help="Judge on this recording, of another motion, that no fit sees."
+)
+@click.option("--model", "model_file", type=FILE, metavar="MODEL", help="Begin with the effects of this model.")
+@click.option(
+    "--effect-file",
+    "effect_files",
+    multiple=True,
+    type=FILE,
+    metavar="PY",
+    help="An effect of your own; it is executed.",
+)
+@click.option(
+    "--preprocess",
+    type=click.Choice(discovery.names("preprocess")),
+    default="parallel",
+    show_default=True,
+    help="As in fit.",
+)
+@click.option(
+    "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
+)
+@click.option("--apply", is_flag=True, help="Write a model with all that was found.")
+@click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")
+@click.option(
+    "--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .diagnose]"
+)
+@click.option("--force", is_flag=True, help="Replace an existing model and pictures.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
+def command(
+    files: tuple[Path, ...],
+    validate: Path | None,
+    model_file: Path | None,
+    effect_files: tuple[Path, ...],
+    preprocess: str,
+    cutoff: float | None,
+    apply: bool,
+    out: Path | None,
+    plots: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
+    """Find out which physical effect the model of the recordings FILE lacks, with the evidence.
+
+    Compares the base model with what was measured, tries every effect of the library (ident effects) together with
+    all parameters of the model, adds the one that explains most, and asks again until nothing is left above the noise,
+    or nothing that an effect of the library explains.
+    """
+    if out and not apply:
+        raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
+    out = out or files[0].with_suffix(".model.json")
+    plots = plots or files[0].with_suffix(".diagnose")
+    for path in (plots, *([out] if apply else [])):
+        if path.exists() and not force:
+            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+
+    import json
+
+    from rich.console import Console
+
+    from ident import effects
+    from ident.diagnose import answer, pictures, table
+    from ident.diagnose.diagnosis import Choices, diagnose
+
+    with _spinner() as progress:
+        found = diagnose(files, validate, effects.library(effect_files), Choices(preprocess, cutoff), progress)
+        document = answer.document(found)
+        progress("drawing")
+        pictures.draw(found, document, plots)
+    if as_json:
+        click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
+    else:
+        table.show(document, Console())
+    click.echo(f"pictures: {plots}", err=True)
+
+
+@contextmanager
+def _spinner() -> Iterator[Progress]:
+    """What is being done, on stderr, if that is a terminal."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda what: None
+        return
+    with console.status("reading") as status:
+        yield lambda what: status.update(what)

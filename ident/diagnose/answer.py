@@ -1,0 +1,194 @@
+"""The answer to a diagnosis in words and numbers."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.diagnose.diagnosis import Diagnosis
+from ident.diagnose.document import (
+    Document,
+    FindingEntry,
+    NextMotion,
+    RejectedEntry,
+    Remaining,
+    RungEntry,
+    Value,
+    Verdict,
+)
+from ident.diagnose.intervals import intervals
+from ident.diagnose.ladder import Finding, Rung
+from ident.diagnose.material import rms
+from ident.samples import holds_torque
+from recordings.recording import Floats
+
+_ABSORBED = 0.05
+"""An effect that would have gained this share of the loss at first, and nothing at the end, was explained by others."""
+
+
+def document(found: Diagnosis) -> Document:
+    """All that the diagnosis says."""
+    material, ladder = found.material, found.ladder
+    rig = material.evaluators[0].course.path.rig
+    verdict = _verdict(found)
+    return Document(
+        schema=1,
+        verdict=verdict,
+        sentence=_sentence(found, verdict),
+        bandwidth_hz=material.datasets[0].bandwidth,
+        noise_rms=_numbers(ladder.floor.rms),
+        torque_rms=_numbers(material.torque_rms),
+        joints=rig.joint_names,
+        effort_units=rig.effort_units,
+        held_out=_held_out(found),
+        rungs=tuple(_rung(found, rung) for rung in ladder.rungs),
+        findings=tuple(_finding(found, finding) for finding in ladder.findings),
+        rejected=tuple(_rejected(found)),
+        remaining=Remaining(
+            structured_share=found.remainder.share,
+            depends_on=found.remainder.variables,
+            why=found.remainder.sentence,
+            structured_rms=_numbers(found.remainder.rms),
+        ),
+        next_motion=_next_motion(found),
+        recordings=tuple(dict.fromkeys(data.recording.path.name for data in material.datasets)),
+    )
+
+
+def _numbers(values: Floats) -> tuple[float, ...]:
+    return tuple(float(value) for value in values)
+
+
+def _news(found: Diagnosis) -> list[Finding]:
+    """Findings that are not true of any such machine anyway."""
+    return [one for one in found.ladder.findings if not one.term.effect.always_true]
+
+
+def _verdict(found: Diagnosis) -> Verdict:
+    if found.remainder.unexplained:
+        return "unknown-structure"
+    return "missing-effect" if _news(found) else "adequate"
+
+
+def _sentence(found: Diagnosis, verdict: Verdict) -> str:
+    names = ", ".join(_called(one) for one in _news(found))
+    if verdict == "adequate":
+        return "Nothing structured is left above the noise: the model is adequate on these recordings."
+    if verdict == "missing-effect":
+        return f"The base model lacks {names}; with it, nothing structured is left above the noise."
+    partly = f"The base model lacks {names}, but something else repeats" if names else "Something repeats"
+    return f"{partly} that no effect of the library explains: {found.remainder.sentence}"
+
+
+def _called(finding: Finding) -> str:
+    term = finding.term
+    joints = "" if term.effect.whole_robot else f" (joint {', '.join(str(joint + 1) for joint in term.joints)})"
+    other = f" or {' or '.join(finding.alternatives)}" if finding.alternatives else ""
+    return f"{term.name}{joints}{other}"
+
+
+def _held_out(found: Diagnosis) -> str:
+    if found.material.other_motion:
+        names = [
+            data.recording.path.name
+            for data, held in zip(found.material.datasets, found.material.held, strict=True)
+            if held.any()
+        ]
+        return f"another recording: {', '.join(dict.fromkeys(names))}"
+    return "phase segments of the same motion, as there is no other recording: give one with --validate"
+
+
+def _rung(found: Diagnosis, rung: Rung) -> RungEntry:
+    material, state = found.material, rung.state
+    return RungEntry(
+        added=rung.added,
+        effects=tuple(term.name for term in state.terms),
+        train_rms=_numbers(rms(state.residuals, material.seen)),
+        validate_rms=_numbers(rms(state.residuals, material.held)),
+        parameters=_parameters(found, rung),
+    )
+
+
+def _parameters(found: Diagnosis, rung: Rung) -> dict[str, Value]:
+    solution = rung.state.solution
+    recording = found.material.datasets[0].recording
+    gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
+    named = solution.composition.named
+    limits = intervals(found.material, solution, gain)
+    return {
+        one.name: Value(
+            value=float(value),
+            unit=one.unit,
+            ci95=(float(low), float(high)) if np.isfinite([low, high]).all() else None,
+            meaning=one.meaning,
+            lower=one.lower if np.isfinite(one.lower) else None,
+            upper=one.upper if np.isfinite(one.upper) else None,
+        )
+        for one, value, (low, high) in zip(named, solution.x, limits, strict=True)
+    }
+
+
+def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
+    effect, gain = finding.term.effect, finding.gain
+    where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
+    why = f"Without it the error on motion that the fit did not see rises by {gain.share:.0%} of what is above the noise"
+    if finding.alternatives:
+        why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
+    return FindingEntry(
+        effect=finding.term.name,
+        joints=tuple(joint + 1 for joint in finding.term.joints),
+        confusable_with=finding.alternatives,
+        gain=gain.share,
+        gain_ci95=gain.interval,
+        why=f"On {where}. {why}.",
+        sentence=effect.sentence,
+        looks=effect.looks,
+        causes=effect.causes,
+        remedy=effect.remedy,
+    )
+
+
+def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
+    ladder = found.ladder
+    present = {one.term.name for one in ladder.findings}
+    contained = {name: one.term.name for one in ladder.findings for name in one.term.effect.contains}
+    mechanism = found.material.evaluators[0].course.path.rig.mechanism
+    for name, effect in found.library.items():
+        if name in present:
+            continue
+        if mechanism not in effect.mechanisms:
+            yield RejectedEntry(
+                effect=name, status="not-observable", why=f"It does not exist on mechanism {mechanism}."
+            )
+        elif name in found.unobservable:
+            yield RejectedEntry(effect=name, status="not-observable", why=found.unobservable[name])
+        elif name in contained:
+            why = f"It is a part of {contained[name]}, which has been added."
+            yield RejectedEntry(effect=name, status="absorbed", why=why)
+        elif name in ladder.unseen:
+            why = "This motion does not show it: all that it would change, other parameters can imitate."
+            yield RejectedEntry(effect=name, status="not-tested", why=why)
+        elif ladder.first_gains.get(name, 0.0) > _ABSORBED:
+            why = (
+                f"Alone it would explain {ladder.first_gains[name]:.0%} of the first residual, but once "
+                f"{', '.join(sorted(present))} is in, {ladder.last_gains.get(name, 0.0):.1%}."
+            )
+            yield RejectedEntry(effect=name, status="absorbed", why=why)
+        else:
+            why = f"It would explain {ladder.last_gains.get(name, 0.0):.1%} of what is left, no more than chance."
+            yield RejectedEntry(effect=name, status="not-supported", why=why)
+
+
+def _next_motion(found: Diagnosis) -> NextMotion | None:
+    for one in _news(found):
+        if one.alternatives:
+            other = one.alternatives[0]
+            return NextMotion(
+                why=f"{one.term.name} and {other} cannot be told apart on these recordings; another motion can.",
+                command=f"ident design --discriminate {one.term.name} {other} -o next.toml",
+            )
+    if not found.material.other_motion:
+        return NextMotion(
+            why="A second, different motion would show whether the findings hold beyond this one.",
+            command="ident design -o next.toml",
+        )
+    return None

@@ -1,0 +1,107 @@
+"""From recordings to the answer: is anything missing, what, what else could it be, and what remains."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ident.composition import Composition
+from ident.course import Course, prepare
+from ident.diagnose.excerpts import excerpts
+from ident.diagnose.ladder import Climber, Ladder
+from ident.diagnose.material import Material, gather
+from ident.diagnose.remainder import Remainder, remainder
+from ident.effects import Effect
+from ident.identification import refuse_different_rigs
+from ident.samples import holds_torque
+from recordings.reader import read
+from recordings.recording import Recording
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What the user chose."""
+
+    preprocessing: str = "parallel"
+    cutoff: float | None = None
+    """[Hz], or the preprocessing's own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """The answer, with all that it was found from."""
+
+    material: Material
+    library: Mapping[str, Effect]
+    unobservable: Mapping[str, str]
+    """Effects that such recordings cannot show, and why."""
+    ladder: Ladder
+    remainder: Remainder
+    excerpt: float | None
+    """Share of the recordings that was looked at, where they were too long for all."""
+
+
+def diagnose(
+    files: Sequence[Path],
+    validate: Path | None,
+    library: Mapping[str, Effect],
+    choices: Choices,
+    progress: Progress = lambda what: None,
+) -> Diagnosis:
+    """Find out which effects of the `library` the base model lacks in the recordings `files`.
+
+    validate: a recording of another motion, which no fit sees; without one, phase segments are held out.
+
+    Raises:
+        BadInput: a recording cannot be used, or they are not of the same rig.
+    """
+    recordings = [read(path) for path in (*files, *([validate] if validate else []))]
+    refuse_different_rigs(recordings)
+    courses, share = _courses(recordings, choices)
+    held = len(recordings) - 1 if validate else None
+    train = [course for index, group in enumerate(courses) if index != held for course in group]
+    material = gather(train, courses[held] if held is not None else ())
+    offered, unobservable = _offered(recordings[0], library)
+    path = material.evaluators[0].course.path
+    climber = Climber(material, offered, progress)
+    ladder = climber.climb(Composition(path.mechanism, path.rig))
+    progress("what remains")
+    return Diagnosis(material, library, unobservable, ladder, remainder(material, ladder), share)
+
+
+def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:
+    """The courses of each recording, all at the lowest cut-off that any of them asks for."""
+    cut = [excerpts(recording) for recording in recordings]
+    courses = [
+        [prepare(part.recording, choices.preprocessing, choices.cutoff, part.start) for part in parts]
+        for parts in cut
+    ]
+    lowest = min(course.prepared.bandwidth for group in courses for course in group)
+    same = [
+        [
+            course
+            if course.prepared.bandwidth == lowest
+            else prepare(course.recording, choices.preprocessing, lowest, course.start)
+            for course in group
+        ]
+        for group in courses
+    ]
+    kept = sum(len(part.recording.time) for parts in cut for part in parts)
+    whole = sum(len(recording.time) for recording in recordings)
+    return same, None if kept == whole else kept / whole
+
+
+def _offered(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:
+    """The effects that such a recording may show, and why it cannot show the others of this mechanism."""
+    rig, torque_measured = recording.rig, holds_torque(recording)
+    offered, unobservable = {}, {}
+    for name, effect in library.items():
+        if rig.mechanism not in effect.mechanisms:
+            continue
+        why = effect.unobservable(rig, torque_measured)
+        if why:
+            unobservable[name] = why
+        else:
+            offered[name] = effect
+    return offered, unobservable

@@ -1,0 +1,105 @@
+"""A diagnosis as a document: what `ident diagnose --json` prints."""
+
+from typing import Any, Literal
+
+from pydantic import Field
+
+from recordings.config import Section
+
+Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
+Numbers = tuple[float, ...]
+
+
+class Value(Section):
+    """One parameter."""
+
+    value: float
+    unit: str
+    ci95: tuple[float, float] | None
+    """None where the data do not tell."""
+    meaning: str
+    lower: float | None
+    """Physical range; None where there is no limit."""
+    upper: float | None
+
+
+class RungEntry(Section):
+    """A model of the ladder."""
+
+    added: str | None
+    effects: tuple[str, ...]
+    train_rms: Numbers
+    """Per joint [N m]."""
+    validate_rms: Numbers
+    parameters: dict[str, Value]
+
+
+class FindingEntry(Section):
+    """An effect that is there."""
+
+    effect: str
+    status: Literal["supported"] = "supported"
+    joints: tuple[int, ...]
+    """From 1."""
+    confusable_with: tuple[str, ...]
+    gain: float
+    gain_ci95: tuple[float, float]
+    why: str
+    sentence: str
+    looks: str
+    causes: str
+    remedy: str
+
+
+class RejectedEntry(Section):
+    """An effect that was looked for in vain."""
+
+    effect: str
+    status: Literal["not-supported", "not-tested", "not-observable", "absorbed"]
+    why: str
+
+
+class Remaining(Section):
+    """What the last model leaves."""
+
+    structured_share: float
+    """Of the remaining mean square, 0 to 1."""
+    depends_on: tuple[str, ...]
+    why: str
+    structured_rms: Numbers
+    """Per joint [N m]."""
+
+
+class NextMotion(Section):
+    """What to record next, and why."""
+
+    why: str
+    command: str
+
+
+class Document(Section):
+    """All that a diagnosis says."""
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    verdict: Verdict
+    sentence: str
+    """The verdict in words."""
+    bandwidth_hz: float
+    noise_rms: Numbers
+    """Per joint: the line to reach, noise with what encoder steps propagate into it [N m]."""
+    torque_rms: Numbers
+    joints: tuple[str, ...]
+    effort_units: tuple[str, ...]
+    held_out: str
+    """On what the models were validated."""
+    rungs: tuple[RungEntry, ...]
+    findings: tuple[FindingEntry, ...]
+    rejected: tuple[RejectedEntry, ...]
+    remaining: Remaining
+    next_motion: NextMotion | None
+    recordings: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, Any]:
+        """As it is printed."""
+        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
+        return document

@@ -1,0 +1,63 @@
+"""Whether one model is better than another, on rows that no fit has seen, and by how much."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.diagnose.material import Material
+from recordings.recording import Floats
+
+BLOCK = 0.25
+"""Rows closer than this are not independent: they are judged together [s]."""
+_RESAMPLES = 400
+_SEED = 0
+"""The same verdict each time."""
+
+
+@dataclass(frozen=True)
+class Gain:
+    """Fall of the held-out mean square, over what of it is above the floor."""
+
+    share: float
+    interval: tuple[float, float]
+    """95 %, from resampled blocks."""
+    t: float
+    """Student's t of the fall over the blocks."""
+
+
+def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], floor: Floats) -> Gain:
+    """From the residuals (m, dof) of every recording, `before` and `after`, and the `floor` (dof,) [N m].
+
+    Each joint counts by its squared floor, or by its smallest residual: noise is to weigh the same in all.
+    """
+    size = np.maximum(floor, 1e-12)
+    first, second = (_blocks(material, residuals, size) for residuals in (before, after))
+    fall = first - second
+    count = len(fall)
+    if count < 3:
+        return Gain(0.0, (0.0, 0.0), 0.0)
+    spread = float(fall.std(ddof=1)) / np.sqrt(count)
+    excess = first - 1.0
+    drawn = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
+    shares = _share(fall[drawn].mean(axis=1), excess[drawn].mean(axis=1))
+    low, high = np.percentile(shares, [2.5, 97.5])
+    share = _share(fall.mean(), excess.mean())
+    return Gain(float(share), (float(low), float(high)), float(fall.mean() / spread) if spread else 0.0)
+
+
+def _share(fall: Floats, excess: Floats) -> Floats:
+    return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
+
+
+def _blocks(material: Material, residuals: Sequence[Floats], size: Floats) -> Floats:
+    """(b,) mean squares of held-out rows, in units of the floor, of stretches of about BLOCK seconds."""
+    found = []
+    for dataset, held, residual in zip(material.datasets, material.held, residuals, strict=True):
+        known = held & np.isfinite(residual)
+        squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)
+        number = np.floor(dataset.time / BLOCK).astype(int)
+        count = np.bincount(number, known.sum(axis=1))
+        sums = np.bincount(number, squares)
+        found.append(sums[count > 0] / count[count > 0])
+    return np.concatenate(found)

@@ -1,0 +1,239 @@
+"""The ladder: add the effect that explains most, refit everything, ask again, until nothing is left to explain."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.composition import Composition, Term
+from ident.diagnose.evidence import Gain, gain
+from ident.diagnose.floor import Floor, floor
+from ident.diagnose.material import Material
+from ident.diagnose.screen import Candidate, Screen
+from ident.effects import Effect
+from ident.refine import Solution
+from recordings.recording import Floats
+
+MOST = 8
+"""Effects that are added at most."""
+REFINED = 6
+"""Candidates of each round whose parameters are searched; the others promise too little."""
+ALIKE = 0.04
+"""Candidates whose gains differ by less than this share of it explain the same."""
+CLEAR = 15.0
+"""Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
+CERTAIN = 4.0
+"""Student's t of the held-out fall from which on it counts; all the candidates were tried."""
+MATERIAL = 0.002
+"""What changes the residual by less than this share of the torque is left alone."""
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """A model on the way, with what it leaves."""
+
+    solution: Solution
+    residuals: tuple[Floats, ...]
+    """(m, dof) of every recording."""
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Its effects."""
+        return self.solution.composition.terms
+
+
+@dataclass(frozen=True, eq=False)
+class Rung:
+    """A step of the ladder."""
+
+    added: str | None
+    state: State
+    gain: Gain | None
+
+
+@dataclass(frozen=True, eq=False)
+class Finding:
+    """An effect of the final model."""
+
+    term: Term
+    gain: Gain
+    """What leaving it out would cost on held-out rows."""
+    alternatives: tuple[str, ...]
+    """Other effects that would explain these data as well in its place, the closest first."""
+    without: tuple[Floats, ...]
+    """(m, dof) what the final model leaves of each recording without this effect, refitted [N m]."""
+    with_it: tuple[Floats, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Ladder:
+    """All that was found."""
+
+    rungs: tuple[Rung, ...]
+    findings: tuple[Finding, ...]
+    unseen: tuple[str, ...]
+    """Effects that this motion does not excite."""
+    first_gains: Mapping[str, float]
+    """What each candidate would have gained first, as a share of the loss."""
+    last_gains: Mapping[str, float]
+    """What each one that was not added would still gain at the end."""
+    floor: Floor
+    computed: tuple[Floats, ...]
+    """(m, dof) torque of the final model on each recording [N m]."""
+
+
+class Climber:
+    """Climbs the ladder on some material with a library of effects."""
+
+    def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
+        self._material, self._library, self._progress = material, library, progress
+
+    def state(self, composition: Composition, x: Floats) -> State:
+        """`composition` fitted from `x` (K,)."""
+        solution = self._material.solve(composition, x)
+        return State(solution, self._material.residuals(solution))
+
+    def climb(self, composition: Composition) -> Ladder:
+        """From `composition` upwards."""
+        state = self.state(composition, np.zeros(len(composition.named)))
+        rungs = [Rung(None, state, None)]
+        for name in [name for name, effect in self._library.items() if effect.always_true]:
+            state = self._truth(name, state, rungs)
+        first: dict[str, float] = {}
+        while True:
+            options, unseen, last = self._options(state)
+            first = first or last
+            if len(state.terms) >= MOST:
+                break
+            chosen = self._first_confirmed(state, options)
+            if chosen is None:
+                break
+            state = self._settled(chosen)
+            rungs.append(Rung(chosen.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+            self._progress(f"{rungs[-1].added} added; what else?")
+        findings = tuple(self._finding(state, index) for index in range(len(state.terms)))
+        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+
+    def floor(self, state: State) -> Floor:
+        """The line to reach."""
+        return floor(self._material, state.solution, state.residuals)
+
+    def _computed(self, state: State) -> tuple[Floats, ...]:
+        pairs = zip(self._material.datasets, state.residuals, strict=True)
+        return tuple(data.torque - residual for data, residual in pairs)
+
+    def _truth(self, name: str, state: State, rungs: list[Rung]) -> State:
+        """What is true of any such machine is added first, if it shows."""
+        candidates, _ = Screen(self._material, state.solution).look({name: self._library[name]})
+        for candidate in candidates:
+            after = self._with(state, candidate)
+            if self._confirmed(state, after):
+                rungs.append(Rung(name, after, self._gain(state, after)))
+                return after
+        return state
+
+    def _options(self, state: State, leave: Sequence[str] = ()) -> tuple[list[State], list[str], dict[str, float]]:
+        """States with one effect more, the best first; what does not show; what each would gain at first sight."""
+        present = {term.name for term in state.terms}
+        covered = {name for term in state.terms for name in term.effect.contains}
+        library = {
+            name: effect
+            for name, effect in self._library.items()
+            if (name not in present or effect.repeated) and name not in covered and name not in leave
+        }
+        screen = Screen(self._material, state.solution)
+        candidates, unseen = screen.look(library)
+        gains = {one.term.name: 1 - one.loss / screen.loss for one in candidates}
+        worth = [one for one in candidates if self._clear(screen.loss, one.loss, one.own)]
+        states = [self._signed(self._with(state, one), state) for one in worth[:REFINED]]
+        return sorted(states, key=lambda one: one.solution.loss), unseen, gains
+
+    def _with(self, state: State, candidate: Candidate) -> State:
+        composition = state.solution.composition.plus(candidate.term)
+        return self.state(composition, np.concatenate([state.solution.x, candidate.start]))
+
+    def _signed(self, state: State, before: State) -> State:
+        """Without the joints whose coefficients came out beyond what is possible, or that add next to nothing."""
+        index = len(state.terms) - 1
+        term = state.terms[index]
+        if term.effect.whole_robot or len(term.joints) == 1:
+            return state
+        possible = [joint for joint, own in zip(term.joints, self._within(state, index), strict=True) if own]
+        if len(possible) in (0, len(term.joints)):
+            return state
+        composition = before.solution.composition.plus(replace(term, joints=tuple(possible)))
+        owners = [i for i, joint in enumerate(term.joints) if joint in possible]
+        own = state.solution.composition.own(index, state.solution.x)[owners]
+        shapes = state.solution.composition.shapes(index, state.solution.x)
+        return self.state(composition, np.concatenate([before.solution.x, own.ravel(), shapes]))
+
+    def _within(self, state: State, index: int) -> list[bool]:
+        """For each owner of the term, whether its own parameters are within their physical range."""
+        term = state.terms[index]
+        own = state.solution.composition.own(index, state.solution.x)
+        lower, upper = (np.array([getattr(q, side) for q in term.own]) for side in ("lower", "upper"))
+        return [bool(((lower <= row) & (row <= upper)).all()) for row in own]
+
+    def _first_confirmed(self, state: State, options: list[State]) -> State | None:
+        """The simplest of those that explain most, if rows that no fit saw bear it out; else the next ones."""
+        options = [one for one in options if all(self._within(one, len(one.terms) - 1))]
+        while options:
+            best = self._simplest(state, options)
+            if self._confirmed(state, best):
+                return best
+            options = [one for one in options if one is not best]
+        return None
+
+    def _simplest(self, state: State, options: Sequence[State]) -> State:
+        alike = self._alike(state.solution.loss, options)
+        return min(alike, key=lambda one: (len(one.solution.x), one.solution.loss))
+
+    def _alike(self, without: float, options: Sequence[State]) -> list[State]:
+        """Those that leave no more than the best, but for chance and a small share of what there is to gain."""
+        least = min(one.solution.loss for one in options)
+        slack = max(ALIKE * (without - least), CLEAR * self._chance(least))
+        return [one for one in options if one.solution.loss - least <= slack]
+
+    def _chance(self, loss: float) -> float:
+        """Fall of the loss that one more parameter makes by fitting noise."""
+        return loss / self._material.independent_rows
+
+    def _clear(self, before: float, after: float, parameters: int) -> bool:
+        return before - after > CLEAR * parameters * self._chance(after)
+
+    def _confirmed(self, before: State, after: State) -> bool:
+        """Whether the last effect of `after` explains something, on the rows seen and on those held out."""
+        parameters = len(after.solution.x) - len(before.solution.x)
+        changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
+        size = np.sqrt([np.nanmean(np.concatenate(changed) ** 2, axis=0)])
+        return (
+            self._clear(before.solution.loss, after.solution.loss, parameters)
+            and bool((size > MATERIAL * self._material.torque_rms).any())
+            and self._gain(before, after).t > CERTAIN
+        )
+
+    def _gain(self, before: State, after: State) -> Gain:
+        return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)
+
+    def _settled(self, state: State) -> State:
+        """Without effects that have become superfluous, each replaced where another explains more in its place."""
+        for index in range(len(state.terms) - 2, -1, -1):
+            without = self._without(state, index)
+            if not self._confirmed(without, state):
+                state = without
+        return state
+
+    def _without(self, state: State, index: int) -> State:
+        composition = state.solution.composition
+        keep = ~composition.entries(index)
+        return self.state(composition.without(index), state.solution.x[keep])
+
+    def _finding(self, state: State, index: int) -> Finding:
+        """The effect, what it is worth, and what could stand in its place."""
+        without = self._without(state, index)
+        term = state.terms[index]
+        options, _, _ = self._options(without, leave=(term.name,))
+        possible = [one for one in options if all(self._within(one, len(one.terms) - 1))]
+        alike = self._alike(without.solution.loss, [state, *possible])
+        names = [one.terms[-1].name for one in alike if one is not state]
+        return Finding(term, self._gain(without, state), tuple(names[:3]), without.residuals, state.residuals)

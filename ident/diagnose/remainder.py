@@ -1,0 +1,53 @@
+"""What the last model leaves: whether it is more than the floor, and what it depends on."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident import repetition
+from ident.diagnose.ladder import Ladder
+from ident.diagnose.material import Material
+from ident.diagnose.material import rms as rms_of
+from recordings.recording import Bools, Floats
+
+LEAST = 0.004
+"""Share of the torque below which a remainder is not called structure: what preprocessing may leave of a right model."""
+_CHANCE = 1e-3
+"""Probability below which a repeating remainder is not called chance."""
+
+
+@dataclass(frozen=True, eq=False)
+class Remainder:
+    """Of the last model."""
+
+    rms: Floats
+    """(dof,) of what is structured [N m]."""
+    share: float
+    """Of the remaining mean square, over all joints."""
+    unexplained: bool
+    """Whether there is structure in it that matters."""
+    variables: tuple[str, ...]
+    """What it depends on."""
+    sentence: str
+
+
+def remainder(material: Material, ladder: Ladder) -> Remainder:
+    """What the top of the `ladder` leaves."""
+    residuals = ladder.rungs[-1].state.residuals
+    rows = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
+    total = rms_of(residuals, rows)
+    structured = np.sqrt(np.maximum(total**2 - ladder.floor.rms**2, 0.0))
+    share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
+    repeating = _repeating(material, residuals)
+    matters = (structured > LEAST * material.torque_rms) & (structured > 0.5 * ladder.floor.rms) & repeating
+    unexplained = bool(matters.any())
+    sentence = "what is left does not repeat with the motion: noise" if not unexplained else "it repeats"
+    return Remainder(structured, share, unexplained, (), sentence)
+
+
+def _repeating(material: Material, residuals: tuple[Floats, ...]) -> Bools:
+    """(dof,) whether the residual repeats with the motion by more than chance; True where nothing tells."""
+    splits = repetition.of(material.datasets, residuals)
+    if not splits:
+        return np.ones(residuals[0].shape[1], bool)
+    return np.array([one.repeating_p < _CHANCE for one in splits])

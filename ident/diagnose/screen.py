@@ -1,0 +1,193 @@
+"""Which effects could explain what a model leaves: a first look at all of them, by linear algebra alone.
+
+Each candidate's columns, at every shape that its search would begin with, lose what the model so far (all of its
+parameters, also those of effects already in it) could imitate of them; what is left explains so much of the residual
+as an orthogonal forward selection says. No candidate is judged by its likeness to the residual itself.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+
+from ident.composition import Term
+from ident.diagnose.material import Material
+from ident.effects import Additive, Effect, Signal
+from ident.refine import Solution
+from recordings.recording import Floats
+
+SEEN = 1e-3
+"""Below this share of its size that no parameter of the model imitates, a column counts as not excited."""
+_SUBSETS_UP_TO = 4
+"""Joints up to which all their subsets are tried."""
+_SHARE = 0.03
+"""What a joint must add to the gain of an effect to be among its joints."""
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect on some joints, and where the search for its parameters begins."""
+
+    term: Term
+    start: Floats
+    """(own + shapes,) its entries of the parameter vector."""
+    loss: float
+    """Weighted sum of squares that it is expected to leave."""
+    own: int
+    """How many own parameters it has, in all, with its searched shapes."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Block:
+    """Weighted columns (r, owners * c) of an effect at one start, and the start of each owner's parameters."""
+
+    columns: Floats
+    scale: Floats
+    """(c,) parameter per unit of column coefficient."""
+    shapes: Floats
+    one_signed: Floats
+    """(c,) +1 where only a positive coefficient is meant, else 0."""
+
+
+class Screen:
+    """A model so far, ready to look at candidates."""
+
+    def __init__(self, material: Material, solution: Solution) -> None:
+        self._material, self._solution = material, solution
+        regressor, self._residual = solution.rows()
+        size = np.sqrt((regressor**2).sum(axis=0))
+        self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
+        self.loss = solution.loss
+        self._evaluators = [material.evaluators[i] for i in material.fitting]
+
+    def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], list[str]]:
+        """The best start of every effect, the most promising first, and the names of those that do not show."""
+        found, unseen = [], []
+        for name, effect in library.items():
+            candidates = [one for block in self._blocks(name, effect) if (one := self._judged(name, effect, block))]
+            if candidates:
+                found.append(min(candidates, key=lambda one: one.loss))
+            else:
+                unseen.append(name)
+        return sorted(found, key=lambda one: one.loss), unseen
+
+    def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
+        for shapes in self._shapes(effect):
+            if isinstance(effect, Additive):
+                one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
+                columns = self._additive(Term(name, effect, self._joints(effect)), shapes)
+                yield _Block(columns, np.ones(len(effect.coefficients)), shapes, one_signed)
+            elif isinstance(effect, Signal):
+                yield from self._signal(name, effect, shapes)
+
+    def _joints(self, effect: Effect) -> tuple[int, ...]:
+        return tuple(range(self._solution.composition.rig.dof))
+
+    def _shapes(self, effect: Effect) -> list[Floats]:
+        """Places to begin: products of the starts, and what the effect suggests from the residual."""
+        found = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
+        if effect.suggest:
+            for index, evaluator in enumerate(self._evaluators):
+                x, composition = self._solution.x, self._solution.composition
+                path = evaluator.path(composition, x)
+                view = evaluator.view(path, x[composition.entries(-1)])
+                residual = np.where(self._solution.weights[index] > 0, self._solution.residuals[index], np.nan)
+                step = evaluator.course.prepared.step
+                for shapes in effect.suggest(view.every(step), residual):
+                    found.append(np.array([shapes[shape.name] for shape in effect.shapes]))
+        return found
+
+    def _additive(self, term: Term, shapes: Floats) -> Floats:
+        x, composition = self._solution.x, self._solution.composition
+        rigid = x[composition.entries(-1)]
+        parts = []
+        for evaluator, weight in zip(self._evaluators, self._solution.weights, strict=True):
+            columns = evaluator.columns(term, shapes, evaluator.path(composition, x), rigid)
+            parts.append(self._weighted(evaluator.course.condition(columns), weight))
+        return np.concatenate(parts)
+
+    def _signal(self, name: str, effect: Signal, shapes: Floats) -> Iterator[_Block]:
+        """Differences that the effect makes at each start, owner by owner and parameter by parameter."""
+        owners = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
+        for starts in zip(*_padded([q.starts for q in effect.parameters]), strict=True):
+            columns = [
+                self._difference(
+                    Term(name, effect, owner), np.where(np.arange(len(starts)) == i, starts, 0.0), shapes
+                )
+                for owner in owners
+                for i in range(len(starts))
+            ]
+            yield _Block(np.stack(columns, axis=1), np.array(starts), shapes, np.zeros(len(starts)))
+
+    def _difference(self, term: Term, own: Floats, shapes: Floats) -> Floats:
+        solution = self._solution
+        composition = solution.composition.plus(term)
+        x = np.concatenate([solution.x, own, shapes])
+        rigid = solution.x[solution.composition.entries(-1)]
+        parts = []
+        for evaluator, weight, residual in zip(self._evaluators, solution.weights, solution.residuals, strict=True):
+            before = evaluator.course.dataset.torque - residual
+            parts.append(self._weighted((evaluator.torque(composition, x, rigid) - before)[:, :, None], weight)[:, 0])
+        return np.concatenate(parts)
+
+    def _weighted(self, columns: Floats, weight: Floats) -> Floats:
+        rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
+        return rows
+
+    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | None:
+        """The best joints for `block`; None where the motion does not show it."""
+        c = len(block.scale)
+        size = np.sqrt((block.columns**2).sum(axis=0))
+        rest = block.columns - self._basis @ (self._basis.T @ block.columns)
+        rest -= self._basis @ (self._basis.T @ rest)
+        seen = np.sqrt((rest**2).sum(axis=0)) > SEEN * size
+        gram, right = rest.T @ rest, rest.T @ self._residual
+        owners = [owner for owner in range(len(size) // c) if seen[owner * c : owner * c + c].any() and size.any()]
+        subsets = {subset: self._gain(gram, right, subset, block, c) for subset in _subsets(owners)}
+        best = _parsimonious({subset: gain for subset, (gain, _) in subsets.items()})
+        if best is None:
+            return None
+        gain, coefficients = subsets[best]
+        term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
+        start = np.concatenate([(coefficients.reshape(-1, c) * block.scale).ravel(), block.shapes])
+        own = len(best) * c + sum(shape.searched for shape in effect.shapes)
+        return Candidate(term, start, max(self.loss - gain, 0.0), own)
+
+    def _gain(
+        self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int
+    ) -> tuple[float, Floats]:
+        """Fall of the loss by the owners in `subset`, and their coefficients; none if a sign is against it."""
+        which = np.concatenate([np.arange(owner * c, owner * c + c) for owner in subset])
+        own = gram[np.ix_(which, which)]
+        size = np.sqrt(np.diag(own))
+        size[size == 0] = 1.0
+        coefficients = np.linalg.lstsq(own / np.outer(size, size), right[which] / size, rcond=1e-9)[0] / size
+        if (coefficients * np.tile(block.one_signed, len(subset)) < 0).any():
+            return -np.inf, coefficients
+        return float(coefficients @ right[which]), coefficients
+
+
+def _subsets(owners: Sequence[int]) -> Iterator[tuple[int, ...]]:
+    """All of them, or with many joints each alone and all together."""
+    if len(owners) <= _SUBSETS_UP_TO:
+        for size in range(1, len(owners) + 1):
+            yield from combinations(owners, size)
+    else:
+        yield from ((owner,) for owner in owners)
+        yield tuple(owners)
+
+
+def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | None:
+    """The fewest joints of which none more would add much to the gain."""
+    possible = {subset: gain for subset, gain in gains.items() if gain > 0}
+    if not possible:
+        return None
+    most = max(possible.values())
+    return min(possible, key=lambda subset: most - possible[subset] + _SHARE * most * len(subset))
+
+
+def _padded(starts: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
+    """All as long as the longest, the last one repeated."""
+    longest = max(len(one) for one in starts)
+    return [(*one, *[one[-1]] * (longest - len(one))) for one in starts]

@@ -1,0 +1,71 @@
+"""A diagnosis on the screen."""
+
+from rich.console import Console
+from rich.table import Table
+
+from ident.diagnose.document import Document, FindingEntry, RungEntry, Value
+
+_COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta"}
+
+
+def show(document: Document, console: Console) -> None:
+    """Print everything a person needs."""
+    console.print(f"[bold {_COLOURS[document.verdict]}]{document.verdict}[/]: {document.sentence}", highlight=False)
+    console.print(_ladder(document))
+    console.print(f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.", highlight=False)
+    for finding in document.findings:
+        _finding(finding, document, console)
+    if document.remaining.why:
+        console.print(f"What remains: {document.remaining.why}", highlight=False)
+    console.print(_rejected(document))
+    if document.next_motion:
+        console.print(f"Next: {document.next_motion.why}\n  {document.next_motion.command}", highlight=False)
+
+
+def _ladder(document: Document) -> Table:
+    unit = document.effort_units[0]
+    table = Table(title=f"RMS error [{unit}], training | held out", title_justify="left")
+    table.add_column("model")
+    for joint in document.joints:
+        table.add_column(joint, justify="right")
+    for rung in document.rungs:
+        name = f"+ {rung.added}" if rung.added else "base model"
+        table.add_row(name, *_errors(rung))
+    table.add_section()
+    table.add_row("noise floor", *(f"{value:.3g}" for value in document.noise_rms), style="green")
+    table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
+    return table
+
+
+def _errors(rung: RungEntry) -> list[str]:
+    return [f"{seen:.3g} | {held:.3g}" for seen, held in zip(rung.train_rms, rung.validate_rms, strict=True)]
+
+
+def _finding(finding: FindingEntry, document: Document, console: Console) -> None:
+    other = f"  (or: {', '.join(finding.confusable_with)})" if finding.confusable_with else ""
+    console.print(f"\n[bold]{finding.effect}[/]{other}", highlight=False)
+    console.print(f"  {finding.sentence} {finding.looks}", highlight=False)
+    console.print(f"  {finding.why}", highlight=False)
+    own = {name: value for name, value in document.rungs[-1].parameters.items() if _belongs(name, finding.effect)}
+    for name, value in own.items():
+        console.print(
+            f"  {name} = {value.value:.4g}{_interval(value)} {value.unit}  {value.meaning}", highlight=False
+        )
+    console.print(f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.", highlight=False)
+
+
+def _belongs(parameter: str, effect: str) -> bool:
+    return parameter.partition(".")[0].partition("#")[0] == effect
+
+
+def _interval(value: Value) -> str:
+    return f" ({value.ci95[0]:.4g} to {value.ci95[1]:.4g})" if value.ci95 else ""
+
+
+def _rejected(document: Document) -> Table:
+    table = Table(title="Not added", title_justify="left")
+    for column in ("effect", "status", "why"):
+        table.add_column(column)
+    for one in document.rejected:
+        table.add_row(one.effect, one.status, one.why)
+    return table

@@ -1,0 +1,44 @@
+"""An amplifier that runs out of voltage."""
+
+import numpy as np
+
+from ident.effects import Quantity, Signal, Values
+from ident.torque_map import not_a_command, torque_from_voltage, voltage_from_torque
+from ident.view import View
+from recordings.recording import Floats
+
+_NEAR = 0.995
+"""Nearer to the highest voltage than this share, the command is anybody's guess."""
+
+
+def report(torque: Floats, view: View, values: Values) -> Floats:
+    """The command u of which u / (1 + |u inverse_level|^n)^(1/n) is the voltage that gives the torque (n, dof)."""
+    voltage = voltage_from_torque(torque, view.rig.torque)
+    knee = values["n"]
+    used = np.minimum(np.abs(voltage * values["inverse_level"]), _NEAR)
+    return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), view.rig.torque)
+
+
+effect = Signal(
+    sentence="The amplifier runs out of voltage: large commands give less than they ask for.",
+    looks="The residual grows steeply where the torque is largest.",
+    causes="a supply that is too low or sags, a current limit, the back-EMF at high speed",
+    remedy="slow the motion down, raise the supply, or report the voltage at the motor",
+    equation="command u: v = u / (1 + |u inverse_level|^n)^(1/n)",
+    axis="load",
+    parameters=(
+        Quantity(
+            name="inverse_level",
+            unit="1/V",
+            meaning="1 / highest voltage",
+            lower=0.0,
+            upper=3.0,
+            starts=(0.1, 0.15, 0.2, 0.3, 0.5, 0.8),
+        ),
+    ),
+    shapes=(
+        Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, starts=(4.0, 10.0)),
+    ),
+    report=report,
+    unobservable=not_a_command,
+)
