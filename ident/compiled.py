@@ -1,11 +1,13 @@
 """Compilation of the few loops that numpy cannot express, by numba, kept on disk for the next run."""
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numba
 
 
+@cache
 def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
     """`function` compiled on its first call, with numba's `options`."""
     try:

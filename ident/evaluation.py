@@ -133,12 +133,15 @@ class Evaluator:
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in composition.terms):
             return self.course.condition(columns)
         true: Floats = columns @ x[composition.linear]
-        size = np.sqrt(np.nanmean(true**2))
+        step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
+        if all(term.effect.pointwise for term in composition.terms if isinstance(term.effect, Signal)):
+            ahead, behind = (self._report(composition, x, rigid, true + side * step) for side in (1, -1))
+            return self.course.condition(columns * ((ahead - behind) / (2 * step))[:, :, None])
         slopes = []
         for column in np.moveaxis(columns, 2, 0):
-            step = _RELATIVE_STEP * size / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
-            ahead, behind = (self._report(composition, x, rigid, true + side * step * column) for side in (1, -1))
-            slopes.append((ahead - behind) / (2 * step))
+            small = step / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
+            ahead, behind = (self._report(composition, x, rigid, true + side * small * column) for side in (1, -1))
+            slopes.append((ahead - behind) / (2 * small))
         return self.course.condition(np.stack(slopes, axis=2))
 
     def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int) -> Floats:

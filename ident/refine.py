@@ -11,8 +11,8 @@ from ident.composition import Composition
 from ident.evaluation import Evaluator
 from recordings.recording import Bools, Floats
 
-_STEPS = 12
-_CONVERGED = 1e-5
+_STEPS = 10
+_CONVERGED = 1e-4
 """Relative fall of the weighted sum of squares that is not worth another step."""
 
 

@@ -57,31 +57,32 @@ class View:
         """The platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig, self.motion)
 
-    @cached_property
-    def motor_inertia(self) -> Floats:
-        """(dof,) of what turns with the encoder [kg m^2]: as the rig file has it; of axes, half of the joint's."""
+    def motor_inertia(self, share: float) -> Floats:
+        """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
         dof = self.motion.position.shape[1]
-        if self.rig.mechanism == "delta":
-            return np.full(dof, self.rig.nominal.motor_inertia)
         own = (self.parameters.get(f"I_{j}", self.parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
-        return np.array([0.5 * inertia for inertia in own])
+        return np.array([share * max(inertia, 0.0) for inertia in own])
 
     @cached_property
-    def arm_inertia(self) -> Floats:
-        """(n, dof) torque per acceleration of a joint alone, without its motor [kg m^2]; never below a tenth."""
-        motion, dof = self.motion, self.motion.position.shape[1]
-        still = replace(motion, acceleration=np.zeros_like(motion.position))
+    def inertias(self) -> Floats:
+        """(n, dof, dof) torque per acceleration [kg m^2]."""
+        still = replace(self.motion, acceleration=np.zeros_like(self.motion.position))
         base = self.rigid_at(still)
-        columns = [
-            self.rigid_at(replace(still, acceleration=np.eye(dof)[j] + still.acceleration)) for j in range(dof)
-        ]
-        whole = np.stack([column[:, j] - base[:, j] for j, column in enumerate(columns)], axis=1)
-        inertia: Floats = np.maximum(whole - self.motor_inertia, 0.1 * whole)
-        return inertia
+        units = np.eye(base.shape[1])
+        columns = [self.rigid_at(replace(still, acceleration=still.acceleration + unit)) - base for unit in units]
+        return np.stack(columns, axis=2)
 
-    def arm_torque(self, motion: Motion) -> Floats:
+    def arm_inertias(self, share: float) -> Floats:
+        """(n, dof, dof) `inertias` without the motors; on the diagonal a hundredth of it at least."""
+        matrix = self.inertias.copy()
+        whole = np.diagonal(self.inertias, axis1=1, axis2=2)
+        joint = np.arange(whole.shape[1])
+        matrix[:, joint, joint] = np.maximum(whole - self.motor_inertia(share), 0.01 * whole)
+        return matrix
+
+    def arm_torque(self, motion: Motion, share: float) -> Floats:
         """(n, dof) torque [N m] that moves all but the motors themselves, at a motion."""
-        torque: Floats = self.rigid_at(motion) - self.motor_inertia * motion.acceleration
+        torque: Floats = self.rigid_at(motion) - self.motor_inertia(share) * motion.acceleration
         return torque
 
     def moved(self, by: Floats) -> Motion:

@@ -14,14 +14,12 @@ import numpy as np
 
 from ident import noise, repetition
 from ident.course import Course
-from ident.diagnose.material import Material, rms
+from ident.diagnose.material import Material, resolution, rms
 from ident.refine import Solution
 from recordings.recording import Floats
 
 _SEED = 0
 """The same floor each time."""
-_SAME = 1e-10
-"""Two angles closer than this are the same reading [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,16 +52,6 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
         level = rms(std, [one.course.usable for one in material.evaluators])
     parts = [_encoder(one.course, solution) for one in material.evaluators]
     return Floor(level, np.sqrt(np.mean(parts, axis=0)))
-
-
-def resolution(position: Floats) -> Floats:
-    """(dof,) step between neighbouring readings of the encoders that gave `position` (n, dof) [rad or m]."""
-    steps = []
-    for signal in position.T:
-        apart = np.diff(np.unique(signal[np.isfinite(signal)]))
-        apart = apart[apart > _SAME]
-        steps.append(float(apart.min()) if len(apart) else 0.0)
-    return np.array(steps)
 
 
 def _encoder(course: Course, solution: Solution) -> Floats:

@@ -18,12 +18,17 @@ MOST = 8
 """Effects that are added at most."""
 REFINED = 6
 """Candidates of each round whose parameters are searched; the others promise too little."""
+PROMISING = 0.4
+"""Nor is one that at first sight would gain less than this share of what the best has gained: a search for its
+parameters seldom doubles that."""
 ALIKE = 0.04
 """Candidates whose gains differ by less than this share of it explain the same."""
 CLEAR = 15.0
 """Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
-CERTAIN = 4.0
+CERTAIN = 3.5
 """Student's t of the held-out fall from which on it counts; all the candidates were tried."""
+WORTH = 0.05
+"""Share of what is above the floor, without an effect, that makes it stay in the model."""
 MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 
@@ -145,8 +150,18 @@ class Climber:
         candidates, unseen = screen.look(library)
         gains = {one.term.name: 1 - one.loss / screen.loss for one in candidates}
         worth = [one for one in candidates if self._clear(screen.loss, one.loss, one.own)]
-        states = [self._signed(self._with(state, one), state) for one in worth[:REFINED]]
-        return sorted(states, key=lambda one: one.solution.loss), unseen, gains
+        return self._refined(state, worth), unseen, gains
+
+    def _refined(self, state: State, candidates: Sequence[Candidate]) -> list[State]:
+        """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
+        before = state.solution.loss
+        states: list[State] = []
+        for one in candidates[:REFINED]:
+            least = min((found.solution.loss for found in states), default=before)
+            if before - one.loss < PROMISING * (before - least):
+                break
+            states.append(self._signed(self._with(state, one), state))
+        return sorted(states, key=lambda one: one.solution.loss)
 
     def _with(self, state: State, candidate: Candidate) -> State:
         composition = state.solution.composition.plus(candidate.term)
@@ -219,7 +234,7 @@ class Climber:
         """Without effects that have become superfluous, each replaced where another explains more in its place."""
         for index in range(len(state.terms) - 2, -1, -1):
             without = self._without(state, index)
-            if not self._confirmed(without, state):
+            if self._gain(without, state).share < WORTH and not self._confirmed(without, state):
                 state = without
         return state
 
@@ -232,7 +247,7 @@ class Climber:
         """The effect, what it is worth, and what could stand in its place."""
         without = self._without(state, index)
         term = state.terms[index]
-        options, _, _ = self._options(without, leave=(term.name,))
+        options = [] if term.effect.always_true else self._options(without, leave=(term.name,))[0]
         possible = [one for one in options if all(self._within(one, len(one.terms) - 1))]
         alike = self._alike(without.solution.loss, [state, *possible])
         names = [one.terms[-1].name for one in alike if one is not state]

@@ -16,6 +16,14 @@ from recordings.recording import Bools, Floats
 
 SEGMENTS = 15
 """Into so many parts a cycle is cut where there is no other recording to validate on; each third one is held out."""
+STILL = 0.25
+"""Rows with more standstill than this behind them are left out."""
+_DEVIATIONS = 3.0
+"""Speeds within so many standard deviations of what encoder steps make of it are standstill."""
+_SEED = 0
+"""The same verdict each time."""
+_SAME = 1e-10
+"""Two angles closer than this are the same reading [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +81,15 @@ class Material:
 def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
     """The material of recordings to fit, and of those, if there are, that fits must not see."""
     courses = [*train, *validate]
+    still = [standstill(course) for course in courses]
+    moving = [course.usable & (part < STILL) for course, part in zip(courses, still, strict=True)]
     if validate:
         nothing = [np.zeros_like(course.usable) for course in courses]
-        usable = [course.usable for course in courses]
-        seen = usable[: len(train)] + nothing[len(train) :]
-        held = nothing[: len(train)] + usable[len(train) :]
+        seen = moving[: len(train)] + nothing[len(train) :]
+        held = nothing[: len(train)] + moving[len(train) :]
     else:
-        seen, held = (list(part) for part in zip(*(_by_phase(course) for course in train), strict=True))
-    weights = _weights([course.dataset for course in courses], seen)
+        seen, held = (list(part) for part in zip(*map(_by_phase, train, moving), strict=True))
+    weights = _weights([course.dataset for course in courses], seen, still)
     evaluators = tuple(Evaluator(course) for course in courses)
     return Material(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate))
 
@@ -93,7 +102,7 @@ def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:
     return result
 
 
-def _by_phase(course: Course) -> tuple[Bools, Bools]:
+def _by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
     """Seen and held-out rows: the same phase segments of all cycles, a filter's length away from each other.
 
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
@@ -106,11 +115,11 @@ def _by_phase(course: Course) -> tuple[Bools, Bools]:
     guard = 1.5 / dataset.bandwidth / length
     into = place % 3
     near = (np.abs(into - 2) < guard) | (into > 3 - guard) | (into < guard)
-    return course.usable & (~held & ~near)[:, None], course.usable & (held & ~near)[:, None]
+    return usable & (~held & ~near)[:, None], usable & (held & ~near)[:, None]
 
 
-def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools]) -> list[Floats]:
-    """1 / standard deviation of each row, by the noise and what a first fit of the mechanism leaves."""
+def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence[Floats]) -> list[Floats]:
+    """1 / standard deviation of each row, by the noise, what a first fit of the mechanism leaves, and standstill."""
     fitting = [i for i, one in enumerate(seen) if one.any()]
     regressor = np.concatenate([datasets[i].regressor[seen[i]] for i in fitting])
     torque = np.concatenate([datasets[i].torque[seen[i]] for i in fitting])
@@ -118,6 +127,29 @@ def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools]) -> list[Floats]
     residuals = [dataset.torque - dataset.regressor @ parameters for dataset in datasets]
     found = noise.estimate(datasets, residuals)
     return [
-        np.where(rows, 1 / noise.residual_std(dataset, residual, found), 0.0)
-        for dataset, residual, rows in zip(datasets, residuals, seen, strict=True)
+        np.where(rows, 1 / np.hypot(noise.residual_std(dataset, residual, found), friction), 0.0)
+        for dataset, residual, rows, friction in zip(datasets, residuals, seen, doubt, strict=True)
     ]
+
+
+def standstill(course: Course) -> Floats:
+    """(m, dof) share of the instants behind a row at which a joint moves too slowly to tell in which direction.
+
+    Dry friction may then be anything between its two levels. How slow that is follows from the encoder's steps.
+    """
+    measured, motion = course.samples.position, course.path.motion
+    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
+    read = course.corrected(course.path.rig, lambda position: position + error).motion
+    slowest = _DEVIATIONS * np.nanstd(read.velocity - motion.velocity, axis=0)
+    slow = np.where(np.isfinite(motion.velocity), np.abs(motion.velocity) < slowest, np.nan)
+    return np.clip(course.condition(slow), 0.0, 1.0)
+
+
+def resolution(position: Floats) -> Floats:
+    """(dof,) step between neighbouring readings of the encoders that gave `position` (n, dof) [rad or m]."""
+    steps = []
+    for signal in position.T:
+        apart = np.diff(np.unique(signal[np.isfinite(signal)]))
+        apart = apart[apart > _SAME]
+        steps.append(float(apart.min()) if len(apart) else 0.0)
+    return np.array(steps)

@@ -10,8 +10,11 @@ from ident.diagnose.material import Material
 from ident.diagnose.material import rms as rms_of
 from recordings.recording import Bools, Floats
 
-LEAST = 0.004
-"""Share of the torque below which a remainder is not called structure: what preprocessing may leave of a right model."""
+LEAST = 0.0035
+"""Share of the torque below which a remainder is not called structure: what preprocessing may leave of a right
+model."""
+_UNSURE = 0.6
+"""Relative uncertainty of what encoder steps leave."""
 _CHANCE = 1e-3
 """Probability below which a repeating remainder is not called chance."""
 
@@ -39,7 +42,8 @@ def remainder(material: Material, ladder: Ladder) -> Remainder:
     structured = np.sqrt(np.maximum(total**2 - ladder.floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
     repeating = _repeating(material, residuals)
-    matters = (structured > LEAST * material.torque_rms) & (structured > 0.5 * ladder.floor.rms) & repeating
+    least = np.hypot(LEAST * material.torque_rms, _UNSURE * ladder.floor.encoder)
+    matters = (structured > np.hypot(least, 0.25 * ladder.floor.noise)) & repeating
     unexplained = bool(matters.any())
     sentence = "what is left does not repeat with the motion: noise" if not unexplained else "it repeats"
     return Remainder(structured, share, unexplained, (), sentence)

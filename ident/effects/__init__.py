@@ -100,6 +100,8 @@ class Signal(Effect):
     """The true rig, given the one in the file."""
     report: Callable[[Floats, View, Values], Floats] | None = None
     """The torque (n, dof) that the rig's map makes of what is reported, given the true torque (n, dof)."""
+    pointwise: bool = True
+    """False where what is reported at an instant depends on the true torque at other instants, as with a delay."""
 
 
 def names() -> tuple[str, ...]:

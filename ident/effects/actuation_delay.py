@@ -42,4 +42,5 @@ effect = Signal(
         Quantity(name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, starts=(5e-4,)),
     ),
     report=report,
+    pointwise=False,
 )

@@ -10,10 +10,12 @@ from recordings.recording import Floats
 
 def report(torque: Floats, view: View, values: Values) -> Floats:
     """What the motors give instead of `torque` (n, dof) if the arms can move by +-b against them."""
-    load = view.arm_torque(view.motion)
+    share = float(values["motor"][0])
+    load = view.arm_torque(view.motion, share)
+    inertia = np.ascontiguousarray(np.diagonal(view.arm_inertias(share), axis1=1, axis2=2))
     half = np.broadcast_to(values["b"], (load.shape[1],)).astype(float)
-    free, side = compiled(_along)(np.ascontiguousarray(load), view.arm_inertia, half, 1 / view.rate)
-    shifted = view.arm_torque(view.moved(-side))
+    free, side = compiled(_along)(np.ascontiguousarray(load), inertia, half, 1 / view.rate)
+    shifted = view.arm_torque(view.moved(-side), share)
     change = np.where(np.isfinite(shifted), shifted - load, 0.0)
     return torque + change + free
 
@@ -68,7 +70,17 @@ effect = Signal(
             meaning="half of the play",
             lower=0.0,
             upper=0.05,
-            starts=(3e-4, 1e-3, 3e-3, 0.01, 0.03),
+            starts=(5e-4, 2e-3, 8e-3, 0.025),
+        ),
+    ),
+    shapes=(
+        Quantity(
+            name="motor",
+            unit="1",
+            meaning="the motor's share of a joint's own inertia",
+            lower=0.0,
+            upper=0.98,
+            starts=(0.3, 0.7),
         ),
     ),
     report=report,

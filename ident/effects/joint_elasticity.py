@@ -2,37 +2,60 @@
 
 import numpy as np
 
-from ident import signals
+from ident.compiled import compiled
 from ident.effects import Quantity, Signal, Values
-from ident.motion import Motion
 from ident.view import View
 from recordings.recording import Floats
 
-_HIGHEST = 40.0
-"""The twist is taken from the torque up to here [Hz]; derivatives of more would be noise."""
-_ROUNDS = 2
-"""The twist depends on the torque, which depends on the twist."""
+_RIGID = 1e-7
+"""Compliance of a joint that does not give way, or next to nothing [rad/(N m)]."""
+_DAMPING = 0.03
+"""Of the spring, over the critical one."""
 
 
 def report(torque: Floats, view: View, values: Values) -> Floats:
-    """What the motors give instead of `torque` (n, dof) if the arms lag behind them by torque / stiffness."""
-    rigid = view.arm_torque(view.motion)
-    load = rigid
-    for _ in range(_ROUNDS):
-        load = view.arm_torque(_lagging(view, load * values["compliance"]))
-    return torque + np.where(np.isfinite(load), load - rigid, 0.0)
+    """What the motors give instead of `torque` (n, dof) if the arms hang on springs: the springs' torque.
+
+    With the twist x = motor's angle - arm's angle, inertia x'' + damping x' + stiffness x = torque that the arms
+    would need to follow the motors.
+    """
+    share = float(values["motor"][0])
+    load = view.arm_torque(view.motion, share)
+    compliance = np.maximum(np.broadcast_to(values["compliance"], (load.shape[1],)), _RIGID)
+    inertias = view.arm_inertias(share)
+    springs = compiled(_springs)(np.ascontiguousarray(load), inertias, 1 / compliance, _DAMPING, 1 / view.rate)
+    return torque + np.where(values["compliance"] > _RIGID, springs - load, 0.0)
 
 
-def _lagging(view: View, twist: Floats) -> Motion:
-    """The motion, less the `twist` (n, dof) up to _HIGHEST; the motion itself where that is not known."""
-    motion, rate = view.motion, view.rate
-    smooth = signals.convolve(twist, signals.low_pass(min(_HIGHEST, rate / 6), rate))
-    parts = smooth, signals.first_derivative(smooth, rate), signals.second_derivative(smooth, rate)
-    known = np.isfinite(parts[2]).all(axis=1)[:, None]
-    angle, speed, acceleration = (np.where(known, part, 0.0) for part in parts)
-    return Motion(
-        motion.position - angle, motion.velocity - speed, motion.acceleration - acceleration, motion.direction
-    )
+def _springs(load: Floats, inertia: Floats, stiffness: Floats, ratio: float, dt: float) -> Floats:
+    """Torque (n, dof) of the springs, by Newmark's method with mean acceleration; NaN where there is no load.
+
+    load (n, dof); inertia (n, dof, dof) of the arms; stiffness (dof,); damping ratio. It starts without swinging.
+    """
+    n, dof = load.shape
+    result = np.full((n, dof), np.nan)
+    x, v, a = np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    running = False
+    for k in range(n):
+        if np.isnan(load[k]).any() or np.isnan(inertia[k]).any():
+            running = False
+            continue
+        mass = inertia[k]
+        damping = np.zeros(dof)
+        for j in range(dof):
+            damping[j] = 2 * ratio * np.sqrt(stiffness[j] * mass[j, j])
+        if not running:
+            x, v, a = load[k] / stiffness, np.zeros(dof), np.zeros(dof)
+            running = True
+        else:
+            ahead = x + dt * v + dt * dt / 4 * a
+            faster = v + dt / 2 * a
+            matrix = mass + np.diag(dt / 2 * damping + dt * dt / 4 * stiffness)
+            a = np.linalg.solve(matrix, load[k] - damping * faster - stiffness * ahead)
+            x = ahead + dt * dt / 4 * a
+            v = faster + dt / 2 * a
+        result[k] = stiffness * x
+    return result
 
 
 effect = Signal(
@@ -49,7 +72,17 @@ effect = Signal(
             meaning="1 / stiffness",
             lower=0.0,
             upper=0.02,
-            starts=(1e-4,),
+            starts=(2e-4, 1e-3, 4e-3),
+        ),
+    ),
+    shapes=(
+        Quantity(
+            name="motor",
+            unit="1",
+            meaning="the motor's share of a joint's own inertia",
+            lower=0.0,
+            upper=0.98,
+            starts=(0.3, 0.7),
         ),
     ),
     report=report,
