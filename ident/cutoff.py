@@ -77,15 +77,18 @@ def given_or_chosen(hz: float | None, samples: Samples) -> Cutoff:
     return Cutoff(hz, "given")
 
 
-def choose(position: Floats, torque: Floats, rate: float) -> Cutoff:
-    """The low-pass for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides."""
+def choose(position: Floats, torque: Floats, rate: float, tolerated: float = TOLERATED) -> Cutoff:
+    """The low-pass for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides.
+
+    tolerated: propagated noise of the position, over the torque.
+    """
     highest = _permitted(rate)
     wanted, limits = USUAL, []
     for joint in range(position.shape[1]):
         spectra = Spectra.of(position[:, joint], torque[:, joint], rate)
         if spectra is not None:
             wanted = max(wanted, spectra.reach())
-            limits.append(spectra.limit())
+            limits.append(spectra.limit(tolerated))
     encoder = max(LOWEST, min(limits, default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
     if wanted <= min(encoder, highest):
@@ -152,10 +155,10 @@ class Spectra:
         signal = np.cumsum(np.maximum(self.torque - self.torque_noise, 0.0))
         return float(self.frequency[np.searchsorted(signal, KEPT * signal[-1])])
 
-    def limit(self) -> float:
-        """The frequency [Hz] up to which the propagated noise of the position stays below TOLERATED."""
+    def limit(self, tolerated: float = TOLERATED) -> float:
+        """The frequency [Hz] up to which the propagated noise of the position stays below what is `tolerated`."""
         noise = np.cumsum(self.inertia**2 * self.position_noise * self._omega**4)
-        small = noise <= TOLERATED**2 * np.cumsum(self.torque)
+        small = noise <= tolerated**2 * np.cumsum(self.torque)
         return float(self.frequency[np.flatnonzero(small)[-1]])
 
     @property

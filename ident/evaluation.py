@@ -39,6 +39,10 @@ class Evaluator:
         """
         return self.course.condition(self._reported(composition, x, self._own(composition, x, rigid)))
 
+    def unfiltered(self, composition: Composition, x: Floats) -> Floats:
+        """The same (n, dof) as `torque`, before it is conditioned."""
+        return self._reported(composition, x, x[composition.entries(-1)])
+
     def derivatives(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
         """(m, dof, K) of `torque` by `x`."""
         own = self._own(composition, x, rigid)

@@ -1,9 +1,10 @@
 """From recordings to the answer: is anything missing, what, what else could it be, and what remains."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from ident import cutoff
 from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
@@ -12,9 +13,14 @@ from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
 from ident.effects import Effect
 from ident.identification import refuse_different_rigs
-from ident.samples import holds_torque
+from ident.samples import holds_torque, sample
 from recordings.reader import read
 from recordings.recording import Recording
+
+TOLERATED = 0.004
+"""Encoder noise in the torque, over the torque: the smallest effects that matter are not much larger."""
+LEAST_BANDWIDTH = 10.0
+"""Where coarse encoders ask for less than this, friction at reversals counts for more [Hz]."""
 
 Progress = Callable[[str], None]
 
@@ -25,7 +31,7 @@ class Choices:
 
     preprocessing: str = "parallel"
     cutoff: float | None = None
-    """[Hz], or the preprocessing's own."""
+    """[Hz]; None: chosen from the spectra."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +79,7 @@ def diagnose(
 def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:
     """The courses of each recording, all at the lowest cut-off that any of them asks for."""
     cut = [excerpts(recording) for recording in recordings]
+    choices = replace(choices, cutoff=choices.cutoff or _cutoff(recordings))
     courses = [
         [prepare(part.recording, choices.preprocessing, choices.cutoff, part.start) for part in parts]
         for parts in cut
@@ -90,6 +97,17 @@ def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[li
     kept = sum(len(part.recording.time) for parts in cut for part in parts)
     whole = sum(len(recording.time) for recording in recordings)
     return same, None if kept == whole else kept / whole
+
+
+def _cutoff(recordings: Sequence[Recording]) -> float:
+    """[Hz] A low-pass that leaves less of the encoders' noise than a fit would bear: effects are small."""
+    found = []
+    for recording in recordings:
+        samples = sample(excerpts(recording)[0].recording)
+        position, torque = samples.position, samples.torque
+        fine = cutoff.choose(position, torque, samples.rate, TOLERATED).hz
+        found.append(max(fine, min(LEAST_BANDWIDTH, cutoff.choose(position, torque, samples.rate).hz)))
+    return min(found)
 
 
 def _offered(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:

@@ -12,12 +12,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import noise, repetition
+from ident import noise, repetition, signals
 from ident.course import Course
+from ident.diagnose.lines import Line, lines
 from ident.diagnose.material import Material, resolution, rms
+from ident.evaluation import Evaluator
 from ident.refine import Solution
+from ident.repetition import Trend
 from recordings.recording import Floats
 
+_LEAST = 0.3
+"""A vibration may be no more than all of the noise, but for this share of its RMS."""
+_ABOVE = (1.3, 2.2)
+"""The band in which encoder steps are seen alone, over the bandwidth of the analysis."""
+_MOST = 4.0
+"""They are not taken to leave more than this many times what is expected."""
+_TINY = 1e-24
 _SEED = 0
 """The same floor each time."""
 
@@ -30,6 +40,10 @@ class Floor:
     """(dof,) RMS of what differs between repetitions, without a trend [N m]."""
     encoder: Floats
     """(dof,) RMS of what encoder steps leave that repeats [N m]."""
+    lines: tuple[Line | None, ...]
+    """Vibration of each joint, which is no noise."""
+    trends: tuple[Trend | None, ...]
+    """What changes steadily from one repetition to the next, if it is more than chance."""
 
     @property
     def rms(self) -> Floats:
@@ -43,35 +57,79 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
     splits = repetition.of(material.datasets, residuals)
     if splits:
         level = np.array([one.noise_rms for one in splits])
+        found = lines(material.datasets, residuals)
+        vibration = np.array([line.mean_square if line else 0.0 for line in found])
+        level = np.sqrt(np.maximum(level**2 - vibration, (_LEAST * level) ** 2))
+        trends = tuple(one.trend if one.trend and one.trend.significant else None for one in splits)
     else:
-        found = noise.estimate(material.datasets, residuals)
+        found, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
+        measured = noise.estimate(material.datasets, residuals)
         std = [
-            np.stack([own.torque_std(data.volt_sensitivity[:, j]) for j, own in enumerate(found)], axis=1)
+            np.stack([own.torque_std(data.volt_sensitivity[:, j]) for j, own in enumerate(measured)], axis=1)
             for data in material.datasets
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
-    parts = [_encoder(one.course, solution) for one in material.evaluators]
-    return Floor(level, np.sqrt(np.mean(parts, axis=0)))
+    parts = [_encoder(one, solution) for one in material.evaluators]
+    return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
-def _encoder(course: Course, solution: Solution) -> Floats:
+def _encoder(evaluator: Evaluator, solution: Solution) -> Floats:
     """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats."""
+    course, own = evaluator.course, solution.x[solution.composition.entries(-1)]
     measured = course.samples.position
-    step = resolution(measured)
-    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * step
-    own = solution.x[solution.composition.entries(-1)]
+    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
     read = course.corrected(course.path.rig, lambda position: position + error)
-    difference = course.condition(read.regressor - course.path.regressor) @ own
-    return np.nanmean(np.where(course.usable, difference, np.nan) ** 2, axis=0) * _repeating(course)
+    difference = (read.regressor - course.path.regressor) @ own
+    expected = np.nanmean(np.where(course.usable, course.condition(difference), np.nan) ** 2, axis=0)
+    if len(difference) != len(measured):  # a mean cycle: nothing tells more
+        return expected
+    return expected * _repeating(course) * _amplified(evaluator, solution, difference)
 
 
 def _repeating(course: Course) -> Floats:
     """(dof,) share of the finest part of the measured motion that is the same in all repetitions, 0 to 1."""
-    samples, smooth = course.samples, course.path.motion.position
-    if len(smooth) != len(samples.position):
-        return np.ones(smooth.shape[1])
-    every = replace(course.dataset, repeat=samples.repeat, phase=samples.phase, rate=samples.rate)
-    splits = repetition.split(repetition.by_cycle(every, samples.position - smooth))
+    splits = repetition.split(_by_cycle(course, course.samples.position - course.path.motion.position))
     if splits is None:
-        return np.ones(smooth.shape[1])
+        return np.ones(course.dataset.torque.shape[1])
     return np.array([min(max(one.repeating / one.total, 0.0), 1.0) if one.total else 0.0 for one in splits])
+
+
+def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Floats:
+    """(dof,) how much larger the mean square of what encoder steps leave is than that of the `expected` (n, dof).
+
+    The position loop answers to the steps too, so that they are not as evenly spread as errors drawn by lot. Judged
+    in the band above the analysis, where hardly anything else repeats; by medians, for peaks may be something else.
+    """
+    course = evaluator.course
+    left = course.samples.torque - evaluator.unfiltered(solution.composition, solution.x)
+    low, high = (min(factor * course.dataset.bandwidth, course.samples.rate / 5) for factor in _ABOVE)
+    if high < 1.2 * low:
+        return np.ones(left.shape[1])
+    repeated, drawn = (
+        _by_cycle(
+            course,
+            signals.convolve(x, signals.low_pass(high, course.samples.rate))
+            - signals.convolve(x, signals.low_pass(low, course.samples.rate)),
+        )
+        for x in (left, expected)
+    )
+    cycles = np.isfinite(repeated).sum(axis=0)
+    known = (cycles > 1).all(axis=1)
+    if len(repeated) < 2 or not known.any():
+        return np.ones(left.shape[1])
+    mean = np.nanmean(repeated[:, known], axis=0)
+    differing = _typical(repeated[:, known] - mean) / (len(repeated) - 1)
+    most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * _repeating(course), _TINY)
+    return np.clip(most, 1.0, _MOST)
+
+
+def _typical(x: Floats) -> Floats:
+    """(dof,) mean square of `x` (..., dof), from the median of its size."""
+    return (np.nanmedian(np.abs(x.reshape(-1, x.shape[-1])), axis=0) / 0.6745) ** 2
+
+
+def _by_cycle(course: Course, x: Floats) -> Floats:
+    """`x` (n, dof) as (cycles, phases, dof)."""
+    samples = course.samples
+    every = replace(course.dataset, repeat=samples.repeat, phase=samples.phase, rate=samples.rate)
+    return repetition.by_cycle(every, x)

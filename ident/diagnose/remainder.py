@@ -44,9 +44,22 @@ def remainder(material: Material, ladder: Ladder) -> Remainder:
     repeating = _repeating(material, residuals)
     least = np.hypot(LEAST * material.torque_rms, _UNSURE * ladder.floor.encoder)
     matters = (structured > np.hypot(least, 0.25 * ladder.floor.noise)) & repeating
-    unexplained = bool(matters.any())
+    vibrates = np.array(
+        [
+            line is not None and line.mean_square > floor_**2
+            for line, floor_ in zip(ladder.floor.lines, LEAST * material.torque_rms, strict=True)
+        ]
+    )
+    drifts = np.array(
+        [
+            trend is not None and trend.mean_square > floor_**2
+            for trend, floor_ in zip(ladder.floor.trends, LEAST * material.torque_rms, strict=True)
+        ]
+    )
+    unexplained = bool((matters | vibrates | drifts).any())
+    variables = (*(("time",) if drifts.any() else ()), *(("frequency",) if vibrates.any() else ()))
     sentence = "what is left does not repeat with the motion: noise" if not unexplained else "it repeats"
-    return Remainder(structured, share, unexplained, (), sentence)
+    return Remainder(structured, share, unexplained, variables, sentence)
 
 
 def _repeating(material: Material, residuals: tuple[Floats, ...]) -> Bools:
