@@ -1,18 +1,22 @@
 """Compilation of the few loops that numpy cannot express, by numba, kept on disk for the next run."""
 
 from collections.abc import Callable
-from functools import cache
 from typing import Any
 
 import numba
 
+_KNOWN: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
-@cache
+
 def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """`function` compiled on its first call, with numba's `options`."""
+    """`function` compiled on its first call, with numba's `options`; the same one each time."""
+    key = function, str(options)
+    if key in _KNOWN:
+        return _KNOWN[key]
     try:
         kept: Callable[..., Any] = numba.njit(cache=True, **options)(function)
     except RuntimeError:
         # Neither the package's folder nor the user's cache can be written: compile anew in every process.
         kept = numba.njit(**options)(function)
+    _KNOWN[key] = kept
     return kept

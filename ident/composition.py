@@ -69,7 +69,7 @@ class Composition:
 
     @cached_property
     def named(self) -> tuple[Named, ...]:
-        """The entries of the vector: mechanism, then term by term: what its owners have, one after the other; shapes."""
+        """The entries of the vector: the mechanism's, then term by term what its owners have in turn, and shapes."""
         own = [
             Named(one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
             for one in self.mechanism.parameters

@@ -48,11 +48,19 @@ class Dataset:
     """[Hz]."""
     cutoff: Cutoff | None
     """How the bandwidth was chosen, where there is a choice."""
+    offset: Floats | None = None
+    """(m, dof) torque that the model says is there whatever its parameters [N m]; None: nothing."""
 
     def rows(self) -> tuple[Floats, Floats]:
-        """Regressor (r, k) and torque (r,) of the usable joint samples, one joint after the other."""
+        """Regressor (r, k) and torque (r,) to fit, of the usable joint samples, one joint after the other."""
         usable = np.isfinite(self.torque).T
-        return self.regressor.swapaxes(0, 1)[usable], self.torque.T[usable]
+        torque = self.torque if self.offset is None else self.torque - self.offset
+        return self.regressor.swapaxes(0, 1)[usable], torque.T[usable]
+
+    def computed(self, parameters: Floats) -> Floats:
+        """Torque (m, dof) [N m] that the model computes with `parameters` (k,)."""
+        computed: Floats = self.regressor @ parameters
+        return computed if self.offset is None else computed + self.offset
 
 
 def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float | None) -> Dataset:

@@ -39,7 +39,7 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
     """
     own = [_slopes(dataset, parameters) for dataset in datasets]
     residuals = [
-        np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.regressor @ parameters, np.nan)
+        np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.computed(parameters), np.nan)
         for dataset, slope in zip(datasets, own, strict=True)
     ]
     regressor = _stacked([dataset.regressor for dataset in datasets], residuals)
@@ -56,7 +56,7 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
 
 def _slopes(dataset: Dataset, parameters: Floats) -> Floats:
     """(m, dof, dof) time derivative of each joint's computed torque, as a column of its own."""
-    slope = first_derivative(dataset.regressor @ parameters, dataset.rate)
+    slope = first_derivative(dataset.computed(parameters), dataset.rate)
     columns: Floats = slope[:, :, None] * np.eye(slope.shape[1])
     return np.where(np.isfinite(slope)[:, :, None], columns, np.nan)
 

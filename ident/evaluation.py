@@ -7,7 +7,6 @@ recorded, so that no effect can lower the error by making the measured torque sm
 """
 
 from collections.abc import Callable, Hashable
-from functools import partial
 from typing import TypeVar, cast
 
 import numpy as np
@@ -17,6 +16,7 @@ from ident.course import Course, Path
 from ident.effects import Additive, Signal, Values
 from ident.view import View
 from recordings.recording import Floats
+from recordings.rig import Rig
 
 _T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
@@ -84,7 +84,7 @@ class Evaluator:
             key.append((term.name, *(tuple(value.tolist()) for value in values.values())))
             rig = effect.rig(rig, values) if effect.rig else rig
             if effect.position:
-                corrections.append(partial(effect.position, rig=rig, values=values))
+                corrections.append(_correction(effect.position, rig, values))
         if len(key) == 1:
             return self.course.path
 
@@ -165,3 +165,9 @@ class Evaluator:
                 self._known.pop(next(iter(self._known)))
             self._known[key] = make()
         return cast(_T, self._known[key])
+
+
+def _correction(
+    correct: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values
+) -> Callable[[Floats], Floats]:
+    return lambda measured: correct(measured, rig, values)

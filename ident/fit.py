@@ -45,8 +45,7 @@ class Fit:
 
     def torque(self, dataset: Dataset) -> Floats:
         """Torque (m, dof) [N m] that the model computes for `dataset`."""
-        computed: Floats = dataset.regressor @ self.parameters
-        return computed
+        return dataset.computed(self.parameters)
 
 
 def fit(
@@ -93,8 +92,8 @@ def _refuse_unphysical(parameters: Sequence[Parameter], values: Floats, bounds: 
 
 def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
     """(r,) standard deviation [N m] of what a fit leaves in each row, by the noise that a first fit shows."""
-    first = np.linalg.lstsq(regressor, torque, rcond=None)[0]
-    residuals = [dataset.torque - dataset.regressor @ first for dataset in datasets]
+    first = np.linalg.lstsq(regressor, torque, rcond=None)[0].astype(np.float64)
+    residuals = [dataset.torque - dataset.computed(first) for dataset in datasets]
     found = noise.estimate(datasets, residuals)
     deviations = [
         noise.residual_std(dataset, residual, found).T[np.isfinite(dataset.torque).T]

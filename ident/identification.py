@@ -1,18 +1,21 @@
 """From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ident import effects, estimators, mechanisms
+from ident import estimators, mechanisms
+from ident.course import prepare
 from ident.dataset import Dataset, build_all
 from ident.delay import delays
+from ident.effects import library
 from ident.estimators import Progress
 from ident.fit import Fit, fit
 from ident.fitness import fitness
+from ident.frozen import Frozen, settle, terms
 from ident.mechanisms import Mechanism
 from ident.model import (
     Agreement,
@@ -25,6 +28,7 @@ from ident.model import (
     Preprocessing,
     source,
 )
+from ident.prediction import terms_of
 from ident.samples import holds_torque
 from ident.sensitivity import Sensitivity, sensitivity
 from ident.trust import Knowledge, assess
@@ -33,7 +37,6 @@ from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
-from recordings.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -48,7 +51,9 @@ class Choices:
     cutoff: float | None
     """[Hz], or the preprocessing's own."""
     effects: tuple[str, ...] = ()
-    """Added to the mechanism."""
+    """Added to the mechanism: NAME, or NAME:1,3 for some joints."""
+    effect_files: tuple[Path, ...] = ()
+    """Effects of the user's own."""
     physical: bool = False
     """Friction must oppose motion."""
     intervals: Source = "stationary"
@@ -86,12 +91,12 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     rig = recordings[0].rig
     refuse_different_rigs(recordings)
     form = estimators.form(choices.method)
-    mechanism = effects.with_effects(mechanisms.create(rig, form), choices.effects, rig)
-    datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
+    mechanism, datasets = _prepared(recordings, len(files), form, choices)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress, choices.physical)
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
+    kept = terms_of(mechanism.composition, mechanism.x) if isinstance(mechanism, Frozen) else ()
     trust, knowledge = None, (Knowledge(),) * len(mechanism.parameters)
     if form is None:
         moved = _moved(train, choices)
@@ -99,7 +104,8 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     model = Model(
         mechanism=rig.mechanism,
         form=form,
-        effects=choices.effects,
+        effects=tuple(term.name for term in kept),
+        terms=kept,
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
@@ -129,6 +135,24 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     return Identification(model, mechanism, result, train, validation)
 
 
+def _prepared(
+    recordings: Sequence[Recording], fitted: int, form: str | None, choices: Choices
+) -> tuple[Mechanism, tuple[Dataset, ...]]:
+    """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
+    mechanism = mechanisms.create(recordings[0].rig, form)
+    datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
+    if not choices.effects:
+        return mechanism, datasets
+    if form:
+        raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
+    chosen = terms(choices.effects, library(choices.effect_files), recordings[0])
+    cutoff = datasets[0].cutoff.hz if datasets[0].cutoff else None
+    courses = [prepare(recording, choices.preprocessing, cutoff) for recording in recordings]
+    frozen = settle(courses[:fitted], chosen)
+    found = (frozen.dataset(course) for course in courses)
+    return frozen, tuple(replace(one, cutoff=first.cutoff) for one, first in zip(found, datasets, strict=True))
+
+
 def refuse_different_rigs(recordings: Sequence[Recording]) -> None:
     """Wiring, limits and rate may differ between recordings; what torque and motion mean may not.
 
@@ -156,12 +180,11 @@ def _physics(recording: Recording) -> dict[str, Any]:
 
 
 def _moved(train: Sequence[Dataset], choices: Choices) -> Sensitivity:
-    def create(rig: Rig) -> Mechanism:
-        return effects.with_effects(mechanisms.create(rig), choices.effects, rig)
-
+    if choices.effects:  # their shapes would have to be searched for anew each time
+        return Sensitivity(None, ())
     recordings = [dataset.recording for dataset in train]
     cutoff = train[0].cutoff.hz if train[0].cutoff else None
-    return sensitivity(recordings, create, choices.preprocessing, cutoff)
+    return sensitivity(recordings, mechanisms.create, choices.preprocessing, cutoff)
 
 
 def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Knowledge]) -> tuple[FittedParameter, ...]:

@@ -115,6 +115,17 @@ class Agreement(Section):
     """None where the manufacturer has no model."""
 
 
+class EffectTerm(Section):
+    """An effect on some joints. Coefficients in which the torque is linear are among the model's parameters."""
+
+    name: str
+    joints: tuple[int, ...]
+    """From 1."""
+    shapes: dict[str, float] = Field(default_factory=dict)
+    parameters: tuple[dict[str, float], ...] = ()
+    """Of an effect on what was measured: joint by joint, or once if it is one of the whole robot."""
+
+
 class Model(Section):
     """An identified model."""
 
@@ -125,6 +136,8 @@ class Model(Section):
     """Linear model of the mechanism that was identified, where it is not the mechanism's own (`ident/forms/`)."""
     effects: tuple[str, ...] = ()
     """What was added to the mechanism, in this order."""
+    terms: tuple[EffectTerm, ...] = ()
+    """The same, with where each is and with all that is not among the parameters."""
     joints: tuple[str, ...]
     effort_units: tuple[str, ...] = ("N m", "N m", "N m")
     """Of each joint."""

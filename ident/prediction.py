@@ -1,19 +1,23 @@
 """A model from a file, applied to recordings: what it says the torque should have been."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ident import effects, mechanisms
+from ident import mechanisms
+from ident.composition import Composition, Named, Term
+from ident.course import prepare
 from ident.dataset import Dataset, build
-from ident.mechanisms import Mechanism
-from ident.model import Model
+from ident.effects import Effect, Signal
+from ident.evaluation import Evaluator
+from ident.mechanisms import Parameter
+from ident.model import EffectTerm, Model
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
-from recordings.rig import Geometry, Torque
+from recordings.rig import Geometry, Rig, Torque
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,8 +35,8 @@ class Prediction:
         return left
 
 
-def predict(model: Model, files: Sequence[Path]) -> tuple[Prediction, ...]:
-    """Apply `model` to the recordings `files`.
+def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
+    """Apply `model` to the recordings `files`; `library`: of effects.
 
     Raises:
         BadInput: a recording cannot be used, or is of another rig than the model.
@@ -40,28 +44,80 @@ def predict(model: Model, files: Sequence[Path]) -> tuple[Prediction, ...]:
     recordings = [read(path) for path in files]
     for recording in recordings:
         refuse_other_rig(model, recording)
-    mechanism = mechanism_of(model, recordings[0])
-    values = np.array([parameter.value for parameter in model.parameters])
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
-    datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
-    return tuple(Prediction(dataset, dataset.regressor @ values) for dataset in datasets)
+    if model.form:
+        mechanism = mechanisms.create(recordings[0].rig, model.form)
+        values = _values(model, mechanism.parameters)
+        datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
+        return tuple(Prediction(dataset, dataset.computed(values)) for dataset in datasets)
+    composition, x = composition_of(model, recordings[0].rig, library)
+    courses = [prepare(recording, model.preprocessing.name, cutoff) for recording in recordings]
+    return tuple(Prediction(course.dataset, Evaluator(course).torque(composition, x)) for course in courses)
 
 
-def mechanism_of(model: Model, recording: Recording) -> Mechanism:
-    """The mechanism, with its effects, whose parameters `model` holds.
+def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[Composition, Floats]:
+    """The mechanism with its effects that `model` describes, and their parameters (K,).
 
     Raises:
-        BadInput: the model holds other parameters than this software knows.
+        BadInput: the model holds effects or parameters that this software does not know.
     """
-    rig = recording.rig
-    mechanism = effects.with_effects(mechanisms.create(rig, model.form), model.effects, rig)
-    expected = [parameter.name for parameter in mechanism.parameters]
+    terms = []
+    for term in model.terms or [EffectTerm(name=name, joints=_all(rig)) for name in model.effects]:
+        if term.name not in library:
+            raise BadInput(
+                f"effect {term.name}: one of the library or of an effect file expected, as the model has it, none "
+                "found; give --effect-file"
+            )
+        terms.append(Term(term.name, library[term.name], tuple(joint - 1 for joint in term.joints)))
+    composition = Composition(mechanisms.create(rig), rig, tuple(terms))
+    linear = [one for one in composition.named if one.linear]
+    x = np.zeros(len(composition.named))
+    x[composition.linear] = _values(model, linear)
+    for index, kept in enumerate(model.terms):
+        x[composition.entries(index) & ~composition.linear] = _settled(terms[index], kept)
+    return composition, x
+
+
+def terms_of(composition: Composition, x: Floats) -> tuple[EffectTerm, ...]:
+    """The effects of `composition` with what of `x` (K,) is not among a model's parameters."""
+    return tuple(_entry(composition, index, x) for index in range(len(composition.terms)))
+
+
+def _entry(composition: Composition, index: int, x: Floats) -> EffectTerm:
+    term = composition.terms[index]
+    shapes = zip(term.effect.shapes, composition.shapes(index, x).tolist(), strict=True)
+    own = composition.own(index, x) if isinstance(term.effect, Signal) else ()
+    return EffectTerm(
+        name=term.name,
+        joints=tuple(joint + 1 for joint in term.joints),
+        shapes={shape.name: value for shape, value in shapes},
+        parameters=tuple(dict(zip((one.name for one in term.own), row.tolist(), strict=True)) for row in own),
+    )
+
+
+def _settled(term: Term, kept: EffectTerm) -> list[float]:
+    """What is searched for, owner by owner, then the shapes."""
+    try:
+        own = [row[one.name] for row in kept.parameters for one in term.own]
+        return [*own, *(kept.shapes[shape.name] for shape in term.effect.shapes)]
+    except KeyError as error:
+        raise BadInput(
+            f"effect {term.name}: a value of {error} expected in the model, none found; fit it again"
+        ) from None
+
+
+def _values(model: Model, parameters: Sequence[Named | Parameter]) -> Floats:
+    expected = [parameter.name for parameter in parameters]
     found = [parameter.name for parameter in model.parameters]
     if found != expected:
         raise BadInput(
             f"parameters {', '.join(expected)} expected in the model, {', '.join(found)} found; fit it again"
         )
-    return mechanism
+    return np.array([parameter.value for parameter in model.parameters])
+
+
+def _all(rig: Rig) -> tuple[int, ...]:
+    return tuple(range(1, rig.dof + 1))
 
 
 def refuse_other_rig(model: Model, recording: Recording) -> None:

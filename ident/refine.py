@@ -64,7 +64,7 @@ def refine(
     for _ in range(_STEPS):
         step = _solve(state, free, damping)
         trial = _state(evaluators, composition, _within(composition, state.x + step), weights)
-        fallen = 1 - trial.loss / state.loss
+        fallen = 1 - trial.loss / state.loss if state.loss else 0.0
         if fallen > 0:
             state, damping = trial, damping / 10
             if fallen < _CONVERGED:

@@ -7,6 +7,7 @@ from rich.table import Table
 
 from ident import trust_summary
 from ident.delay import Delay
+from ident.frozen import Frozen
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
 
@@ -53,6 +54,8 @@ def notices(result: Identification) -> list[str]:
         lines.append(
             f"The forearm length L2 = {model.geometry.L2:g} m is assumed{trust_summary.length_moves(model)}."
         )
+    if isinstance(result.mechanism, Frozen):
+        lines += result.mechanism.impossible(result.fit.parameters)
     if at_bound:
         lines.append(f"On the edge of the search region, so not determined by the data: {', '.join(at_bound)}.")
     return lines

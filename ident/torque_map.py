@@ -25,7 +25,8 @@ def torque_per_volt(voltage: Floats, torque: Torque) -> Floats:
 def voltage_from_torque(torque: Floats, map_: Torque) -> Floats:
     """The signed operating voltage (n, dof) [V] that gives a torque (n, dof) [N m]."""
     linear = torque / np.array(map_.gain)
-    return np.sign(linear) * np.sqrt(np.abs(linear)) if map_.map == "square" else linear
+    voltage: Floats = np.sign(linear) * np.sqrt(np.abs(linear)) if map_.map == "square" else linear
+    return voltage
 
 
 def not_a_command(rig: Rig, torque_measured: bool) -> str | None:

@@ -1,5 +1,5 @@
-"""What an effect may look at: the motion, and what the rigid model makes of it. Nothing here is made from the measured
-torque: a regressor that was would lower the error and explain nothing.
+"""What an effect may look at: the motion, and what the rigid model makes of it. Nothing here is made from the
+measured torque: a regressor that was would lower the error and explain nothing.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,7 +28,7 @@ class Platform:
     acceleration: Floats
     """(n, 3) [m/s^2]."""
     jacobian: Floats
-    """(n, 3, 3) platform velocity per joint velocity, Eq. (16): a force F on the platform takes J' F of the joints."""
+    """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there takes J' F at the joints."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,10 +12,25 @@ FILE = click.Path(path_type=Path)
 @click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
 @click.argument("model_file", metavar="MODEL", type=FILE)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
+@click.option(
+    "--effect-file",
+    "effect_files",
+    multiple=True,
+    type=FILE,
+    metavar="PY",
+    help="An effect of your own; it is executed.",
+)
 @click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .compare]")
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
-def command(model_file: Path, files: tuple[Path, ...], plots: Path | None, force: bool, as_json: bool) -> None:
+def command(
+    model_file: Path,
+    files: tuple[Path, ...],
+    effect_files: tuple[Path, ...],
+    plots: Path | None,
+    force: bool,
+    as_json: bool,
+) -> None:
     """Show where the model in the file MODEL fails to explain the torque in recordings.
 
     Per joint and phase of the motion, in which stretches, over which quantity, at which frequency, and how much of
@@ -25,14 +40,14 @@ def command(model_file: Path, files: tuple[Path, ...], plots: Path | None, force
 
     from rich.console import Console
 
-    from ident import model, prediction
+    from ident import effects, model, prediction
     from ident.compare import comparison, pictures, table
 
     plots = plots or files[0].with_suffix(".compare")
     if plots.exists() and not force:
         raise BadInput(f"{plots} should not exist yet, but does; give another name, or --force to replace it")
     identified = model.load(model_file)
-    found = comparison.compare(identified, prediction.predict(identified, files))
+    found = comparison.compare(identified, prediction.predict(identified, files, effects.library(effect_files)))
     plots.mkdir(parents=True, exist_ok=True)
     pictures.draw(found, plots)
     if as_json:

@@ -105,12 +105,11 @@ def _designed(
 ) -> tuple[Outcome, FourierSeries]:
     import numpy as np
 
-    from ident import mechanisms
     from ident.cutoff import USUAL
     from ident.design.quality import judge
     from ident.design.search import search
     from ident.design.table import Outcome
-    from ident.effects import with_effects
+    from ident.design.with_effects import with_effects
     from ident.progress import progress_bar
     from recordings.rig import load_rig, simulated_rig
     from trajectories import load
@@ -118,7 +117,7 @@ def _designed(
 
     rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     against = against or ("excitation" if rig.mechanism == "delta" else None)
-    mechanism = with_effects(mechanisms.create(rig), effects, rig)
+    mechanism = with_effects(rig, effects)
     before = load(against, rig) if against else None
     with progress_bar("searching", "searching") as progress:
         series = search(rig, mechanism, criterion, period, harmonics, np.random.default_rng(seed), progress)

@@ -13,7 +13,7 @@ from ident import discovery
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.diagnose.diagnosis import Diagnosis, Progress
+    from ident.diagnose.diagnosis import Progress
 
 FILE = click.Path(path_type=Path)
 
@@ -68,8 +68,8 @@ def command(
     """Find out which physical effect the model of the recordings FILE lacks, with the evidence.
 
     Compares the base model with what was measured, tries every effect of the library (ident effects) together with
-    all parameters of the model, adds the one that explains most, and asks again until nothing is left above the noise,
-    or nothing that an effect of the library explains.
+    all parameters of the model, adds the one that explains most, and asks again until nothing is left above the
+    noise, or nothing that an effect of the library explains.
     """
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")

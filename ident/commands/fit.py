@@ -54,9 +54,18 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--with",
     "effects",
-    type=click.Choice(discovery.names("effects")),
+    metavar="EFFECT",
     multiple=True,
-    help="Add an effect to the base model; may be given several times.",
+    help="Add an effect (see ident effects) to the base model, on all joints or, as NAME:1,3, on some; may be given "
+    "several times.",
+)
+@click.option(
+    "--effect-file",
+    "effect_files",
+    multiple=True,
+    type=FILE,
+    metavar="PY",
+    help="An effect of your own; it is executed.",
 )
 @click.option("--physical", is_flag=True, help="Allow no friction that helps the motion. For methods that search.")
 @click.option(
@@ -82,6 +91,7 @@ def command(
     iterations: int | None,
     paper: bool,
     effects: tuple[str, ...],
+    effect_files: tuple[Path, ...],
     physical: bool,
     intervals: Source,
     seed: int,
@@ -114,7 +124,7 @@ def command(
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
-    choices = Choices(method, settings, seed, preprocess, cutoff, effects, physical, intervals)
+    choices = Choices(method, settings, seed, preprocess, cutoff, effects, effect_files, physical, intervals)
     with progress_bar("reading", "fitting") as progress:
         result = identify(files, validate, choices, progress)
     _write(result, out, plots)

@@ -22,7 +22,7 @@ from ident.samples import holds_torque
 from recordings.recording import Floats
 
 _ABSORBED = 0.05
-"""An effect that would have gained this share of the loss at first, and nothing at the end, was explained by others."""
+"""An effect that would have gained this share of the loss at first, and nothing at the end, is in others."""
 
 
 def document(found: Diagnosis) -> Document:
@@ -130,7 +130,7 @@ def _parameters(found: Diagnosis, rung: Rung) -> dict[str, Value]:
 def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
     effect, gain = finding.term.effect, finding.gain
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    why = f"Without it the error on motion that the fit did not see rises by {gain.share:.0%} of what is above the noise"
+    why = f"It takes away {gain.share:.0%} of the error above the noise on motion that the fit did not see"
     if finding.alternatives:
         why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
     return FindingEntry(

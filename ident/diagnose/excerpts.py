@@ -1,6 +1,7 @@
 """Parts of a long recording that tell as much about the model as the whole."""
 
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,7 @@ def _span(recording: Recording, first: int, last: int) -> tuple[float, float]:
 
 def _part(recording: Recording, start: float, end: float) -> Excerpt:
     chosen = (recording.time >= start) & (recording.time <= end)
-    cut = {
+    cut: dict[str, Any] = {
         name: value[chosen]
         for name in (field.name for field in fields(Recording))
         if isinstance(value := getattr(recording, name), np.ndarray)

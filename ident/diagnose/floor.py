@@ -80,10 +80,11 @@ def _encoder(evaluator: Evaluator, solution: Solution) -> Floats:
     error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
     read = course.corrected(course.path.rig, lambda position: position + error)
     difference = (read.regressor - course.path.regressor) @ own
-    expected = np.nanmean(np.where(course.usable, course.condition(difference), np.nan) ** 2, axis=0)
+    expected: Floats = np.nanmean(np.where(course.usable, course.condition(difference), np.nan) ** 2, axis=0)
     if len(difference) != len(measured):  # a mean cycle: nothing tells more
         return expected
-    return expected * _repeating(course) * _amplified(evaluator, solution, difference)
+    repeating: Floats = expected * _repeating(course) * _amplified(evaluator, solution, difference)
+    return repeating
 
 
 def _repeating(course: Course) -> Floats:

@@ -5,7 +5,10 @@ import numpy as np
 from ident import uncertainty
 from ident.diagnose.material import Material
 from ident.refine import Solution
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
+
+_DEPENDENT = 1e-7
+"""Share of a column that others do not make up, below which nothing is known of its parameter."""
 
 
 def intervals(material: Material, solution: Solution, gain_uncertainty: float) -> Floats:
@@ -31,7 +34,8 @@ def intervals(material: Material, solution: Solution, gain_uncertainty: float) -
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
-def _independent(columns: Floats) -> np.ndarray:
+def _independent(columns: Floats) -> Bools:
     """(k,) False for columns (r, k) that those before them make up."""
     diagonal = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
-    return diagonal > 1e-7
+    independent: Bools = diagonal > _DEPENDENT
+    return independent

@@ -52,7 +52,7 @@ def _line(dataset: Dataset, residual: Floats) -> Line | None:
         return None
     size = _PADDING * (1 << int(np.ceil(np.log2(len(differing)))))
     power = np.abs(np.fft.rfft(np.where(known, differing, 0.0), size)) ** 2 / count
-    frequency = np.fft.rfftfreq(size, 1 / dataset.rate)
+    frequency = np.fft.rfftfreq(size, 1 / dataset.rate).astype(np.float64)
     inside = (frequency > LOWEST) & (frequency < dataset.bandwidth)
     if not inside.any() or not power[inside].any():
         return None
@@ -67,7 +67,7 @@ def _line(dataset: Dataset, residual: Floats) -> Line | None:
 
 
 def _differing(dataset: Dataset, residual: Floats) -> tuple[Floats, float]:
-    """`residual` (m,) less its mean over the repetitions at each phase, and what makes up for that in mean squares."""
+    """`residual` (m,) less its mean over the repetitions at each phase; and the factor that makes up for that."""
     inside = (dataset.repeat >= 0) & np.isfinite(residual)
     cycles = len(np.unique(dataset.repeat[inside]))
     if cycles < 2:

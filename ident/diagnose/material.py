@@ -61,7 +61,9 @@ class Material:
     @cached_property
     def torque_rms(self) -> Floats:
         """(dof,) measured torque [N m] over all rows."""
-        return rms([dataset.torque for dataset in self.datasets], [a | b for a, b in zip(self.seen, self.held)])
+        return rms(
+            [dataset.torque for dataset in self.datasets], [a | b for a, b in zip(self.seen, self.held, strict=True)]
+        )
 
     def solve(self, composition: Composition, x: Floats) -> Solution:
         """`composition` fitted to what may be seen, from `x` (K,)."""

@@ -2,8 +2,8 @@
 it; its module holds `effect`, a description that says all there is to know about it. A user's own effect is the same
 kind of file, given by its path.
 
-Two kinds: `Additive` is further torque, linear in coefficients, whose columns follow from the motion (by a formula, or
-by following an internal state along it). `Signal` stands between the machine and what was measured of it.
+Two kinds: `Additive` is further torque, linear in coefficients, whose columns follow from the motion (by a formula,
+or by following an internal state along it). `Signal` stands between the machine and what was measured of it.
 """
 
 import importlib.util
@@ -70,7 +70,7 @@ class Effect:
     shapes: tuple[Quantity, ...] = ()
     """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
     suggest: Callable[[View, Floats], Sequence[Shapes]] | None = None
-    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants (those may be few a second)."""
+    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second."""
     repeated: bool = False
     """True where several of it may be there, with different shapes: the lines of a spectrum."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None

@@ -17,7 +17,8 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     free, side = compiled(_along)(np.ascontiguousarray(load), inertia, half, 1 / view.rate)
     shifted = view.arm_torque(view.moved(-side), share)
     change = np.where(np.isfinite(shifted), shifted - load, 0.0)
-    return torque + change + free
+    reported: Floats = torque + change + free
+    return reported
 
 
 def _along(load: Floats, inertia: Floats, half: Floats, dt: float) -> tuple[Floats, Floats]:

@@ -39,7 +39,8 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
 def _per_mass(view: View) -> Floats:
     """J' (P'' - g) (n, dof)."""
     lifted = view.platform.acceleration + np.array([0.0, 0.0, GRAVITY])
-    return np.einsum("nij,ni->nj", view.platform.jacobian, lifted)
+    torque: Floats = np.einsum("nij,ni->nj", view.platform.jacobian, lifted)
+    return torque
 
 
 effect = Additive(

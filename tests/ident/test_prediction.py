@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ident import estimators
+from ident.effects import library
 from ident.identification import Choices, identify
 from ident.model import Model
 from ident.prediction import predict
@@ -22,14 +23,17 @@ def file(
     return write(make(cycles=1, noise=0.01, path=tmp_path_factory.mktemp("p") / "a.mcap"))
 
 
-@pytest.fixture(scope="module", params=[(), ("torque_offset",)])
+@pytest.fixture(
+    scope="module",
+    params=[(), ("torque_offset",), ("stribeck:1,2",), ("torque_gain_mismatch:1", "presliding_hysteresis")],
+)
 def model(file: Path, request: pytest.FixtureRequest) -> Model:
     choices = Choices("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
     return identify([file], None, choices, lambda *_: None).model
 
 
 def test_the_model_explains_its_own_recording(model: Model, file: Path) -> None:
-    (found,) = predict(model, [file])
+    (found,) = predict(model, [file], library())
     assert found.dataset.bandwidth == 20
     rms = np.sqrt(np.nanmean(found.residual**2, axis=0))
     np.testing.assert_allclose(rms, model.train.fitted.rms, rtol=1e-9)
@@ -53,9 +57,9 @@ def test_another_rig_is_refused(
     other = simulated_rig().model_copy(update=change)
     path = write(make(cycles=1, rig=other, path=tmp_path / "other.mcap"))
     with pytest.raises(BadInput, match=f"{what} in other.mcap; fit a model to it"):
-        predict(model, [path])
+        predict(model, [path], library())
 
 
 def test_parameters_that_nobody_knows_are_refused(model: Model, file: Path) -> None:
     with pytest.raises(BadInput, match=r"m_p, .* expected in the model, T_g, .* fit it again"):
-        predict(model.model_copy(update={"parameters": model.parameters[1:]}), [file])
+        predict(model.model_copy(update={"parameters": model.parameters[1:]}), [file], library())

@@ -1,0 +1,103 @@
+"""`ident effects`: the library of physical effects, each explained."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.effects import Effect, Quantity
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    short_help="List the physical effects of the library, or explain one.", epilog="Example: ident effects stribeck"
+)
+@click.argument("name", required=False)
+@click.option(
+    "--effect-file",
+    "effect_files",
+    multiple=True,
+    type=FILE,
+    metavar="PY",
+    help="An effect of your own; it is executed.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
+def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> None:
+    """List the physical effects of the library, or explain the effect NAME."""
+    import json
+
+    from ident.effects import library
+
+    known = library(effect_files)
+    if name and name not in known:
+        raise BadInput(f"effect: one of {', '.join(sorted(known))} expected, '{name}' found; choose one of these")
+    if as_json:
+        chosen = {name: known[name]} if name else known
+        click.echo(json.dumps({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]}, indent=2))
+    elif name:
+        _explain(name, known[name])
+    else:
+        _list(known)
+
+
+def _list(known: dict[str, Effect]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table("effect", "what it is", "equation", title="ident effects NAME explains one", title_justify="left")
+    for name, effect in sorted(known.items()):
+        table.add_row(name, effect.sentence, effect.equation)
+    Console().print(table)
+
+
+def _explain(name: str, effect: Effect) -> None:
+    entry = _entry(name, effect)
+    click.echo(f"{name}: {effect.sentence}\n")
+    for title, key in (("Looks like", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
+        click.echo(f"{title}: {entry[key]}")
+    where = "one set for the whole robot" if effect.whole_robot else "one set per joint"
+    click.echo(
+        f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {where}; mechanisms: {', '.join(effect.mechanisms)}"
+    )
+    for one in entry["parameters"]:
+        low, high = ("" if limit is None else f"{limit:g}" for limit in (one["lower"], one["upper"]))
+        limits = f", {low or '-inf'} to {high or 'inf'}" if low or high else ""
+        click.echo(f"  {one['name']} [{one['unit']}]: {one['meaning']}{limits}")
+
+
+def _entry(name: str, effect: Effect) -> dict[str, Any]:
+    from ident.effects import Additive, Signal
+
+    own = (
+        effect.coefficients
+        if isinstance(effect, Additive)
+        else effect.parameters
+        if isinstance(effect, Signal)
+        else ()
+    )
+    return {
+        "name": name,
+        "kind": "additive" if isinstance(effect, Additive) else "signal",
+        **{key: getattr(effect, key) for key in ("sentence", "looks", "causes", "remedy", "equation", "axis")},
+        "mechanisms": list(effect.mechanisms),
+        "whole_robot": effect.whole_robot,
+        "parameters": [_quantity(one) for one in (*own, *effect.shapes)],
+    }
+
+
+def _quantity(one: Quantity) -> dict[str, Any]:
+    import math
+
+    return {
+        "name": one.name,
+        "unit": one.unit.format(effort="N m", position="rad"),
+        "meaning": one.meaning,
+        "lower": one.lower if math.isfinite(one.lower) else None,
+        "upper": one.upper if math.isfinite(one.upper) else None,
+    }

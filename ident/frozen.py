@@ -1,0 +1,156 @@
+"""A mechanism with effects whose shapes and distortions are settled, as a linear model for estimators.
+
+Around the vector x that least squares found, reported torque = offset + columns . linear parameters: exact where no
+effect stands between the torque and what is reported of it, else to first order.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ident.composition import Composition, Term
+from ident.course import Course
+from ident.dataset import Dataset
+from ident.effects import Additive, Effect, Signal
+from ident.evaluation import Evaluator
+from ident.mechanisms import Parameter
+from ident.motion import Motion
+from ident.refine import refine
+from ident.samples import holds_torque
+from ident.view import View
+from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+
+
+@dataclass(frozen=True, eq=False)
+class Frozen:
+    """A composition with a vector x (K,), as a mechanism whose parameters are the linear ones."""
+
+    composition: Composition
+    x: Floats
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the mechanism, and the coefficients of additive effects."""
+        own = self.composition.mechanism.parameters
+        added = [one for one in self.composition.named if one.linear and one.term >= 0]
+        return *own, *(Parameter(one.name, one.unit, one.meaning) for one in added)
+
+    @property
+    def pointwise(self) -> bool:
+        """Effects may remember."""
+        return not self.composition.terms
+
+    def regressor(self, motion: Motion) -> Floats:
+        """(n, dof, k) of the mechanism; zero for effects, which need more than a motion: see `dataset`."""
+        own = self.composition.mechanism.regressor(motion)
+        return np.pad(own, ((0, 0), (0, 0), (0, len(self.parameters) - own.shape[2])))
+
+    def nominal_torque(self, motion: Motion) -> Floats | None:
+        """The manufacturer's model knows no effects."""
+        return self.composition.mechanism.nominal_torque(motion)
+
+    def impossible(self, parameters: Floats) -> list[str]:
+        """Sentences about coefficients among the `parameters` (k,) that no real machine has."""
+        named = [one for one in self.composition.named if one.linear]
+        return [
+            f"{one.name} = {value:.4g} {one.unit} is outside of its physical range ({one.lower:g} to {one.upper:g}): "
+            f"evidence against {one.name.partition('.')[0]}."
+            for one, value in zip(named, parameters, strict=True)
+            if one.term >= 0 and not one.lower <= value <= one.upper
+        ]
+
+    def dataset(self, course: Course) -> Dataset:
+        """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
+        evaluator = Evaluator(course)
+        linear = self.composition.linear
+        columns = evaluator.derivatives(self.composition, self.x)[:, :, linear]
+        offset = evaluator.torque(self.composition, self.x) - columns @ self.x[linear]
+        if not any(isinstance(term.effect, Signal) for term in self.composition.terms):
+            offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits
+        known = np.isfinite(columns).all(axis=2) & np.isfinite(offset)
+        torque = np.where(known, course.dataset.torque, np.nan)
+        return replace(course.dataset, regressor=columns, offset=offset, torque=torque)
+
+
+def terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
+    """The effects that a user chose, each as NAME, on all joints, or as NAME:1,3.
+
+    Raises:
+        BadInput: there is no such effect, it is named twice, its joints are not there, or such a recording cannot
+            show it.
+    """
+    found: list[Term] = []
+    for choice in choices:
+        term = _term(choice, library, recording)
+        if any(term.name == other.name for other in found):
+            raise BadInput(f"every effect once expected, '{term.name}' found twice; leave one out")
+        found.append(term)
+    return tuple(found)
+
+
+def _term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
+    rig = recording.rig
+    name, _, joints = choice.partition(":")
+    if name not in library:
+        raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; see `ident effects`")
+    effect = library[name]
+    if rig.mechanism not in effect.mechanisms:
+        raise BadInput(
+            f"effect {name}: mechanism {' or '.join(effect.mechanisms)} expected, {rig.mechanism} found; leave it out"
+        )
+    why = effect.unobservable(rig, holds_torque(recording))
+    if why:
+        raise BadInput(f"effect {name} cannot be seen in such a recording: {why} Leave it out")
+    return Term(name, effect, _joints(name, joints, rig.dof))
+
+
+def _joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
+    if not joints:
+        return tuple(range(dof))
+    numbers = joints.split(",")
+    if not all(number.isdigit() and 1 <= int(number) <= dof for number in numbers) or len(set(numbers)) < len(
+        numbers
+    ):
+        raise BadInput(f"effect {name}: joints 1 to {dof}, such as {name}:1,2, expected, '{joints}' found")
+    return tuple(int(number) - 1 for number in numbers)
+
+
+def settle(courses: Sequence[Course], chosen: Sequence[Term]) -> Frozen:
+    """The mechanism of `courses` with the effects `chosen`, whose shapes and distortions fit the recordings best.
+
+    Effect by effect, from each place where the search for it may begin; then all together.
+    """
+    evaluators = [Evaluator(course) for course in courses]
+    weights = [np.where(course.usable, 1.0, 0.0) for course in courses]
+    path = courses[0].path
+    bare = Composition(path.mechanism, path.rig)
+    solution = refine(evaluators, bare, np.zeros(len(bare.named)), weights)
+    for term in chosen:
+        composition = solution.composition.plus(term)
+        view = evaluators[0].view(evaluators[0].path(solution.composition, solution.x), solution.x[: len(bare.named)])
+        residual = solution.residuals[0]
+        starts = list(_starts(term, [*_suggested(term.effect, view, residual, courses[0])]))
+        tried = [refine(evaluators, composition, np.concatenate([solution.x, start]), weights) for start in starts]
+        solution = min(tried, key=lambda one: one.loss)
+    return Frozen(solution.composition, solution.x)
+
+
+def _suggested(effect: Effect, view: View, residual: Floats, course: Course) -> list[Floats]:
+    if effect.suggest is None:
+        return []
+    found = effect.suggest(view.every(course.prepared.step), residual)
+    return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in found]
+
+
+def _starts(term: Term, suggested: Sequence[Floats]) -> list[Floats]:
+    """(own + shapes,) vectors from which to search."""
+    shapes = [np.array(one, float) for one in product(*(shape.starts for shape in term.effect.shapes))]
+    shapes += suggested
+    if isinstance(term.effect, Additive):
+        own = [np.zeros(term.owners * len(term.own))]
+    else:
+        own = [np.tile(one, term.owners) for one in product(*(quantity.starts for quantity in term.own))]
+    return [np.concatenate(pair) for pair in product(own, shapes)]
