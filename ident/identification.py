@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ident import estimators, mechanisms
+from ident.composition import Composition
 from ident.course import prepare
 from ident.dataset import Dataset, build_all
 from ident.delay import delays
@@ -36,7 +37,7 @@ from ident.uncertainty import Source
 from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Recording
+from recordings.recording import Floats, Recording
 
 
 @dataclass(frozen=True)
@@ -81,8 +82,16 @@ class Identification:
         return joints(datasets, [self.fit.torque(dataset) for dataset in datasets])
 
 
-def identify(files: Sequence[Path], validate: Path | None, choices: Choices, progress: Progress) -> Identification:
+def identify(
+    files: Sequence[Path],
+    validate: Path | None,
+    choices: Choices,
+    progress: Progress,
+    settled: tuple[Composition, Floats] | None = None,
+) -> Identification:
     """Fit the mechanism of the rig to the recordings `files` together, and judge it on them and on `validate`.
+
+    settled: a composition whose shapes and distortions are known, with its parameters, in place of effects chosen.
 
     Raises:
         BadInput: a recording cannot be used, or they are not of the same rig.
@@ -91,7 +100,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     rig = recordings[0].rig
     refuse_different_rigs(recordings)
     form = estimators.form(choices.method)
-    mechanism, datasets = _prepared(recordings, len(files), form, choices)
+    mechanism, datasets = _prepared(recordings, len(files), form, choices, settled)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress, choices.physical)
@@ -99,7 +108,7 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
     kept = terms_of(mechanism.composition, mechanism.x) if isinstance(mechanism, Frozen) else ()
     trust, knowledge = None, (Knowledge(),) * len(mechanism.parameters)
     if form is None:
-        moved = _moved(train, choices)
+        moved = _moved(train, mechanism, choices)
         trust, knowledge = assess(train, result, mechanism, choices.method, moved, relative, choices.intervals)
     model = Model(
         mechanism=rig.mechanism,
@@ -136,19 +145,25 @@ def identify(files: Sequence[Path], validate: Path | None, choices: Choices, pro
 
 
 def _prepared(
-    recordings: Sequence[Recording], fitted: int, form: str | None, choices: Choices
+    recordings: Sequence[Recording],
+    fitted: int,
+    form: str | None,
+    choices: Choices,
+    settled: tuple[Composition, Floats] | None,
 ) -> tuple[Mechanism, tuple[Dataset, ...]]:
     """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
     mechanism = mechanisms.create(recordings[0].rig, form)
     datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
-    if not choices.effects:
+    if not choices.effects and not settled:
         return mechanism, datasets
     if form:
         raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
-    chosen = terms(choices.effects, library(choices.effect_files), recordings[0])
     cutoff = datasets[0].cutoff.hz if datasets[0].cutoff else None
     courses = [prepare(recording, choices.preprocessing, cutoff) for recording in recordings]
-    frozen = settle(courses[:fitted], chosen)
+    if settled:
+        frozen = Frozen(*settled)
+    else:
+        frozen = settle(courses[:fitted], terms(choices.effects, library(choices.effect_files), recordings[0]))
     found = (frozen.dataset(course) for course in courses)
     return frozen, tuple(replace(one, cutoff=first.cutoff) for one, first in zip(found, datasets, strict=True))
 
@@ -179,8 +194,8 @@ def _physics(recording: Recording) -> dict[str, Any]:
     return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values}
 
 
-def _moved(train: Sequence[Dataset], choices: Choices) -> Sensitivity:
-    if choices.effects:  # their shapes would have to be searched for anew each time
+def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: Choices) -> Sensitivity:
+    if isinstance(mechanism, Frozen):  # their shapes would have to be searched for anew each time
         return Sensitivity(None, ())
     recordings = [dataset.recording for dataset in train]
     cutoff = train[0].cutoff.hz if train[0].cutoff else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +13,8 @@ from ident import discovery
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.diagnose.diagnosis import Progress
+    from ident.diagnose.diagnosis import Diagnosis, Progress
+    from ident.model import Model
 
 FILE = click.Path(path_type=Path)
 
@@ -83,20 +84,36 @@ def command(
 
     from rich.console import Console
 
-    from ident import effects
+    from ident import effects, model
     from ident.diagnose import answer, pictures, table
     from ident.diagnose.diagnosis import Choices, diagnose
 
+    begin = model.load(model_file) if model_file else None
+    library = effects.library(effect_files)
     with _spinner() as progress:
-        found = diagnose(files, validate, effects.library(effect_files), Choices(preprocess, cutoff), progress)
+        found = diagnose(files, validate, library, Choices(preprocess, cutoff), progress, begin)
         document = answer.document(found)
         progress("drawing")
         pictures.draw(found, document, plots)
+        if apply:
+            progress("fitting the model with all that was found")
+            model.save(_improved(found, files, validate, preprocess), out)
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
         table.show(document, Console())
-    click.echo(f"pictures: {plots}", err=True)
+    click.echo(f"{f'model: {out}' + chr(10) if apply else ''}pictures: {plots}", err=True)
+
+
+def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
+    """The top of the ladder, its linear parameters fitted to all of the recordings."""
+    from ident import estimators, identification
+
+    top = found.ladder.rungs[-1].state.solution
+    bandwidth = found.material.datasets[0].bandwidth
+    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
+    settled = top.composition, top.x
+    return identification.identify(files, validate, choices, lambda done, total: None, settled).model
 
 
 @contextmanager

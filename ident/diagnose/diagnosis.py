@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from ident import cutoff
 from ident.composition import Composition
 from ident.course import Course, prepare
@@ -13,6 +15,8 @@ from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
 from ident.effects import Effect
 from ident.identification import refuse_different_rigs
+from ident.model import Model
+from ident.prediction import composition_of, refuse_other_rig
 from ident.samples import holds_torque, sample
 from recordings.reader import read
 from recordings.recording import Recording
@@ -54,10 +58,12 @@ def diagnose(
     library: Mapping[str, Effect],
     choices: Choices,
     progress: Progress = lambda what: None,
+    model: Model | None = None,
 ) -> Diagnosis:
     """Find out which effects of the `library` the base model lacks in the recordings `files`.
 
     validate: a recording of another motion, which no fit sees; without one, phase segments are held out.
+    model: with whose effects to begin.
 
     Raises:
         BadInput: a recording cannot be used, or they are not of the same rig.
@@ -71,7 +77,12 @@ def diagnose(
     offered, unobservable = _offered(recordings[0], library)
     path = material.evaluators[0].course.path
     climber = Climber(material, offered, progress)
-    ladder = climber.climb(Composition(path.mechanism, path.rig))
+    if model:
+        refuse_other_rig(model, recordings[0])
+        ladder = climber.climb(*composition_of(model, path.rig, library))
+    else:
+        bare = Composition(path.mechanism, path.rig)
+        ladder = climber.climb(bare, np.zeros(len(bare.named)))
     progress("what remains")
     return Diagnosis(material, library, unobservable, ladder, remainder(material, ladder), share)
 

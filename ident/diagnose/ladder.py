@@ -98,11 +98,12 @@ class Climber:
         solution = self._material.solve(composition, x)
         return State(solution, self._material.residuals(solution))
 
-    def climb(self, composition: Composition) -> Ladder:
-        """From `composition` upwards."""
-        state = self.state(composition, np.zeros(len(composition.named)))
+    def climb(self, composition: Composition, x: Floats) -> Ladder:
+        """From `composition` upwards, fitted from `x` (K,)."""
+        state = self.state(composition, x)
         rungs = [Rung(None, state, None)]
-        for name in [name for name, effect in self._library.items() if effect.always_true]:
+        known = [term.name for term in state.terms]
+        for name in [name for name, effect in self._library.items() if effect.always_true and name not in known]:
             state = self._truth(name, state, rungs)
         first: dict[str, float] = {}
         while True:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ident.composition import Term
 from ident.diagnose.material import Material
-from ident.effects import Additive, Effect, Signal
+from ident.effects import Additive, Effect, Quantity, Shapes, Signal
 from ident.refine import Solution
 from recordings.recording import Floats
 
@@ -73,29 +73,36 @@ class Screen:
         return sorted(found, key=lambda one: one.loss), unseen
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
-        for shapes in self._shapes(effect):
-            if isinstance(effect, Additive):
-                one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
-                columns = self._additive(Term(name, effect, self._joints(effect)), shapes)
-                yield _Block(columns, np.ones(len(effect.coefficients)), shapes, one_signed)
-            elif isinstance(effect, Signal):
-                yield from self._signal(name, effect, shapes)
+        suggested = self._suggested(effect)
+        shapes = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
+        shapes += [_vector(one, effect.shapes) for one in suggested]
+        if isinstance(effect, Additive):
+            one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
+            for values in shapes:
+                columns = self._additive(Term(name, effect, self._joints(effect)), values)
+                yield _Block(columns, np.ones(len(effect.coefficients)), values, one_signed)
+        elif isinstance(effect, Signal):
+            starts = [np.array(one) for one in zip(*_padded([q.starts for q in effect.parameters]), strict=True)]
+            places = list(product(starts, shapes))
+            own = [_vector(one, effect.parameters) for one in suggested if effect.parameters[0].name in one]
+            places += zip(own, shapes[len(shapes) - len(own) :], strict=True)
+            for at, values in places:
+                yield self._signal(name, effect, at, values)
 
     def _joints(self, effect: Effect) -> tuple[int, ...]:
         return tuple(range(self._solution.composition.rig.dof))
 
-    def _shapes(self, effect: Effect) -> list[Floats]:
-        """Places to begin: products of the starts, and what the effect suggests from the residual."""
-        found = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
-        if effect.suggest:
-            for index, evaluator in enumerate(self._evaluators):
-                x, composition = self._solution.x, self._solution.composition
-                path = evaluator.path(composition, x)
-                view = evaluator.view(path, x[composition.entries(-1)])
-                residual = np.where(self._solution.weights[index] > 0, self._solution.residuals[index], np.nan)
-                step = evaluator.course.prepared.step
-                for shapes in effect.suggest(view.every(step), residual):
-                    found.append(np.array([shapes[shape.name] for shape in effect.shapes]))
+    def _suggested(self, effect: Effect) -> list[Shapes]:
+        """What the effect suggests from the residual of each recording."""
+        if effect.suggest is None:
+            return []
+        found: list[Shapes] = []
+        x, composition = self._solution.x, self._solution.composition
+        pairs = zip(self._evaluators, self._solution.weights, self._solution.residuals, strict=True)
+        for evaluator, weight, residual in pairs:
+            view = evaluator.view(evaluator.path(composition, x), x[composition.entries(-1)])
+            left = np.where(weight > 0, residual, np.nan)
+            found += effect.suggest(view.every(evaluator.course.prepared.step), left)
         return found
 
     def _additive(self, term: Term, shapes: Floats) -> Floats:
@@ -107,18 +114,15 @@ class Screen:
             parts.append(self._weighted(evaluator.course.condition(columns), weight))
         return np.concatenate(parts)
 
-    def _signal(self, name: str, effect: Signal, shapes: Floats) -> Iterator[_Block]:
-        """Differences that the effect makes at each start, owner by owner and parameter by parameter."""
+    def _signal(self, name: str, effect: Signal, starts: Floats, shapes: Floats) -> _Block:
+        """Differences that the effect makes at `starts` (c,), owner by owner and parameter by parameter."""
         owners = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
-        for starts in zip(*_padded([q.starts for q in effect.parameters]), strict=True):
-            columns = [
-                self._difference(
-                    Term(name, effect, owner), np.where(np.arange(len(starts)) == i, starts, 0.0), shapes
-                )
-                for owner in owners
-                for i in range(len(starts))
-            ]
-            yield _Block(np.stack(columns, axis=1), np.array(starts), shapes, np.zeros(len(starts)))
+        columns = [
+            self._difference(Term(name, effect, owner), np.where(np.arange(len(starts)) == i, starts, 0.0), shapes)
+            for owner in owners
+            for i in range(len(starts))
+        ]
+        return _Block(np.stack(columns, axis=1), starts, shapes, np.zeros(len(starts)))
 
     def _difference(self, term: Term, own: Floats, shapes: Floats) -> Floats:
         solution = self._solution
@@ -185,6 +189,11 @@ def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | N
         return None
     most = max(possible.values())
     return min(possible, key=lambda subset: most - possible[subset] + _SHARE * most * len(subset))
+
+
+def _vector(values: Shapes, quantities: Sequence[Quantity]) -> Floats:
+    """The `values` of the `quantities`, in their order."""
+    return np.array([values[one.name] for one in quantities], float)
 
 
 def _padded(starts: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:

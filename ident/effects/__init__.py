@@ -70,7 +70,8 @@ class Effect:
     shapes: tuple[Quantity, ...] = ()
     """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
     suggest: Callable[[View, Floats], Sequence[Shapes]] | None = None
-    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second."""
+    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second; of
+    a signal also values of its parameters."""
     repeated: bool = False
     """True where several of it may be there, with different shapes: the lines of a spectrum."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None

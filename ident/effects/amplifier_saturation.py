@@ -19,6 +19,14 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), view.rig.torque)
 
 
+def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+    """Levels a little above the largest voltage that the model asks for, and knees."""
+    largest = float(np.nanmax(np.abs(voltage_from_torque(view.rigid, view.rig.torque))))
+    return [
+        {"inverse_level": use / largest, "n": knee} for use in (0.5, 0.7, 0.85, 0.95) for knee in (3.0, 6.0, 12.0)
+    ]
+
+
 effect = Signal(
     sentence="The amplifier runs out of voltage: large commands give less than they ask for.",
     looks="The residual grows steeply where the torque is largest.",
@@ -33,12 +41,11 @@ effect = Signal(
             meaning="1 / highest voltage",
             lower=0.0,
             upper=3.0,
-            starts=(0.1, 0.15, 0.2, 0.3, 0.5, 0.8),
+            starts=(0.05,),
         ),
     ),
-    shapes=(
-        Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, starts=(4.0, 10.0)),
-    ),
+    shapes=(Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, starts=(6.0,)),),
     report=report,
+    suggest=suggest,
     unobservable=not_a_command,
 )
