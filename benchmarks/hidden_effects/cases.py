@@ -1,0 +1,143 @@
+"""What is hidden, in which robot, and under what conditions it is recorded: a list that is always the same."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Literal
+from zlib import crc32
+
+import numpy as np
+
+from drivers.simulated.effect import library
+from drivers.simulated.effect import outside as outside_simulated
+
+PlantName = Literal["simulated", "foreign"]
+Kind = Literal["nothing", "single", "pair", "outside"]
+RobotName = Literal["default", "heavy", "light"]
+
+ROBOTS: tuple[RobotName, ...] = ("default", "heavy", "light")
+_COMMAND_ONLY = ("amplifier_deadband", "amplifier_saturation")
+"""They leave no trace in the voltages of the motors."""
+_NEVER_TOGETHER = {
+    frozenset(("backlash", "joint_elasticity")),  # both between motor and arm, in an order that nobody knows
+    frozenset(("torque_offset", "joint_spring")),  # the one contains the other
+}
+_NOISE = (0.005, 0.01, 0.02)
+_RATES = {"simulated": (200, 250, 400, 500, 800, 900), "foreign": (200, 250, 400, 500, 800, 1000)}
+"""[Hz]; the simulated rig's bus has no room for 1 kHz."""
+_BITS = (16, 17, 18, 20)
+_PAIR_SIZES = ((0.03, 0.03), (0.10, 0.03))
+
+
+@dataclass(frozen=True)
+class Case:
+    """One pair of recordings."""
+
+    plant: PlantName
+    kind: Kind
+    effects: tuple[str, ...]
+    sizes: tuple[float, ...]
+    """One per effect, as a share of the torque, after absorption."""
+    robot: RobotName
+    number: int
+    """Among those that differ in nothing but what is drawn."""
+    volts: float = 0.01
+    """Standard deviation of the voltage's noise [V]."""
+    bits: int = 18
+    """Of the encoders, per turn of the joint."""
+    rate: float = 500.0
+    """[Hz]"""
+    reports_command: bool = False
+
+    @property
+    def name(self) -> str:
+        """Of its folder, and in tables."""
+        hidden = "+".join(f"{effect}-{100 * size:g}%" for effect, size in zip(self.effects, self.sizes, strict=True))
+        conditions = f"{self.robot}-{self.bits}bit-{self.rate:g}Hz" if self.kind == "nothing" else self.robot
+        return "-".join(filter(None, (self.kind, hidden, conditions, str(self.number))))
+
+    @property
+    def seed(self) -> int:
+        """Of all that is drawn."""
+        return crc32(f"{self.plant} {self.name}".encode())
+
+
+def cases(plant: PlantName) -> list[Case]:
+    """All of them, in an order of which every beginning is a fair sample."""
+    made = list(_simulated() if plant == "simulated" else _foreign())
+    order = np.random.default_rng(0).permutation(len(made))
+    return [made[i] for i in order]
+
+
+def _simulated() -> Iterator[Case]:
+    for size, times in ((0.005, 1), (0.01, 2), (0.03, 2), (0.10, 1)):
+        yield from _singles("simulated", library(), size, times)
+    yield from _nothing("simulated", 110)
+    yield from _pairs("simulated", 75)
+    for size, times in ((0.03, 3), (0.10, 2)):
+        yield from _singles("simulated", outside_simulated(), size, times, "outside")
+
+
+def _foreign() -> Iterator[Case]:
+    from tests.foreign.outside import KINDS
+
+    for size in (0.01, 0.03):
+        yield from _singles("foreign", library(), size, 1)
+    yield from _nothing("foreign", 15)
+    yield from _pairs("foreign", 15)
+    yield from _singles("foreign", tuple(KINDS), 0.03, 1, "outside")
+
+
+def _singles(
+    plant: PlantName, effects: Sequence[str], size: float, times: int, kind: Kind = "single"
+) -> Iterator[Case]:
+    """Each of the effects, `times` times on each robot."""
+    for effect in effects:
+        for number in range(times * len(ROBOTS)):
+            yield _case(plant, kind, (effect,), (size,), ROBOTS[number % len(ROBOTS)], number + 1)
+
+
+def _pairs(plant: PlantName, count: int) -> Iterator[Case]:
+    possible = [pair for pair in combinations(library(), 2) if frozenset(pair) not in _NEVER_TOGETHER]
+    for number, index in enumerate(np.random.default_rng(1).permutation(len(possible))[:count]):
+        first, second = possible[index]
+        pair = (first, second) if number % 4 < 2 else (second, first)
+        sizes = _PAIR_SIZES[number % len(_PAIR_SIZES)]
+        yield _case(plant, "pair", pair, sizes, ROBOTS[number % len(ROBOTS)], number + 1)
+
+
+def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
+    """Of these, half vary the encoders' resolution and the rate over the whole range."""
+    for number in range(count):
+        rng = np.random.default_rng([2, number])
+        varied = number % 2 == 1
+        yield Case(
+            plant,
+            "nothing",
+            (),
+            (),
+            ROBOTS[number % len(ROBOTS)],
+            number + 1,
+            volts=float(rng.choice(_NOISE)),
+            bits=int(rng.integers(12, 21)) if varied else int(rng.choice(_BITS)),
+            rate=float(rng.choice(_RATES[plant])) if varied else 500.0,
+            reports_command=bool(rng.random() < 0.5),
+        )
+
+
+def _case(
+    plant: PlantName, kind: Kind, effects: tuple[str, ...], sizes: tuple[float, ...], robot: RobotName, number: int
+) -> Case:
+    rng = np.random.default_rng([3, *"".join(effects).encode(), number])
+    return Case(
+        plant,
+        kind,
+        effects,
+        sizes,
+        robot,
+        number,
+        volts=float(rng.choice(_NOISE)),
+        bits=int(rng.choice(_BITS)),
+        # Of the other cases half as well, so that the kind of voltage gives nothing away.
+        reports_command=bool(set(effects) & set(_COMMAND_ONLY)) or bool(rng.random() < 0.5),
+    )

@@ -1,0 +1,89 @@
+"""Diagnosing recordings blind, and keeping what was said: JSON lines, one per case and version of `ident`."""
+
+import hashlib
+import json
+import time
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from benchmarks.hidden_effects.cases import Case
+
+_ROOMS = ("ident", "recordings", "trajectories")
+"""What a diagnosis is made of."""
+_ROOT = Path(__file__).parents[2]
+
+
+def engine() -> str:
+    """Digest of the code that diagnoses."""
+    digest = hashlib.sha256()
+    for path in sorted(path for room in _ROOMS for path in (_ROOT / room).rglob("*.py")):
+        digest.update(str(path.relative_to(_ROOT)).encode() + path.read_bytes())
+    return digest.hexdigest()[:12]
+
+
+class Answers:
+    """The file of what was said."""
+
+    def __init__(self, root: Path) -> None:
+        self._path = root / "diagnoses.jsonl"
+
+    def of(self, engine: str) -> dict[str, dict[str, Any]]:
+        """By name of the case, those that this engine gave."""
+        return {line["case"]: line for line in self._lines() if line["engine"] == engine}
+
+    def last_engine(self) -> str | None:
+        """That gave the last one."""
+        return next((line["engine"] for line in reversed(self._lines())), None)
+
+    def append(self, line: dict[str, Any]) -> None:
+        """Keep one more."""
+        with self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(line) + "\n")
+
+    def _lines(self) -> list[dict[str, Any]]:
+        if not self._path.exists():
+            return []
+        return [json.loads(line) for line in self._path.read_text(encoding="utf-8").splitlines()]
+
+
+def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
+    """The line to keep: the document of `ident diagnose`, or the error."""
+    from ident.diagnose import answer
+    from ident.diagnose.diagnosis import Choices
+    from ident.diagnose.diagnosis import diagnose as run
+
+    folder, start = root / case.name, time.monotonic()
+    line: dict[str, Any] = {"case": case.name, "engine": engine}
+    try:
+        found = run([folder / "train.mcap"], folder / "validate.mcap", _library(), Choices())
+        line["document"] = _short(answer.document(found).as_json())
+    except Exception as error:  # whatever it is, it is a failed case and no reason to stop
+        line["error"] = f"{type(error).__name__}: {error}"
+    return line | {"seconds": round(time.monotonic() - start, 2)}
+
+
+@cache
+def _library() -> Any:
+    from ident import effects
+
+    return effects.library()
+
+
+def _short(document: dict[str, Any]) -> dict[str, Any]:
+    """Without what is the same for all, and without the parameters of models that were improved upon."""
+    for rung in document["rungs"][:-1]:
+        rung["parameters"] = {}
+    for finding in document["findings"]:
+        for text in ("sentence", "looks", "causes", "remedy"):
+            finding.pop(text, None)
+    return document
+
+
+def word(line: dict[str, Any]) -> str:
+    """What was said, in short."""
+    if "error" in line:
+        return str(line["error"])
+    document = line["document"]
+    names = [finding["effect"] for finding in document["findings"]]
+    return f"{document['verdict']} {', '.join(names)} ({line['seconds']} s)"

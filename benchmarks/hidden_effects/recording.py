@@ -1,0 +1,42 @@
+"""Recording a case: a folder with train.mcap, validate.mcap and the sealed truth."""
+
+import importlib
+import json
+import shutil
+from dataclasses import asdict
+from pathlib import Path
+
+from benchmarks.hidden_effects.cases import Case
+from recordings.errors import BadInput
+
+IMPOSSIBLE = "impossible.json"
+"""In place of the recordings, where the effect cannot have that size on that robot."""
+
+
+def is_recorded(case: Case, root: Path) -> bool:
+    """Whether there is nothing left to do."""
+    return (root / case.name).is_dir()
+
+
+def is_possible(case: Case, root: Path) -> bool:
+    """Whether it could be recorded."""
+    return not (root / case.name / IMPOSSIBLE).exists()
+
+
+def record(case: Case, root: Path) -> str:
+    """Make the folder of the case, whole or not at all. Returns a word on it."""
+    from drivers.simulated.seal import seal, sealed_path
+
+    partial = root / "partial" / case.name
+    shutil.rmtree(partial, ignore_errors=True)
+    partial.mkdir(parents=True)
+    (partial / "case.json").write_text(json.dumps(asdict(case), indent=1), encoding="utf-8")
+    try:
+        plant = importlib.import_module(f"benchmarks.hidden_effects.{case.plant}")
+        seal(sealed_path(partial / "train.mcap"), plant.record(case, partial))
+        word = "recorded"
+    except BadInput as error:
+        (partial / IMPOSSIBLE).write_text(json.dumps({"why": str(error)}), encoding="utf-8")
+        word = f"impossible: {error}"
+    partial.rename(root / case.name)
+    return word

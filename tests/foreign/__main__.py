@@ -1,0 +1,42 @@
+"""`python -m tests.foreign FOLDER --effect stribeck --size 0.03 --seed 1`."""
+
+from pathlib import Path
+
+import click
+
+from drivers.simulated.effect import library
+from drivers.simulated.seal import seal, sealed_path
+from tests.foreign.outside import KINDS
+from tests.foreign.pairs import TRAIN, Setting, make
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--effect", "effects", multiple=True, type=click.Choice([*library(), *KINDS]), help="May be repeated.")
+@click.option("--size", default=0.03, show_default=True, help="Of each, as a share of the torque.")
+@click.option("--seed", default=1, show_default=True)
+@click.option("--robot", type=click.Choice(["default", "heavy", "light"]), default="default", show_default=True)
+@click.option("--noise", default=0.01, show_default=True, help="Of the voltages [V].")
+@click.option("--bits", default=18, show_default=True, help="Of the encoders, per turn of the joint.")
+@click.option("--rate", default=500.0, show_default=True, help="[Hz]")
+@click.option("--command", "reports_command", is_flag=True, help="Voltages are those before the amplifiers' faults.")
+def main(
+    folder: Path,
+    effects: tuple[str, ...],
+    size: float,
+    seed: int,
+    robot: str,
+    noise: float,
+    bits: int,
+    rate: float,
+    reports_command: bool,
+) -> None:
+    """Write a pair of recordings of a robot with these effects, and the sealed truth, into the new FOLDER."""
+    folder.mkdir(parents=True)
+    setting = Setting(robot, noise, bits, rate, reports_command)  # type: ignore[arg-type]
+    truth = make(folder, effects, [size] * len(effects), seed, setting)
+    seal(sealed_path(folder / TRAIN), truth)
+    click.echo(f"{folder}: train.mcap, validate.mcap; next: ident diagnose train.mcap --validate validate.mcap")
+
+
+main()

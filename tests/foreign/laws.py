@@ -1,0 +1,99 @@
+"""The laws of the effects as torques, after the list of effects; those of couplings and sensors stand elsewhere."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from recordings.recording import Floats
+
+Parameters = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The machine at all instants, one after the other."""
+
+    t: Floats
+    """(n, 1) [s]."""
+    q: Floats
+    """(n, 3) motor angles [rad]."""
+    v: Floats
+    a: Floats
+    load: Floats
+    """(n, 3) torque of the rigid robot [N m]."""
+    coulomb: Floats
+    """(3,) levels [N m]."""
+
+    @property
+    def direction(self) -> Floats:
+        """(n, 3) sgn v."""
+        sign: Floats = np.sign(self.v)
+        return sign
+
+
+Law = Callable[[State, Parameters], Floats]
+
+
+def _presliding(s: State, p: Parameters) -> Floats:
+    """c_c (z/z_s - sgn v)."""
+    if p["z_s"] <= 0:
+        return np.zeros_like(s.q)
+    bent = np.column_stack([bristle(np.ascontiguousarray(q), p["z_s"]) for q in s.q.T])
+    return s.coulomb * (bent - s.direction)
+
+
+@njit(cache=True)
+def bristle(q: Floats, z_s: float) -> Floats:
+    """z / z_s (n,) along q: z' = v - |v| z / z_s, by Heun's rule in the displacement."""
+    result = np.zeros(len(q))
+    z = 0.0
+    for k in range(1, len(q)):
+        # Long steps in parts: the rule is stable up to a displacement of 2 z_s.
+        parts = int(abs(q[k] - q[k - 1]) / (0.05 * z_s)) + 1
+        dq = (q[k] - q[k - 1]) / parts
+        for _ in range(parts):
+            first = dq - abs(dq) * z / z_s
+            z += 0.5 * (first + dq - abs(dq) * (z + first) / z_s)
+        result[k] = z / z_s
+    return result
+
+
+def _thermal(s: State, p: Parameters) -> Floats:
+    """(a v + b sgn v) exp(-t/T), a = b times the viscous share."""
+    return p["b"] * (p["viscous"] * s.v + s.direction) * np.exp(-s.t / p["T"])
+
+
+MOTOR: dict[str, Law] = {
+    "torque_offset": lambda s, p: np.full_like(s.q, p["a"]),
+    "asymmetric_viscous": lambda s, p: p["a"] * np.abs(s.v),
+    "quadratic_friction": lambda s, p: p["a"] * s.v * np.abs(s.v),
+    "stribeck": lambda s, p: p["a"] * np.exp(-((s.v / p["v_s"]) ** 2)) * s.direction,
+    "load_dependent_friction": lambda s, p: p["a"] * np.abs(s.load) * s.direction,
+    "cogging": lambda s, p: p["a"] * np.sin(p["N"] * s.q + p["phase"]),
+    "joint_spring": lambda s, p: p["k"] * (s.q - p["q_0"]),
+    "thermal_drift": _thermal,
+    "presliding_hysteresis": _presliding,
+    "uneven_grease": lambda s, p: p["a"] * np.sin(2 * s.q + p["phase"]) * s.v,
+    "creeping_zero": lambda s, p: p["a"] * (1 - np.exp(-s.t / p["T"])) * np.ones(3),
+    "fan": lambda s, p: p["a"] * np.sin(2 * np.pi * p["f"] * s.t + p["phase"]) * np.ones(3),
+    "bearing_load": lambda s, p: p["a"] * np.abs(s.a) * s.direction,
+    "rubber_stop": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** 2,
+}
+"""Torque (n, 3) that the motor must give in addition, on its own side of the gear."""
+
+ARM: dict[str, Law] = {
+    "arm_com_offset": lambda s, p: p["a"] * np.sin(s.q),
+    "arm_mass_mismatch": lambda s, p: p["a"] * np.cos(s.q),
+}
+"""The same, on the arm's side."""
+
+
+def tangled(s: State, p: Parameters, joints: tuple[int, ...]) -> Floats:
+    """k (q_i - q_j) on the two joints (from 1) between which the cable hangs."""
+    i, j = (joint - 1 for joint in joints)
+    torque = np.zeros_like(s.q)
+    torque[:, i] = p["k"] * (s.q[:, i] - s.q[:, j])
+    torque[:, j] = -torque[:, i]
+    return torque

@@ -1,0 +1,88 @@
+"""Effects that stand in no library, other ones than those of the simulated rig: what each is and depends on."""
+
+import math
+
+import numpy as np
+
+from drivers.simulated.effect import Effect, draw_sign, parameter
+
+
+class UnevenGrease(Effect):
+    """Viscous friction that differs over the angle: a sin(2 q + phase) v."""
+
+    variables = ("position", "velocity")
+
+    a: float = parameter(0.2, "N m s/rad", "half of what the coefficients differ by", ge=0, le=5)
+    phase: float = parameter(0.0, "rad", "at joint angle zero", ge=-math.pi, le=math.pi)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"phase": rng.uniform(-math.pi, math.pi)}
+
+
+class CreepingZero(Effect):
+    """The amplifier's zero creeps: a (1 - exp(-t / T))."""
+
+    variables = ("time",)
+    cycles = 5
+
+    a: float = parameter(0.3, "N m", "torque in the end", ge=-10, le=10)
+    T: float = parameter(10.0, "s", "time constant", ge=0.1, le=1e3)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"a": draw_sign(rng, 0.3), "T": rng.uniform(4.0, 15.0)}
+
+
+class Fan(Effect):
+    """Something shakes with a frequency of its own: a sin(2 pi f t + phase)."""
+
+    variables = ("frequency",)
+
+    a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
+    f: float = parameter(9.3, "Hz", "frequency", ge=0.1, le=200)
+    phase: float = parameter(0.0, "rad", "at the beginning", ge=-math.pi, le=math.pi)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"f": rng.uniform(4.0, 20.0), "phase": rng.uniform(-math.pi, math.pi)}
+
+
+class TangledCables(Effect):
+    """A cable between two arms: k (q_i - q_j)."""
+
+    variables = ("position",)
+    between_joints = True
+
+    k: float = parameter(1.0, "N m/rad", "stiffness", ge=0, le=20)
+
+
+class BearingLoad(Effect):
+    """The bearings are loaded by acceleration: dry friction grows by a |v'|."""
+
+    variables = ("velocity", "acceleration")
+
+    a: float = parameter(0.02, "N m s^2/rad", "dry friction per acceleration", ge=0, le=2)
+
+
+class RubberStop(Effect):
+    """A buffer that the arm touches before it should: a max(q - q_0, 0)^2."""
+
+    variables = ("position",)
+
+    a: float = parameter(5.0, "N m/rad^2", "how hard it is", ge=0, le=1e4)
+    q_0: float = parameter(0.0, "rad", "where the arm touches it", ge=-1.5, le=1.5)
+
+    @classmethod
+    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
+        return {"q_0": rng.uniform(-0.3, 0.0)}
+
+
+KINDS: dict[str, type[Effect]] = {
+    "uneven_grease": UnevenGrease,
+    "creeping_zero": CreepingZero,
+    "fan": Fan,
+    "tangled_cables": TangledCables,
+    "bearing_load": BearingLoad,
+    "rubber_stop": RubberStop,
+}

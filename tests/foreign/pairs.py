@@ -1,0 +1,108 @@
+"""A pair of recordings: one to train on, and one of another motion to validate on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from daq.importing import Description, import_csv
+from drivers.simulated.effect import Effect
+from drivers.simulated.hidden import draw_effect
+from recordings.errors import BadInput
+from recordings.rig import load_rig
+from tests.foreign import courses, outside, robots
+from tests.foreign.plant import Plant, Reported, name
+from tests.foreign.sizing import Ruler
+
+_DRAWS = 4
+_CLOSE = 0.1
+"""How far a size may miss what was wanted, relative."""
+TRAIN, VALIDATE = "train.mcap", "validate.mcap"
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Under what conditions is recorded."""
+
+    robot: robots.Kind = "default"
+    volts: float = 0.01
+    """Standard deviation of the voltage's noise [V]."""
+    bits: int = 18
+    """Of the encoders, per turn of the joint."""
+    rate: float = 500.0
+    """[Hz]"""
+    reports_command: bool = False
+    """The voltages are commanded ones, before the amplifiers' faults."""
+
+
+def make(
+    folder: Path, effects: Sequence[str], sizes: Sequence[float], seed: int, setting: Setting = Setting()
+) -> dict[str, Any]:
+    """Write train.mcap, validate.mcap and their rig file into the existing `folder`; returns the truth.
+
+    effects: different ones; each has its size alone, on the motion to train on.
+
+    Raises:
+        BadInput: no such effect, or it cannot have that size on this robot.
+    """
+    rng = np.random.default_rng(seed)
+    robot = robots.draw(
+        setting.robot, rng, rate=setting.rate, bits=setting.bits, reports_command=setting.reports_command
+    )
+    geometry = robot.rig.geometry
+    shape: courses.Shape = "stations" if rng.random() < 0.5 else "fourier"
+    train = Plant(robot, courses.draw(geometry, shape, rng, rate=setting.rate, seconds=20.0))
+    validate = Plant(robot, courses.draw(geometry, "fourier", rng, rate=setting.rate, seconds=12.0))
+    ruler = Ruler(train) if effects else None
+    sized = [_draw(rng, ruler, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if ruler]
+    (folder / "rig.toml").write_text(robots.rig_file(robot.rig), encoding="utf-8")
+    for plant, out in ((train, TRAIN), (validate, VALIDATE)):
+        reported = plant.report([effect for effect, _ in sized])
+        _write(folder / out, reported, plant, setting, rng)
+    return {"schema": 1, "seed": seed, "effects": [_described(effect, reached) for effect, reached in sized]}
+
+
+def _draw(rng: np.random.Generator, ruler: Ruler, wanted: str, size: float) -> tuple[Effect, float]:
+    """An effect of that name and size, and the size that it has."""
+    for _ in range(_DRAWS):
+        effect = _drawn(rng, wanted)
+        found = ruler.nearest(effect, size)
+        if found and abs(found[1] / size - 1) < _CLOSE:
+            return found
+    raise BadInput(f"{wanted}: a size that it can have on this robot expected, {size:g} found; choose another")
+
+
+def _drawn(rng: np.random.Generator, wanted: str) -> Effect:
+    if wanted in outside.KINDS:
+        kind = outside.KINDS[wanted]
+        return kind(joints=kind.draw_joints(rng), **kind.draw_shape(rng))
+    return draw_effect(rng, [wanted])
+
+
+def _described(effect: Effect, size: float) -> dict[str, Any]:
+    return {
+        "name": name(effect),
+        "joints": list(effect.joints),
+        "parameters": effect.model_dump(exclude={"joints"}),
+        "size": size,
+        "in_library": effect.in_library(),
+        "depends_on": list(effect.depends_on()),
+    }
+
+
+def _write(out: Path, reported: Reported, plant: Plant, setting: Setting, rng: np.random.Generator) -> None:
+    """A CSV file as README describes it, and the recording that it becomes."""
+    course, rig = plant.course, plant.robot.rig
+    per_radian = np.array([drive.counts_per_radian for drive in rig.drives])
+    position = np.rint(reported.position * per_radian) / per_radian
+    voltage = reported.voltage + rng.normal(0.0, setting.volts, reported.voltage.shape)
+    time = np.arange(len(position)) / rig.rate
+    columns = [time[:, None], position, voltage, course.repeat[:: course.per_sample, None]]
+    header = ["time", *(f"{what}_{i}" for what in ("position", "voltage") for i in (1, 2, 3)), "cycle"]
+    table = out.with_suffix(".csv")
+    formats = ["%.6f", *["%.9f"] * 3, *["%.5f"] * 3, "%d"]
+    np.savetxt(table, np.hstack(columns), fmt=formats, delimiter=",", header=",".join(header), comments="")
+    import_csv(table, out, Description(rig=load_rig(out.with_name("rig.toml"), driven=False), simulated=True))
+    table.unlink()
