@@ -16,6 +16,8 @@ from recordings.recording import Floats
 
 MOST = 8
 """Effects that are added at most."""
+ROUNDS = 3
+"""Times that effects already found are put to the question again."""
 REFINED = 6
 """Candidates of each round whose parameters are searched; the others promise too little."""
 PROMISING = 0.4
@@ -100,25 +102,32 @@ class Climber:
 
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
-        state = self.state(composition, x)
-        rungs = [Rung(None, state, None)]
-        known = [term.name for term in state.terms]
-        for name in [name for name, effect in self._library.items() if effect.always_true and name not in known]:
-            state = self._truth(name, state, rungs)
+        base = self.state(composition, x)
+        rungs = [Rung(None, base, None)]
+        state = self._with_truths(base, rungs)
         first: dict[str, float] = {}
+        for _ in range(ROUNDS):
+            state, unseen, last = self._up(state, rungs)
+            first = first or last or {}
+            looked = [self._look_again(state, index) for index in range(len(state.terms))]
+            better = next((found for _, found in looked if found is not state), None)
+            if better is None:
+                break
+            state = self._settled(better)
+            rungs.append(Rung(better.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+        findings = tuple(finding for finding, _ in looked)
+        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+
+    def _up(self, state: State, rungs: list[Rung]) -> tuple[State, list[str], dict[str, float]]:
+        """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
         while True:
-            options, unseen, last = self._options(state)
-            first = first or last
-            if len(state.terms) >= MOST:
-                break
-            chosen = self._first_confirmed(state, options)
+            options, unseen, gains = self._options(state)
+            chosen = self._first_confirmed(state, options) if len(state.terms) < MOST else None
             if chosen is None:
-                break
+                return state, unseen, gains
             state = self._settled(chosen)
             rungs.append(Rung(chosen.terms[-1].name, state, self._gain(rungs[-1].state, state)))
             self._progress(f"{rungs[-1].added} added; what else?")
-        findings = tuple(self._finding(state, index) for index in range(len(state.terms)))
-        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
 
     def floor(self, state: State) -> Floor:
         """The line to reach."""
@@ -128,14 +137,19 @@ class Climber:
         pairs = zip(self._material.datasets, state.residuals, strict=True)
         return tuple(data.torque - residual for data, residual in pairs)
 
-    def _truth(self, name: str, state: State, rungs: list[Rung]) -> State:
-        """What is true of any such machine is added first, if it shows."""
-        candidates, _ = Screen(self._material, state.solution).look({name: self._library[name]})
-        for candidate in candidates:
-            after = self._with(state, candidate)
+    def _with_truths(self, state: State, rungs: list[Rung]) -> State:
+        """With what is true of any such machine, whatever its coefficient: other effects may still disturb it."""
+        joints = tuple(range(state.solution.composition.rig.dof))
+        known = [term.name for term in state.terms]
+        for name, effect in self._library.items():
+            if not effect.always_true or name in known:
+                continue
+            composition = state.solution.composition.plus(Term(name, effect, joints))
+            added = np.zeros(len(composition.named) - len(state.solution.x))
+            after = self.state(composition, np.concatenate([state.solution.x, added]))
             if self._confirmed(state, after):
                 rungs.append(Rung(name, after, self._gain(state, after)))
-                return after
+            state = after
         return state
 
     def _options(self, state: State, leave: Sequence[str] = ()) -> tuple[list[State], list[str], dict[str, float]]:
@@ -232,8 +246,10 @@ class Climber:
         return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)
 
     def _settled(self, state: State) -> State:
-        """Without effects that have become superfluous, each replaced where another explains more in its place."""
-        for index in range(len(state.terms) - 2, -1, -1):
+        """Without effects that the last one has made superfluous, nor the last one where the others do without it."""
+        for index in range(len(state.terms) - 1, -1, -1):
+            if state.terms[index].effect.always_true:
+                continue
             without = self._without(state, index)
             if self._gain(without, state).share < WORTH and not self._confirmed(without, state):
                 state = without
@@ -244,12 +260,18 @@ class Climber:
         keep = ~composition.entries(index)
         return self.state(composition.without(index), state.solution.x[keep])
 
-    def _finding(self, state: State, index: int) -> Finding:
-        """The effect, what it is worth, and what could stand in its place."""
+    def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
+        """The effect, what it is worth, and what could stand in its place; and the state with what should."""
         without = self._without(state, index)
         term = state.terms[index]
-        options = [] if term.effect.always_true else self._options(without, leave=(term.name,))[0]
+        gain = self._gain(without, state)
+        if term.effect.always_true:
+            return Finding(term, gain, (), without.residuals, state.residuals), state
+        options = self._options(without, leave=(term.name,))[0]
         possible = [one for one in options if all(self._within(one, len(one.terms) - 1))]
         alike = self._alike(without.solution.loss, [state, *possible])
+        best = self._simplest(without, [state, *possible])
+        if best is not state and not self._confirmed(without, best):
+            best = state
         names = [one.terms[-1].name for one in alike if one is not state]
-        return Finding(term, self._gain(without, state), tuple(names[:3]), without.residuals, state.residuals)
+        return Finding(term, gain, tuple(names[:3]), without.residuals, state.residuals), best
