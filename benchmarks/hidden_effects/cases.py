@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, product
 from typing import Literal
 from zlib import crc32
 
@@ -83,7 +83,7 @@ def _foreign() -> Iterator[Case]:
 
     for size in (0.01, 0.03):
         yield from _singles("foreign", library(), size, 1)
-    yield from _nothing("foreign", 15)
+    yield from _nothing("foreign", 24)
     yield from _pairs("foreign", 15)
     yield from _singles("foreign", tuple(KINDS), 0.03, 1, "outside")
 
@@ -108,9 +108,12 @@ def _pairs(plant: PlantName, count: int) -> Iterator[Case]:
 
 def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
     """Of these, half vary the encoders' resolution and the rate over the whole range."""
+    conditions = list(product(range(12, 21), _RATES[plant]))
+    order = np.random.default_rng(4).permutation(len(conditions))
     for number in range(count):
         rng = np.random.default_rng([2, number])
         varied = number % 2 == 1
+        bits, rate = conditions[order[number // 2 % len(order)]] if varied else (int(rng.choice(_BITS)), 500)
         yield Case(
             plant,
             "nothing",
@@ -119,8 +122,8 @@ def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
             ROBOTS[number % len(ROBOTS)],
             number + 1,
             volts=float(rng.choice(_NOISE)),
-            bits=int(rng.integers(12, 21)) if varied else int(rng.choice(_BITS)),
-            rate=float(rng.choice(_RATES[plant])) if varied else 500.0,
+            bits=bits,
+            rate=float(rate),
             reports_command=bool(rng.random() < 0.5),
         )
 
