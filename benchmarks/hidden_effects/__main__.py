@@ -77,6 +77,8 @@ def _score(chosen: Sequence[Case], root: Path) -> None:
     ]
     if not judged:
         raise SystemExit("nothing has been diagnosed yet")
+    impossible = sum(not recording.is_possible(case, root) for case in chosen if recording.is_recorded(case, root))
+    click.echo(f"ident {engine}; {impossible} further cases cannot be had: no such size on that robot")
     for line in tables.lines(judged):
         click.echo(line)
 

@@ -24,7 +24,6 @@ class CreepingZero(Effect):
     """The amplifier's zero creeps: a (1 - exp(-t / T))."""
 
     variables = ("time",)
-    cycles = 5
 
     a: float = parameter(0.3, "N m", "torque in the end", ge=-10, le=10)
     T: float = parameter(10.0, "s", "time constant", ge=0.1, le=1e3)
