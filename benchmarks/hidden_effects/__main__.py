@@ -60,7 +60,7 @@ def _diagnose(chosen: Sequence[Case], root: Path, jobs: int) -> None:
     known = answers.of(engine)
     todo = [case for case in _recorded(chosen, root) if case.name not in known]
     task = partial(diagnosing.diagnose, root=root, engine=engine)
-    for _, line in work.over(task, todo, jobs, "diagnose", diagnosing.word):
+    for line in work.over(task, todo, jobs, "diagnose", diagnosing.word):
         answers.append(line)
 
 
