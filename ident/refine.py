@@ -11,7 +11,11 @@ from ident.composition import Composition
 from ident.evaluation import Evaluator
 from recordings.recording import Bools, Floats
 
-_STEPS = 10
+_STEPS = 15
+_PATIENCE = 2
+"""Steps without success: the load, which the effects see, may first have to settle."""
+_STUCK = 1e3
+"""Damping from which on no step will do."""
 _CONVERGED = 1e-4
 """Relative fall of the weighted sum of squares that is not worth another step."""
 
@@ -60,20 +64,22 @@ def refine(
     if linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
         return state
     free = np.array([entry.free for entry in composition.named])
-    damping = 1e-3
+    best, damping, idle = state, 1e-3, 0
     for _ in range(_STEPS):
-        step = _solve(state, free, damping)
-        trial = _state(evaluators, composition, _within(composition, state.x + step), weights)
-        fallen = 1 - trial.loss / state.loss if state.loss else 0.0
-        if fallen > 0:
-            state, damping = trial, damping / 10
-            if fallen < _CONVERGED:
-                break
-        else:
-            if damping > 1e3 or fallen > -_CONVERGED:
+        trial = _within(composition, state.x + _solve(state, free, damping))
+        # By the load as it was: the linearised model knows no other.
+        fallen = 1 - _loss(evaluators, composition, trial, state) / state.loss if state.loss else 0.0
+        if fallen <= 0:
+            if damping > _STUCK or fallen > -_CONVERGED:
                 break
             damping = max(10 * damping, 1e-2)
-    return state
+            continue
+        state, damping = _state(evaluators, composition, trial, weights), damping / 10
+        idle = 0 if state.loss < best.loss * (1 - _CONVERGED) else idle + 1
+        best = min(best, state, key=lambda one: one.loss)
+        if idle > _PATIENCE or (idle and fallen < _CONVERGED):
+            break
+    return best
 
 
 def _linear_part(
@@ -96,6 +102,16 @@ def _state(
         for r, d, w in zip(residuals, derivatives, weights, strict=True)
     )
     return Solution(composition, x, residuals, derivatives, known)
+
+
+def _loss(evaluators: Sequence[Evaluator], composition: Composition, x: Floats, before: Solution) -> float:
+    """Weighted sum of squares at `x` (K,), the load and the rows being those of the solution `before`."""
+    rigid = before.x[composition.entries(-1)]
+    total = 0.0
+    for evaluator, weight in zip(evaluators, before.weights, strict=True):
+        left = weight * (evaluator.course.dataset.torque - evaluator.torque(composition, x, rigid))
+        total += float(np.nansum(left**2))
+    return total
 
 
 def _solve(state: Solution, free: Bools, damping: float = 0.0) -> Floats:

@@ -5,6 +5,7 @@ measured torque: a regressor that was would lower the error and explain nothing.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from ident.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import kinematics
+
+Rate = Literal["position", "acceleration"]
 
 GRAVITY = 9.81
 """[m/s^2], downwards."""
@@ -44,6 +47,8 @@ class View:
     """(n, dof) of the joints."""
     rigid_at: Callable[[Motion], Floats]
     """(n, dof) torque [N m] of the model without any friction, at that or another motion."""
+    slope: Callable[[Rate], Floats]
+    """(n, dof, dof) derivative of that torque by the position or the acceleration of each joint."""
     parameters: Mapping[str, float]
     """Of the mechanism's own parameters by name, as the model has them now."""
 
@@ -65,12 +70,13 @@ class View:
 
     @cached_property
     def inertias(self) -> Floats:
-        """(n, dof, dof) torque per acceleration [kg m^2]."""
-        still = replace(self.motion, acceleration=np.zeros_like(self.motion.position))
-        base = self.rigid_at(still)
-        units = np.eye(base.shape[1])
-        columns = [self.rigid_at(replace(still, acceleration=still.acceleration + unit)) - base for unit in units]
-        return np.stack(columns, axis=2)
+        """(n, dof, dof) rigid torque per acceleration of each joint [kg m^2]."""
+        return self.slope("acceleration")
+
+    @cached_property
+    def stiffness(self) -> Floats:
+        """(n, dof, dof) rigid torque per angle of each joint, everything else as it is [N m/rad]."""
+        return self.slope("position")
 
     def arm_inertias(self, share: float) -> Floats:
         """(n, dof, dof) `inertias` without the motors; on the diagonal a hundredth of it at least."""
@@ -80,14 +86,15 @@ class View:
         matrix[:, joint, joint] = np.maximum(whole - self.motor_inertia(share), 0.01 * whole)
         return matrix
 
-    def arm_torque(self, motion: Motion, share: float) -> Floats:
-        """(n, dof) torque [N m] that moves all but the motors themselves, at a motion."""
-        torque: Floats = self.rigid_at(motion) - self.motor_inertia(share) * motion.acceleration
+    def arm_torque(self, share: float) -> Floats:
+        """(n, dof) torque [N m] that moves all but the motors themselves."""
+        torque: Floats = self.rigid - self.motor_inertia(share) * self.motion.acceleration
         return torque
 
-    def moved(self, by: Floats) -> Motion:
-        """The motion with its angles changed by `by` (n, dof), its rates as they are."""
-        return replace(self.motion, position=self.motion.position + by)
+    def weight_shift(self, by: Floats) -> Floats:
+        """(n, dof) change of the rigid torque when arms stand `by` (n, dof) beside where the motors are."""
+        change: Floats = np.einsum("nij,nj->ni", self.stiffness, by)
+        return change
 
     def every(self, step: int) -> "View":
         """One of `step` instants."""

@@ -90,4 +90,12 @@ class _With:
             torque = nominal(other)
             return np.zeros_like(other.position) if torque is None else torque
 
-        return View(self.rig, _RATE, np.arange(len(motion.position)) / _RATE, motion, load_at, known)
+        return View(
+            self.rig,
+            _RATE,
+            np.arange(len(motion.position)) / _RATE,
+            motion,
+            load_at,
+            lambda name: np.zeros((len(motion.position), self.rig.dof, self.rig.dof)),
+            known,
+        )

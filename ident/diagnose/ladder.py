@@ -180,7 +180,11 @@ class Climber:
 
     def _with(self, state: State, candidate: Candidate) -> State:
         composition = state.solution.composition.plus(candidate.term)
-        return self.state(composition, np.concatenate([state.solution.x, candidate.start]))
+        found = [
+            self._material.solve(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
+        ]
+        best = min(found, key=lambda one: one.loss)
+        return State(best, self._material.residuals(best))
 
     def _signed(self, state: State, before: State) -> State:
         """Without the joints whose coefficients came out beyond what is possible, or that add next to nothing."""

@@ -21,6 +21,10 @@ SEEN = 1e-3
 """Below this share of its size that no parameter of the model imitates, a column counts as not excited."""
 _SUBSETS_UP_TO = 4
 """Joints up to which all their subsets are tried."""
+_STRAIGHT = 0.7
+"""A distortion that is to be larger or smaller than where it was looked at by more than this (natural logarithm) may
+be bent on the way."""
+_TINY = 1e-12
 _SHARE = 0.03
 """What a joint must add to the gain of an effect to be among its joints."""
 
@@ -30,8 +34,9 @@ class Candidate:
     """An effect on some joints, and where the search for its parameters begins."""
 
     term: Term
-    start: Floats
-    """(own + shapes,) its entries of the parameter vector."""
+    starts: tuple[Floats, ...]
+    """(own + shapes,) its entries of the parameter vector: as far as a straight line tells, and where it was looked
+    at, if that is elsewhere."""
     loss: float
     """Weighted sum of squares that it is expected to leave."""
     own: int
@@ -154,9 +159,12 @@ class Screen:
             return None
         gain, coefficients = subsets[best]
         term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
-        start = np.concatenate([(coefficients.reshape(-1, c) * block.scale).ravel(), block.shapes])
+        starts = [np.concatenate([(coefficients.reshape(-1, c) * block.scale).ravel(), block.shapes])]
+        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _STRAIGHT).all():
+            looked = (np.sign(coefficients).reshape(-1, c) * block.scale).ravel()
+            starts.append(np.concatenate([looked, block.shapes]))
         own = len(best) * c + sum(shape.searched for shape in effect.shapes)
-        return Candidate(term, start, max(self.loss - gain, 0.0), own)
+        return Candidate(term, tuple(starts), max(self.loss - gain, 0.0), own)
 
     def _gain(
         self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int

@@ -23,7 +23,7 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
     """Levels a little above the largest voltage that the model asks for, and knees."""
     largest = float(np.nanmax(np.abs(voltage_from_torque(view.rigid, view.rig.torque))))
     return [
-        {"inverse_level": use / largest, "n": knee} for use in (0.5, 0.7, 0.85, 0.95) for knee in (3.0, 6.0, 12.0)
+        {"inverse_level": use / largest, "n": knee} for use in (0.6, 0.8, 0.95, 1.1, 1.3) for knee in (3.0, 6.0, 12.0)
     ]
 
 

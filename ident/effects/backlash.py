@@ -11,13 +11,16 @@ from recordings.recording import Floats
 def report(torque: Floats, view: View, values: Values) -> Floats:
     """What the motors give instead of `torque` (n, dof) if the arms can move by +-b against them."""
     share = float(values["motor"][0])
-    load = view.arm_torque(view.motion, share)
-    inertia = np.ascontiguousarray(np.diagonal(view.arm_inertias(share), axis1=1, axis2=2))
+    load = view.arm_torque(share)
+    inertias = view.arm_inertias(share)
+    inertia = np.ascontiguousarray(np.diagonal(inertias, axis1=1, axis2=2))
     half = np.broadcast_to(values["b"], (load.shape[1],)).astype(float)
     free, side = compiled(_along)(np.ascontiguousarray(load), inertia, half, 1 / view.rate)
-    shifted = view.arm_torque(view.moved(-side), share)
-    change = np.where(np.isfinite(shifted), shifted - load, 0.0)
-    reported: Floats = torque + change + free
+    shift = view.weight_shift(-side)
+    change = np.where(np.isfinite(shift), shift, 0.0)
+    # What flies or is hit pushes the other joints, too.
+    reactions = np.einsum("nji,ni->nj", inertias, np.where(inertia > 0, free / inertia, 0.0))
+    reported: Floats = torque + change + np.where(np.isfinite(reactions), reactions, free)
     return reported
 
 

@@ -5,10 +5,8 @@ import numpy as np
 from ident.compiled import compiled
 from ident.effects import Quantity, Signal, Values
 from ident.view import View
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
-_RIGID = 1e-7
-"""Compliance of a joint that does not give way, or next to nothing [rad/(N m)]."""
 _DAMPING = 0.03
 """Of the spring, over the critical one."""
 
@@ -19,43 +17,68 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     With the twist x = motor's angle - arm's angle, inertia x'' + damping x' + stiffness x = torque that the arms
     would need to follow the motors.
     """
-    share = float(values["motor"][0])
-    load = view.arm_torque(view.motion, share)
-    compliance = np.maximum(np.broadcast_to(values["compliance"], (load.shape[1],)), _RIGID)
-    inertias = view.arm_inertias(share)
-    springs = compiled(_springs)(np.ascontiguousarray(load), inertias, 1 / compliance, _DAMPING, 1 / view.rate)
-    return torque + np.where(values["compliance"] > _RIGID, springs - load, 0.0)
+    share, compliance = float(values["motor"][0]), values["compliance"]
+    soft = np.flatnonzero(compliance > 0)
+    if not len(soft):
+        return torque
+    rigid = view.arm_torque(share)
+    inertias = np.ascontiguousarray(view.arm_inertias(share)[:, :, soft])
+    sag = np.zeros_like(rigid)
+    sag[:, soft] = rigid[:, soft] * compliance[soft]
+    load = rigid + view.weight_shift(-sag)  # the arms' weight is that of the place where they are
+    acceleration = compiled(_swings)(
+        np.ascontiguousarray(load[:, soft]), inertias, soft, compliance[soft], 1 / view.rate
+    )
+    changed = load - np.einsum("njs,ns->nj", inertias, acceleration) - rigid
+    return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
-def _springs(load: Floats, inertia: Floats, stiffness: Floats, ratio: float, dt: float) -> Floats:
-    """Torque (n, dof) of the springs, by Newmark's method with mean acceleration; NaN where there is no load.
+def _swings(  # noqa: C901 - compiled: one loop
+    load: Floats, inertias: Floats, soft: Ints, compliance: Floats, dt: float
+) -> Floats:
+    """Acceleration (n, s) of the twist of the s soft joints, by Newmark's method with mean acceleration.
 
-    load (n, dof); inertia (n, dof, dof) of the arms; stiffness (dof,); damping ratio. It starts without swinging.
+    load (n, s); inertias (n, dof, s) of the arms; soft (s,) which joints these are; compliance (s,). It starts
+    without swinging; NaN where the load is.
     """
-    n, dof = load.shape
-    result = np.full((n, dof), np.nan)
-    x, v, a = np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    n, count = load.shape
+    stiffness = 1 / compliance
+    acceleration = np.full((n, count), np.nan)
+    x, v, a = np.zeros(count), np.zeros(count), np.zeros(count)
+    matrix, right = np.zeros((count, count)), np.zeros(count)
     running = False
     for k in range(n):
-        if np.isnan(load[k]).any() or np.isnan(inertia[k]).any():
+        if np.isnan(load[k]).any() or np.isnan(inertias[k]).any():
             running = False
             continue
-        mass = inertia[k]
-        damping = np.zeros(dof)
-        for j in range(dof):
-            damping[j] = 2 * ratio * np.sqrt(stiffness[j] * mass[j, j])
-        if not running:
-            x, v, a = load[k] / stiffness, np.zeros(dof), np.zeros(dof)
-            running = True
+        if running:
+            for i in range(count):
+                damping = 2 * _DAMPING * np.sqrt(stiffness[i] * inertias[k, soft[i], i])
+                right[i] = load[k, i] - damping * (v[i] + dt / 2 * a[i])
+                right[i] -= stiffness[i] * (x[i] + dt * v[i] + dt * dt / 4 * a[i])
+                for j in range(count):
+                    matrix[i, j] = inertias[k, soft[i], j]
+                matrix[i, i] += dt / 2 * damping + dt * dt / 4 * stiffness[i]
+            for i in range(count):  # elimination; the matrix is positive definite
+                for j in range(i + 1, count):
+                    part = matrix[j, i] / matrix[i, i]
+                    right[j] -= part * right[i]
+                    for m in range(i, count):
+                        matrix[j, m] -= part * matrix[i, m]
+            for i in range(count - 1, -1, -1):
+                for j in range(i + 1, count):
+                    right[i] -= matrix[i, j] * right[j]
+                right[i] /= matrix[i, i]
+            for i in range(count):
+                x[i] += dt * v[i] + dt * dt / 4 * (a[i] + right[i])
+                v[i] += dt / 2 * (a[i] + right[i])
+                a[i] = right[i]
         else:
-            ahead = x + dt * v + dt * dt / 4 * a
-            faster = v + dt / 2 * a
-            matrix = mass + np.diag(dt / 2 * damping + dt * dt / 4 * stiffness)
-            a = np.linalg.solve(matrix, load[k] - damping * faster - stiffness * ahead)
-            x = ahead + dt * dt / 4 * a
-            v = faster + dt / 2 * a
-        result[k] = stiffness * x
-    return result
+            for i in range(count):
+                x[i], v[i], a[i] = load[k, i] * compliance[i], 0.0, 0.0
+            running = True
+        acceleration[k] = a
+    return acceleration
 
 
 effect = Signal(
