@@ -1,10 +1,13 @@
 """What the last model leaves: whether it is more than the floor, and what it depends on."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ident import repetition
+from ident.diagnose.dependence import Dependence, dependences
+from ident.diagnose.floor import Floor
 from ident.diagnose.ladder import Ladder
 from ident.diagnose.material import Material
 from ident.diagnose.material import rms as rms_of
@@ -15,6 +18,10 @@ LEAST = 0.0035
 model."""
 _UNSURE = 0.6
 """Relative uncertainty of what encoder steps leave."""
+_SCATTER = 0.25
+"""Of the noise's RMS that an estimate of it may be wrong by, and more."""
+_CLEARLY = 0.35
+"""Only joints with so much of the worst one's remainder are asked what theirs depends on."""
 _CHANCE = 1e-3
 """Probability below which a repeating remainder is not called chance."""
 
@@ -36,30 +43,43 @@ class Remainder:
 
 def remainder(material: Material, ladder: Ladder) -> Remainder:
     """What the top of the `ladder` leaves."""
-    residuals = ladder.rungs[-1].state.residuals
+    residuals, floor = ladder.rungs[-1].state.residuals, ladder.floor
     rows = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
     total = rms_of(residuals, rows)
-    structured = np.sqrt(np.maximum(total**2 - ladder.floor.rms**2, 0.0))
+    structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
-    repeating = _repeating(material, residuals)
-    least = np.hypot(LEAST * material.torque_rms, _UNSURE * ladder.floor.encoder)
-    matters = (structured > np.hypot(least, 0.25 * ladder.floor.noise)) & repeating
-    vibrates = np.array(
-        [
-            line is not None and line.mean_square > floor_**2
-            for line, floor_ in zip(ladder.floor.lines, LEAST * material.torque_rms, strict=True)
-        ]
+    least = LEAST * material.torque_rms
+    doubtful = np.sqrt(least**2 + (_UNSURE * floor.encoder) ** 2 + (_SCATTER * floor.noise) ** 2)
+    repeats = (structured > doubtful) & _repeating(material, residuals)
+    vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > least
+    drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > least
+    # What one joint lacks spreads to the others through the parameters that they share.
+    worst = (structured / material.torque_rms) >= _CLEARLY * (structured / material.torque_rms).max()
+    joints = [int(joint) for joint in np.flatnonzero(repeats & worst & ~vibrates)]
+    found = dependences(material, ladder.rungs[-1].state.solution, residuals, joints)
+    variables = {variable for one in found for variable in one.variables}
+    variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
+    unexplained = bool((repeats | vibrates | drifts).any())
+    return Remainder(
+        structured,
+        share,
+        unexplained,
+        tuple(sorted(variables)),
+        _sentence(unexplained, found, floor, vibrates, drifts),
     )
-    drifts = np.array(
-        [
-            trend is not None and trend.mean_square > floor_**2
-            for trend, floor_ in zip(ladder.floor.trends, LEAST * material.torque_rms, strict=True)
-        ]
-    )
-    unexplained = bool((matters | vibrates | drifts).any())
-    variables = (*(("time",) if drifts.any() else ()), *(("frequency",) if vibrates.any() else ()))
-    sentence = "what is left does not repeat with the motion: noise" if not unexplained else "it repeats"
-    return Remainder(structured, share, unexplained, variables, sentence)
+
+
+def _sentence(unexplained: bool, found: Sequence[Dependence], floor: Floor, vibrates: Bools, drifts: Bools) -> str:
+    if not unexplained:
+        return "nothing that repeats with the motion, or that noise could not have made."
+    parts = [
+        f"joint {one.joint + 1}: {one.explained:.0%} of it goes with {' and '.join(one.variables)}" for one in found
+    ]
+    for joint, line in enumerate(floor.lines):
+        if vibrates[joint] and line:
+            parts.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
+    parts += [f"joint {joint + 1}: it changes from cycle to cycle" for joint in np.flatnonzero(drifts)]
+    return "; ".join(parts) + "." if parts else "it repeats with the motion, but goes with no single variable."
 
 
 def _repeating(material: Material, residuals: tuple[Floats, ...]) -> Bools:
