@@ -73,7 +73,7 @@ def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -
     }
     joined = {name: np.concatenate(parts) for name, parts in signals.items()}
     regressor, residual = np.concatenate(derivatives), np.concatenate(residuals)
-    everything = np.stack([np.isfinite(values).all(axis=1) for values in joined.values()]).all(axis=0)
+    everything: Bools = np.all([np.isfinite(values).all(axis=1) for values in joined.values()], axis=0)
     known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & everything[:, None]
     seen, held = (np.concatenate(part) & known for part in (material.seen, material.held))
     direction = np.concatenate([data.motion.direction for data in datasets])

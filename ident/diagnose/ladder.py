@@ -14,7 +14,7 @@ from ident.effects import Effect
 from ident.refine import Solution
 from recordings.recording import Floats
 
-MOST = 8
+MOST = 16
 """Effects that are added at most."""
 ROUNDS = 3
 """Times that effects already found are put to the question again."""
@@ -163,7 +163,7 @@ class Climber:
         }
         screen = Screen(self._material, state.solution)
         candidates, unseen = screen.look(library)
-        gains = {one.term.name: 1 - one.loss / screen.loss for one in candidates}
+        gains = {one.term.name: 1 - one.loss / screen.loss for one in reversed(candidates)}
         worth = [one for one in candidates if self._clear(screen.loss, one.loss, one.own)]
         return self._refined(state, worth), unseen, gains
 
@@ -171,12 +171,16 @@ class Climber:
         """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
         before = state.solution.loss
         states: list[State] = []
-        for one in candidates[:REFINED]:
+        for one in candidates[: REFINED + 2]:
             least = min((found.solution.loss for found in states), default=before)
-            if before - one.loss < PROMISING * (before - least):
-                break
+            if before - one.loss < PROMISING * (before - least) and not self._another(state, one):
+                continue
             states.append(self._signed(self._with(state, one), state))
         return sorted(states, key=lambda one: one.solution.loss)
+
+    def _another(self, state: State, candidate: Candidate) -> bool:
+        """Whether this is one more line of a spectrum of which the model has some: each is judged for itself."""
+        return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in state.terms)
 
     def _with(self, state: State, candidate: Candidate) -> State:
         composition = state.solution.composition.plus(candidate.term)
@@ -269,7 +273,8 @@ class Climber:
         without = self._without(state, index)
         term = state.terms[index]
         gain = self._gain(without, state)
-        if term.effect.always_true:
+        lines = sum(other.name == term.name for other in state.terms)
+        if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, gain, (), without.residuals, state.residuals), state
         options = self._options(without, leave=(term.name,))[0]
         possible = [one for one in options if all(self._within(one, len(one.terms) - 1))]

@@ -21,6 +21,8 @@ SEEN = 1e-3
 """Below this share of its size that no parameter of the model imitates, a column counts as not excited."""
 _SUBSETS_UP_TO = 4
 """Joints up to which all their subsets are tried."""
+_LINES = 4
+"""Places of an effect that may be there several times which are kept."""
 _STRAIGHT = 0.7
 """A distortion that is to be larger or smaller than where it was looked at by more than this (natural logarithm) may
 be bent on the way."""
@@ -67,12 +69,16 @@ class Screen:
         self._evaluators = [material.evaluators[i] for i in material.fitting]
 
     def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], list[str]]:
-        """The best start of every effect, the most promising first, and the names of those that do not show."""
+        """The best start of every effect, the most promising first, and the names of those that do not show.
+
+        Of what may be there several times, several.
+        """
         found, unseen = [], []
         for name, effect in library.items():
             candidates = [one for block in self._blocks(name, effect) if (one := self._judged(name, effect, block))]
             if candidates:
-                found.append(min(candidates, key=lambda one: one.loss))
+                candidates.sort(key=lambda one: one.loss)
+                found += candidates[: _LINES if effect.repeated else 1]
             else:
                 unseen.append(name)
         return sorted(found, key=lambda one: one.loss), unseen
