@@ -29,6 +29,8 @@ CLEAR = 15.0
 """Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
 CERTAIN = 3.5
 """Student's t of the held-out fall from which on it counts; all the candidates were tried."""
+SURE = 0.1
+"""Lower end of the interval of the held-out gain from which on it counts, too."""
 WORTH = 0.05
 """Share of what is above the floor, without an effect, that makes it stay in the model."""
 MATERIAL = 0.002
@@ -247,8 +249,12 @@ class Climber:
         return (
             self._clear(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MATERIAL * self._material.torque_rms).any())
-            and self._gain(before, after).t > CERTAIN
+            and self._holds(self._gain(before, after))
         )
+
+    def _holds(self, gain: Gain) -> bool:
+        """Whether held-out rows bear it out: everywhere a little, or much, though perhaps at few places."""
+        return gain.t > CERTAIN or gain.interval[0] > SURE
 
     def _gain(self, before: State, after: State) -> Gain:
         return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)

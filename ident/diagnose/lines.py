@@ -12,10 +12,12 @@ import numpy as np
 from ident.dataset import Dataset
 from recordings.recording import Floats
 
-LOWEST = 0.5
+LOWEST = 1.0
 """Slower than this is no vibration [Hz]."""
 _CHANCE = 1e-6
 """Probability that the highest peak of noise is as high."""
+_STEEP = 1.5
+"""Noise whose level changes with the frequency has higher peaks than one that is level."""
 _PADDING = 4
 """Of the spectrum, so that no line falls between two of its frequencies."""
 _AROUND = 2.0
@@ -56,11 +58,12 @@ def _line(dataset: Dataset, residual: Floats) -> Line | None:
     inside = (frequency > LOWEST) & (frequency < dataset.bandwidth)
     if not inside.any() or not power[inside].any():
         return None
-    level = np.maximum(_smooth(power, frequency), 1e-9 * power[inside].max())
+    # What was taken off lies at the motion's own frequencies, and makes the level seem lower.
+    level = np.maximum(kept * _smooth(power, frequency), 1e-9 * power[inside].max())
     peak = int(np.argmax(np.where(inside, power / level, 0.0)))
     noise = level[peak]
     independent = dataset.bandwidth * count / dataset.rate
-    if power[peak] / noise < np.log(independent / _CHANCE):
+    if power[peak] / noise < _STEEP * np.log(independent / _CHANCE):
         return None
     # A sine of amplitude A gives a peak of A^2 count / 4, and has the mean square A^2 / 2.
     return Line(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * kept)

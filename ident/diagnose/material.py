@@ -16,6 +16,8 @@ from recordings.recording import Bools, Floats
 
 SEGMENTS = 15
 """Into so many parts a cycle is cut where there is no other recording to validate on; each third one is held out."""
+_GUARDS = 5
+"""A segment is so many times as long as what the filter makes its neighbours know of it, at least."""
 STILL = 0.25
 """Rows with more standstill than this behind them are left out."""
 _DEVIATIONS = 3.0
@@ -110,14 +112,16 @@ def _by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
     dataset = course.dataset
-    phase = np.where(np.isfinite(dataset.phase), dataset.phase, dataset.time)
-    length = max(float(np.nanmax(phase)), 1 / dataset.rate) / SEGMENTS
-    place = phase / length
-    held = np.floor(place) % 3 == 2
-    guard = 1.5 / dataset.bandwidth / length
+    phase = dataset.phase if np.isfinite(dataset.phase).any() else dataset.time
+    longest, reach = max(float(np.nanmax(phase)), 1 / dataset.rate), 1.5 / dataset.bandwidth
+    segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _GUARDS * reach))))
+    place = phase * segments / longest
+    held = np.floor(place) % 3 == 2  # where there is no phase, nothing is seen, nor held out
+    guard = reach * segments / longest
     into = place % 3
     near = (np.abs(into - 2) < guard) | (into > 3 - guard) | (into < guard)
-    return usable & (~held & ~near)[:, None], usable & (held & ~near)[:, None]
+    known = np.isfinite(place)
+    return usable & (known & ~held & ~near)[:, None], usable & (held & ~near)[:, None]
 
 
 def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence[Floats]) -> list[Floats]:

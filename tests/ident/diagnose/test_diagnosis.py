@@ -1,0 +1,157 @@
+"""What is hidden in a plant that shares nothing with the identifier is found, named, and nothing else."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from ident.cli import program
+from recordings.errors import BadInput
+from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
+
+pytestmark = pytest.mark.slow
+Hide = Callable[..., Path]
+
+
+@pytest.fixture(scope="module")
+def hide(tmp_path_factory: pytest.TempPathFactory) -> Hide:
+    made: dict[Any, Path] = {}
+
+    def folder(effects: Sequence[str], size: float = 0.03, seed: int = 1, robot: str = "default") -> Path:
+        key = (*effects, size, seed, robot)
+        if key not in made:
+            made[key] = tmp_path_factory.mktemp("hidden")
+            make(made[key], effects, [size] * len(effects), seed, Setting(robot=robot))  # type: ignore[arg-type]
+        return made[key]
+
+    return folder
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+
+
+def diagnose(folder: Path, *options: object, validate: bool = True) -> dict[str, Any]:
+    held_out = ["--validate", folder / VALIDATE] if validate else []
+    result = run("diagnose", folder / TRAIN, *held_out, "--json", "--force", *options)
+    assert result.exit_code == 0, result.output
+    found: dict[str, Any] = json.loads(result.stdout)
+    return found
+
+
+def news(found: dict[str, Any]) -> list[str]:
+    return [one["effect"] for one in found["findings"] if one["effect"] != "rod_inertia"]
+
+
+@pytest.mark.parametrize("robot", ["default", "light", "heavy"])
+def test_nothing_hidden_is_adequate(hide: Hide, robot: str) -> None:
+    found = diagnose(hide([], robot=robot))
+    assert found["verdict"] == "adequate"
+    assert news(found) == []
+    last = found["rungs"][-1]
+    assert (np.array(last["validate_rms"]) < 1.15 * np.array(found["noise_rms"])).all()
+
+
+@pytest.mark.parametrize(
+    "effect",
+    ["quadratic_friction", "presliding_hysteresis", "cogging", "base_tilt", "actuation_delay", "geometry_error"],
+)
+def test_the_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
+    found = diagnose(hide([effect]))
+    assert found["verdict"] == "missing-effect"
+    first = next(one for one in found["findings"] if one["effect"] != "rod_inertia")
+    assert effect == first["effect"] or effect in first["confusable_with"]
+    assert len(first["confusable_with"]) <= 4
+    assert first["gain_ci95"][0] <= first["gain"] <= first["gain_ci95"][1]
+    before, after = (np.array(found["rungs"][i]["validate_rms"]) for i in (0, -1))
+    assert (after < before).all()
+
+
+def test_two_effects_are_both_found(hide: Hide) -> None:
+    found = diagnose(hide(["cogging", "quadratic_friction"]))
+    assert {"cogging", "quadratic_friction"} <= set(news(found))
+    assert len(news(found)) <= 3
+
+
+def test_what_is_in_no_library_is_said_to_be_unknown(hide: Hide) -> None:
+    found = diagnose(hide(["fan"]))
+    assert found["verdict"] == "unknown-structure"
+    assert "frequency" in found["remaining"]["depends_on"]
+
+
+def test_the_document_is_the_agreed_one(hide: Hide) -> None:
+    found = diagnose(hide(["cogging"]))
+    assert found["schema"] == 1
+    assert {
+        "verdict",
+        "bandwidth_hz",
+        "noise_rms",
+        "rungs",
+        "findings",
+        "rejected",
+        "remaining",
+        "next_motion",
+    } <= set(found)
+    assert found["rungs"][0]["added"] is None
+    for rung in found["rungs"]:
+        assert {"added", "effects", "train_rms", "validate_rms", "parameters"} <= set(rung)
+        for value in rung["parameters"].values():
+            assert {"value", "unit", "ci95"} <= set(value)
+    assert {one["status"] for one in found["rejected"]} <= {
+        "not-supported",
+        "not-tested",
+        "not-observable",
+        "absorbed",
+    }
+    named = {one["effect"] for one in found["findings"]} | {one["effect"] for one in found["rejected"]}
+    from ident.effects import names
+
+    assert named == set(names())
+    assert {"effect": "amplifier_deadband", "status": "not-observable"}.items() <= next(
+        one for one in found["rejected"] if one["effect"] == "amplifier_deadband"
+    ).items()
+
+
+def test_without_another_recording_phase_segments_are_held_out(hide: Hide) -> None:
+    found = diagnose(hide(["cogging"]), validate=False)
+    assert "phase segments" in found["held_out"]
+    assert news(found) == ["cogging"]
+    assert found["next_motion"]["command"].startswith("ident design")
+
+
+def test_the_improved_model_explains_as_much_in_a_file(hide: Hide, tmp_path: Path) -> None:
+    folder = hide(["presliding_hysteresis"])
+    model = tmp_path / "better.model.json"
+    found = diagnose(folder, "--apply", "-o", model)
+    compared = run("compare", model, folder / VALIDATE, "--json", "--plots", tmp_path / "plots")
+    rms = [joint["rms"] for joint in json.loads(compared.stdout)["joints"]]
+    # Comparing looks at standstill, too, which a diagnosis leaves out.
+    np.testing.assert_allclose(rms, found["rungs"][-1]["validate_rms"], rtol=0.3)
+    again = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--model", model, "--json", "--force")
+    assert json.loads(again.stdout)["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
+
+
+def test_pictures_are_drawn_and_words_are_said(hide: Hide, tmp_path: Path) -> None:
+    folder = hide(["cogging"])
+    shown = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--plots", tmp_path / "d")
+    assert "missing-effect" in shown.stdout
+    assert "Usual causes" in shown.stdout
+    assert {path.name for path in (tmp_path / "d").iterdir()} >= {"ladder.png", "finding_1_rod_inertia.png"}
+
+
+@pytest.mark.parametrize(
+    ("options", "found"),
+    [
+        (["--out", "m.json"], "--apply expected"),
+        (["--model", "none.json"], "does not exist"),
+        (["--effect-file", "none.py"], "Python file"),
+    ],
+)
+def test_bad_input_is_refused(hide: Hide, options: list[str], found: str) -> None:
+    result = run("diagnose", hide(["cogging"]) / TRAIN, "--force", *options)
+    assert isinstance(result.exception, BadInput)
+    assert found in str(result.exception)

@@ -1,0 +1,42 @@
+"""Vibrations are told from noise, and noise from vibrations."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ident import mechanisms, signals
+from ident.dataset import Dataset, build
+from ident.diagnose.lines import lines
+from recordings.recording import Recording
+
+
+@pytest.fixture(scope="module")
+def dataset(make: Callable[..., Recording]) -> Dataset:
+    recording = make(cycles=3)
+    return build(recording, mechanisms.create(recording.rig), "parallel", 30.0)
+
+
+def _noise(dataset: Dataset, seed: int) -> np.ndarray:
+    taps = signals.low_pass(30.0, dataset.rate)
+    drawn = np.random.default_rng(seed).normal(size=(len(dataset.time), 3))
+    smooth = signals.convolve(drawn, taps)
+    return np.where(np.isfinite(dataset.torque), smooth / np.nanstd(smooth), np.nan)
+
+
+def test_noise_has_no_lines(dataset: Dataset) -> None:
+    found = [lines([dataset], [_noise(dataset, seed)]) for seed in range(40)]
+    assert not any(line for joints in found for line in joints)
+
+
+@pytest.mark.parametrize("frequency", [3.3, 7.37, 18.2])
+def test_a_vibration_is_found_with_its_frequency_and_size(dataset: Dataset, frequency: float) -> None:
+    vibration = np.sin(2 * np.pi * frequency * dataset.time + 0.3)
+    residual = _noise(dataset, 1)
+    residual[:, 1] += vibration
+    first, second, third = lines([dataset], [residual])
+    assert first is None
+    assert third is None
+    assert second is not None
+    assert second.frequency == pytest.approx(frequency, abs=0.05)
+    assert second.mean_square == pytest.approx(0.5, rel=0.3)
