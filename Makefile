@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz readme bench samples lock
+.PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz hidden-effects readme bench samples lock
 
 setup: $(READY)
 
@@ -55,6 +55,10 @@ faults: $(READY)
 # 100,000 random frames, serial replies and damaged recordings.
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz
+
+# Hides effects in a plant that shares nothing with the identifier, diagnoses blind, prints how often it was right.
+hidden-effects: $(READY)
+	$(BIN)/python -m benchmarks.hidden_effects --plant foreign
 
 # Runs the commands of README.md and writes what they print into it.
 readme: $(READY)
