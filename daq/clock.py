@@ -11,11 +11,11 @@ class Clock(Protocol):
     """How long the answers to a SYNC may take [s]."""
 
     def wait(self, index: int) -> float:
-        """Wait for SYNC `index`; returns how late it is [s]. The first call starts the clock."""
+        """Wait for the cycle of SYNC `index`; returns how late it is [s]. The first call starts the clock."""
         ...
 
     def overdue(self, index: int) -> float:
-        """How long ago SYNC `index` should have been [s]; 0 if it is still to come."""
+        """How long ago the cycle of SYNC `index` should have begun [s]; 0 if it is still to come."""
         ...
 
     def stamp(self, index: int) -> int:
@@ -57,8 +57,10 @@ class LockstepClock:
 class HostClock:
     """The host's clock. Deadline k is start + k periods whatever happened before, so that lateness never adds up."""
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float, lead: float = 0.0) -> None:
+        """`lead`: by how much a cycle begins before its SYNC [s]."""
         self._period = 1.0 / rate
+        self._lead_ns = round(lead * 1e9)
         self._start: float | None = None
         self._epoch = time.time_ns()
         # What is left of the period is for the host's own work.
@@ -82,7 +84,7 @@ class HostClock:
 
     def stamp(self, index: int) -> int:
         """See `Clock`."""
-        return self._epoch + round(index * self._period * 1e9)
+        return self._epoch + self._lead_ns + round(index * self._period * 1e9)
 
     def now(self) -> int:
         """See `Clock`."""

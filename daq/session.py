@@ -84,13 +84,18 @@ def rig_from(path: Path | None, rate: float | None = None) -> Rig:
     return rig if rate is None else rig.at_rate(rate)
 
 
+def _clock(order: Order) -> Clock:
+    rig = order.rig
+    return LockstepClock(rig.rate) if order.pace == "lockstep" else HostClock(rig.rate, transports.of(rig).lead(rig))
+
+
 class Session:
     """Runs one order; `log` gets what the drives and the cycle report: level, source, message."""
 
     def __init__(self, order: Order, log: Report) -> None:
         self._order = order
         self._log = log
-        self._clock: Clock = LockstepClock(order.rig.rate) if order.pace == "lockstep" else HostClock(order.rig.rate)
+        self._clock: Clock = _clock(order)
         # What passes before the file is open: it can be opened only when the drives have said what they are.
         self._early: list[tuple[int, can.Message, bool]] = []
         self._write_frame: Tap = lambda *frame: self._early.append(frame)

@@ -232,6 +232,9 @@ class Stream:
         clock, index = self._clock, self._skip_missed()
         lateness = clock.wait(index)
         sample = self._amplifiers.exchange(setpoint, max(clock.answer_timeout - lateness, 0.2 * clock.answer_timeout))
+        if sample.sync is not None and sample.sync > index:
+            self._miss(index, sample.sync, lateness)
+            index = sample.sync
         self._recorder.cycle(clock.stamp(index), clock.now(), index, repeat, lateness, command, platform, sample)
         self._index = index + 1
         progress = self._progress
@@ -246,15 +249,8 @@ class Stream:
         clock = self._clock
         lateness = clock.overdue(self._index)
         missed = int(lateness * self._rig.rate)
-        for index in range(self._index, self._index + missed):
-            self._recorder.cycle(
-                clock.stamp(index), clock.now(), index, -1, lateness, self._at_rest, None, self._nothing
-            )
         if missed:
-            self._progress.missed += missed
-            self._recorder.event(
-                clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed"
-            )
+            self._miss(self._index, self._index + missed, lateness)
         allowed = self._rig.limits.host_stall
         if lateness > allowed and not self._stop.count:
             self._stop.ask(
@@ -262,6 +258,15 @@ class Stream:
                 "close other programs"
             )
         return self._index + missed
+
+    def _miss(self, first: int, end: int, lateness: float) -> None:
+        clock, missed = self._clock, end - first
+        for index in range(first, end):
+            self._recorder.cycle(
+                clock.stamp(index), clock.now(), index, -1, lateness, self._at_rest, None, self._nothing
+            )
+        self._progress.missed += missed
+        self._recorder.event(clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed")
 
     def _due_now(self) -> Floats:
         assert self._due is not None

@@ -81,6 +81,8 @@ class Link:
         self.clock: Callable[[], int] | None = None
         """Simulated time [ns]; None: the host's clock."""
         self.on_error_frame: Callable[[can.Message], None] | None = None
+        self.cyclic: dict[int, Callable[[float], None]] = {}
+        """Frames that the kernel sends for us, by arbitration id: called when one was sent [s since the epoch]."""
 
     def send(self, arbitration_id: int, data: bytes) -> None:
         """Send one frame.
@@ -108,9 +110,12 @@ class Link:
         while (message := self._next(deadline)) is not None:
             if self._is_echo(message):
                 continue
+            on_sent = None if message.is_rx else self.cyclic.get(message.arbitration_id)
             if self.tap is not None:
                 arrival = round(message.timestamp * 1e9) if self.clock is None else self.clock()
-                self.tap(arrival, message, False)
+                self.tap(arrival, message, on_sent is not None)
+            if on_sent is not None:
+                on_sent(message.timestamp)
             if message.is_error_frame and self.on_error_frame is not None:
                 self.on_error_frame(message)
             if not (message.is_extended_id or message.is_remote_frame or message.is_error_frame):

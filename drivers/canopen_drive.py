@@ -17,6 +17,7 @@ from drivers import can_errors, canopen_check, canopen_setup, cia402
 from drivers.bus import Link
 from drivers.canopen_axis import Axis
 from drivers.canopen_poll import VoltagePoll
+from drivers.kernel_sync import KernelSync
 from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
 from drivers.sdo import Sdo, pretty
 from recordings.errors import BadInput, RunFailed
@@ -47,11 +48,13 @@ def only_from_master(arbitration_id: int) -> bool:
 class CanopenDrives:
     """`drivers.protocol.Amplifiers` for CANopen."""
 
-    def __init__(self, rig: Rig, link: Link, report: Report) -> None:
+    def __init__(self, rig: Rig, link: Link, report: Report, kernel_sync: KernelSync | None = None) -> None:
+        """With `kernel_sync`, the kernel sends SYNC, and `exchange` waits for it."""
         self.goal = Goal.DISABLED
         self._rig = rig
         self._link = link
         self._report = report
+        self._kernel_sync = kernel_sync
         self._cycle = 0
         self._heartbeat_every = self._cycles(canopen_setup.MASTER_HEARTBEAT)
         self._operational = False
@@ -173,6 +176,7 @@ class CanopenDrives:
 
     def exchange(self, setpoint: list[bytes] | None, timeout: float) -> Sample:
         """See `Amplifiers`."""
+        deadline = time.perf_counter() + timeout
         for axis in self._axes:
             axis.begin_cycle()
         self._drain()
@@ -182,10 +186,15 @@ class CanopenDrives:
             self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._command(axis)) + target)
         if self._cycle % self._heartbeat_every == 0:
             self._link.send(0x700 + canopen_setup.MASTER_ID, b"\x05")
-        self._link.send(canopen_setup.SYNC_ID, b"")
+        number = None
+        if self._kernel_sync is None:
+            self._link.send(canopen_setup.SYNC_ID, b"")
+        else:
+            number = self._kernel_sync.wait(self._dispatch, timeout)
+            timeout = deadline - time.perf_counter()
         self._cycle += 1
         self._collect(timeout)
-        return self._sample()
+        return self._sample(number)
 
     def _command(self, axis: Axis) -> int:
         if axis.state is None:
@@ -210,7 +219,7 @@ class CanopenDrives:
             if axis is None or not axis.take(*frame):
                 self._dispatch(*frame)
 
-    def _sample(self) -> Sample:
+    def _sample(self, sync: int | None) -> Sample:
         axes = self._axes
         return Sample(
             position=tuple(axis.position for axis in axes),
@@ -222,6 +231,7 @@ class CanopenDrives:
             trouble=self._trouble(),
             effort=tuple(axis.effort for axis in axes) if any(axis.drive.torque_actual for axis in axes) else None,
             voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._poll.axes else None,
+            sync=sync,
         )
 
     def _trouble(self) -> str | None:
@@ -281,6 +291,8 @@ class CanopenDrives:
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage once more by SDO, watchdog off, pre-operational."""
+        if self._kernel_sync is not None:
+            self._kernel_sync.close()
         try:
             if self._operational:
                 for axis in self._axes:

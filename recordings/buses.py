@@ -21,6 +21,14 @@ class CanBus(Section):
     bitrate: Annotated[int, Field(gt=0)] = 1_000_000
     max_load: Annotated[float, Field(gt=0, le=1)] = 0.8
     """The share of the bus that the cycle may take at worst."""
+    sync: Literal["host", "kernel"] = "host"
+    """Who sends SYNC in real time: the cycle itself, or the kernel (broadcast manager), however busy the host is."""
+
+    @model_validator(mode="after")
+    def _kernel_has_it(self) -> Self:
+        if self.sync == "kernel" and self.interface != "socketcan":
+            raise ValueError(f'sync = "kernel" needs interface = "socketcan", "{self.interface}" found')
+        return self
 
 
 class SerialRegisters(Section):

@@ -33,6 +33,10 @@ class Transport(Protocol):
         """Whether the drives are to be simulated inside this program."""
         ...
 
+    def lead(self, rig: Rig) -> float:
+        """By how much a cycle begins before its SYNC [s]."""
+        ...
+
     def connect(self, rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
         """The amplifiers, not yet spoken to; `clock` stamps in place of the host's where time is simulated.
 

@@ -4,6 +4,7 @@ from drivers import canopen_setup
 from drivers.bus import Link, frame_bits, open_bus
 from drivers.canopen_drive import CanopenDrives
 from drivers.canopen_setup import pdo_sizes
+from drivers.kernel_sync import LEAD, KernelSync
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
@@ -49,8 +50,20 @@ def simulated_here(rig: Rig) -> bool:
     return rig.can.interface == "virtual"
 
 
+def lead(rig: Rig) -> float:
+    """See `Transport`: the kernel does not wait for targets."""
+    return LEAD / rig.rate if rig.can.sync == "kernel" else 0.0
+
+
 def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
     """See `Transport`."""
     link = Link(open_bus(rig.can))
     link.tap, link.clock = tap, clock
-    return CanopenDrives(rig, link, report)
+    # In lockstep time is simulated, and the kernel's is not.
+    if rig.can.sync == "host" or clock is not None:
+        return CanopenDrives(rig, link, report)
+    try:
+        return CanopenDrives(rig, link, report, KernelSync(link, rig.can.channel, 1 / rig.rate))
+    except BadInput:
+        link.close()
+        raise

@@ -105,6 +105,11 @@ def simulated_here(rig: Rig) -> bool:
     return all(port.startswith("simulated") for port in rig.serial.ports)
 
 
+def lead(rig: Rig) -> float:
+    """See `Transport`."""
+    return 0.0
+
+
 def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
     """See `Transport`; there are no frames to tap."""
     bus = rig.serial

@@ -32,5 +32,13 @@ def test_host_deadlines_do_not_drift() -> None:
     assert time.perf_counter() - before == pytest.approx(0.020 + clock.overdue(20), abs=2e-3)
 
 
+def test_a_cycle_begins_before_its_sync_by_the_lead() -> None:
+    clock = HostClock(1000.0, lead=4e-4)
+    clock.wait(0)
+    began = time.time_ns()
+    assert clock.stamp(0) - began == pytest.approx(4e5, abs=3e5)
+    assert clock.stamp(1) - clock.stamp(0) == 1_000_000
+
+
 def test_nothing_is_overdue_before_the_first_cycle() -> None:
     assert HostClock(500.0).overdue(0) == 0.0

@@ -266,6 +266,17 @@ def test_missed_cycles_are_gaps_and_the_motion_does_not_leap() -> None:
     assert rows.events == ["host 40.0 ms late, 4 missed"]
 
 
+def test_syncs_that_the_kernel_sent_meanwhile_are_gaps_and_the_motion_does_not_leap() -> None:
+    """The drives answer to every SYNC; before the 401st exchange two went by unseen."""
+    drives = PerfectDrives(lambda _, count, sample: replace(sample, sync=count - 1 + (2 if count > 400 else 0)))
+    run, rows = stream(drives)
+    run.run(TRAJECTORY)
+    assert [row[2] for row in rows.rows] == list(range(len(rows.rows)))
+    assert [row[2] for row in rows.rows if math.isnan(row[7].position[0])] == [400, 401]
+    np.testing.assert_array_equal([row[5] for row in rows.rows if row[6] is not None], TRAJECTORY.joint_position)
+    assert rows.events == ["host 0.0 ms late, 2 missed"]
+
+
 def test_host_that_stalls_too_long_ends_the_run_along_the_path() -> None:
     drives = PerfectDrives()
     run, _ = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=7.4))

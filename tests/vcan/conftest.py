@@ -25,6 +25,7 @@ rate = {rate}
 [bus]
 interface = "socketcan"
 channel = "vcan0"
+sync = "{sync}"
 [limits]            # wide enough for a busy computer with one slow processor
 following_error = 0.2
 host_stall = 0.2
@@ -52,10 +53,10 @@ Frames = Counter[tuple[int, str]]
 class Bench:
     """A folder with a rig file for vcan0, and what works there. Every process of it has ended when its block ends."""
 
-    def __init__(self, folder: Path, rate: float) -> None:
+    def __init__(self, folder: Path, rate: float, sync: str = "host") -> None:
         self.folder = folder
         self.rig = folder / "vcan.toml"
-        self.rig.write_text(_RIG.format(rate=rate))
+        self.rig.write_text(_RIG.format(rate=rate, sync=sync))
 
     @contextmanager
     def simulated_rig(self, pace: str) -> Iterator[subprocess.Popen[str]]:
