@@ -11,7 +11,9 @@ from ident import discovery
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
+    from ident.design.problem import Criterion
     from ident.design.table import Outcome
+    from ident.mechanisms import Mechanism
     from trajectories.fourier import FourierSeries
 
 FILE = click.Path(path_type=Path)
@@ -28,6 +30,12 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--with", "effects", type=click.Choice(discovery.names("effects")), multiple=True, help="Of this effect, too."
+)
+@click.option(
+    "--discriminate",
+    nargs=2,
+    metavar="A B",
+    help="Instead: the motion that tells the effects A and B apart best (ident effects lists them).",
 )
 @click.option("--period", type=click.FloatRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
@@ -58,6 +66,7 @@ def command(
     rig_file: Path | None,
     criterion: Literal["d", "e"],
     effects: tuple[str, ...],
+    discriminate: tuple[str, str] | None,
     period: float,
     harmonics: int,
     against: str | None,
@@ -72,6 +81,8 @@ def command(
     Writes a trajectory file for `daq record --traj`, a Fourier series of every joint, and shows which standard errors
     to expect of it, and how much of the limits it uses.
     """
+    if discriminate and effects:
+        raise BadInput("--with or --discriminate expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
     if out.exists() and not force:
@@ -83,7 +94,9 @@ def command(
 
     from ident.design import table
 
-    outcome, series = _designed(rig_file, criterion, effects, period, harmonics, against, noise, seed, out.name)
+    outcome, series = _designed(
+        rig_file, criterion, effects, discriminate, period, harmonics, against, noise, seed, out.name
+    )
     out.write_text(series.as_toml(), encoding="utf-8")
     if as_json:
         click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))
@@ -96,6 +109,7 @@ def _designed(
     rig_file: Path | None,
     criterion: Literal["d", "e"],
     effects: tuple[str, ...],
+    discriminate: tuple[str, str] | None,
     period: float,
     harmonics: int,
     against: str | None,
@@ -107,9 +121,11 @@ def _designed(
 
     from ident.cutoff import USUAL
     from ident.design.quality import judge
+    from ident.design.rivals import rivals
     from ident.design.search import search
     from ident.design.table import Outcome
     from ident.design.with_effects import with_effects
+    from ident.effects import load as load_effect
     from ident.progress import progress_bar
     from recordings.rig import load_rig, simulated_rig
     from trajectories import load
@@ -117,14 +133,18 @@ def _designed(
 
     rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     against = against or ("excitation" if rig.mechanism == "delta" else None)
-    mechanism = with_effects(rig, effects)
+    mechanism: Mechanism = with_effects(rig, effects)
+    chosen: Criterion = criterion
+    if discriminate:
+        first, second = discriminate
+        mechanism, chosen = rivals(rig, (first, second), (load_effect(first), load_effect(second))), "t"
     before = load(against, rig) if against else None
     with progress_bar("searching", "searching") as progress:
-        series = search(rig, mechanism, criterion, period, harmonics, np.random.default_rng(seed), progress)
+        series = search(rig, mechanism, chosen, period, harmonics, np.random.default_rng(seed), progress)
     after = assemble(series.motion(name), rig)
     outcome = Outcome(
         name=name,
-        criterion=criterion,
+        criterion=chosen,
         seed=seed,
         noise=noise,
         seconds=after.cycles * after.period,

@@ -2,7 +2,8 @@
 
 With the regressor W of a motion and noise of equal size in all samples, W'W is the information about the parameters.
 "d" maximises its determinant (the volume of the confidence ellipsoid shrinks), "e" its smallest eigenvalue (what is
-known worst gets better). Columns are scaled to the torque that they gave at the start, so that units do not decide.
+known worst gets better); "t" tells two effects apart (see `ident.design.rivals`). Columns are scaled to the torque
+that they gave at the start, so that units do not decide.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident.design.rivals import Rivals
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
 from recordings.recording import Floats
@@ -17,7 +19,7 @@ from recordings.rig import Rig
 from trajectories import Trajectory, checks, kinematics
 from trajectories.fourier import FourierSeries
 
-Criterion = Literal["d", "e"]
+Criterion = Literal["d", "e", "t"]
 
 SAMPLES_PER_HARMONIC = 24
 """In one period of the highest harmonic: enough to see the peaks."""
@@ -54,8 +56,13 @@ class Problem:
             centre=tuple(centre[0].tolist()),
             cosine=tuple(tuple(axis) for axis in cosine[0].tolist()),
             sine=tuple(tuple(axis) for axis in sine[0].tolist()),
-            description=f"excitation, {self.criterion.upper()}-optimal",
+            description=self._description(),
         )
+
+    def _description(self) -> str:
+        if isinstance(self.mechanism, Rivals):
+            return f"tells {self.mechanism.names[0]} from {self.mechanism.names[1]}"
+        return f"excitation, {self.criterion.upper()}-optimal"
 
     def evaluate(self, coefficients: Floats) -> tuple[Floats, Floats]:
         """Objective (b,), the smaller the better, and use of each limit (b, l), of `coefficients` (b, v)."""
@@ -103,6 +110,9 @@ class Problem:
         return (objective[1:] - objective[0]) / STEP, (used[1:] - used[0]).T / STEP
 
     def _objective(self, rows: Floats) -> Floats:
+        if isinstance(self.mechanism, Rivals):
+            told: Floats = -np.log(self.mechanism.told(rows))
+            return told
         information = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
         eigenvalues = np.maximum(np.linalg.eigvalsh(information), 1e-12)
         if self.criterion == "d":

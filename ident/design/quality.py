@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.design.rivals import Rivals
 from ident.identifiability import identifiability
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
@@ -21,6 +22,9 @@ class Quality:
     """Condition number of the regressor, its columns scaled to length one."""
     std: Floats
     """(k,) expected standard errors of the parameters; infinite for one that the motion does not show."""
+    told_apart: tuple[float, float] | None
+    """Where two effects are to be told apart: share of the torque of each that neither the model nor the other effect
+    can imitate, of what the model alone cannot."""
     usage: dict[str, float]
     """Share of each limit that is used, by its name in the rig file."""
 
@@ -46,4 +50,12 @@ def judge(trajectory: Trajectory, rig: Rig, mechanism: Mechanism, noise: float, 
     variance = np.full(len(shown), np.inf)
     variance[shown] = np.diag(np.linalg.inv(rows[:, shown].T @ rows[:, shown])) * noise**2 / independent
     used = {name: float(values.max()) for name, values in checks.usage(trajectory, rig).items()}
-    return Quality(found.condition, np.sqrt(variance), used)
+    return Quality(found.condition, np.sqrt(variance), _told_apart(mechanism, rows), used)
+
+
+def _told_apart(mechanism: Mechanism, rows: Floats) -> tuple[float, float] | None:
+    if not isinstance(mechanism, Rivals):
+        return None
+    size = np.sqrt(np.mean(rows**2, axis=0))
+    first, second = mechanism.separation((rows / np.where(size > 0, size, 1.0))[None])[0]
+    return float(first), float(second)

@@ -34,8 +34,23 @@ class Outcome:
 
 def show(outcome: Outcome, console: Console) -> None:
     """Print condition number, expected standard errors and use of the limits."""
-    console.print(_errors(outcome))
+    if outcome.after.told_apart:
+        console.print(_told_apart(outcome))
+    else:
+        console.print(_errors(outcome))
     console.print(_limits(outcome))
+
+
+def _told_apart(outcome: Outcome) -> Table:
+    table = Table(title="Torque of each effect that the other cannot imitate, even with the model's help")
+    table.add_column("")
+    motions = _motions(outcome)
+    for name, _ in motions:
+        table.add_column(name, justify="right")
+    for number, effect in enumerate(("first effect", "second effect")):
+        shares = [quality.told_apart[number] for _, quality in motions if quality.told_apart]
+        table.add_row(effect, *(f"{100 * np.sqrt(share):.2g} %" for share in shares))
+    return table
 
 
 def _errors(outcome: Outcome) -> Table:
@@ -96,5 +111,6 @@ def _quality(outcome: Outcome, quality: Quality) -> dict[str, Any]:
     return {
         "condition_number": quality.condition if np.isfinite(quality.condition) else None,
         "standard_errors": {p.name: float(std) if np.isfinite(std) else None for p, std in errors},
+        "told_apart": quality.told_apart,
         "limits": quality.usage,
     }

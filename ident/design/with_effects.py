@@ -1,7 +1,7 @@
 """A mechanism with additive effects whose shapes are given, for motions that nobody has recorded yet."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,13 +9,15 @@ from ident import mechanisms
 from ident.effects import Additive, load
 from ident.mechanisms import Mechanism, Parameter
 from ident.motion import Motion
-from ident.view import View
+from ident.view import GRAVITY, Rate, View
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 
 _RATE = 500.0
 """At which motions are taken to be sampled [Hz]; only effects that remember look at it."""
+_STEPS: dict[Rate, float] = {"position": 1e-5, "acceleration": 1.0}
+"""Of differences."""
 
 
 def with_effects(rig: Rig, names: Sequence[str]) -> Mechanism:
@@ -65,7 +67,10 @@ class _With:
         return False
 
     def regressor(self, motion: Motion) -> Floats:
-        base, shapes = self.base.regressor(motion), self.effect.columns(self._view(motion), self._shapes())
+        base, shapes = (
+            self.base.regressor(motion),
+            self.effect.columns(view_of(self.rig, self.base, motion), self._shapes()),
+        )
         n, dof, c = shapes.shape
         if self.effect.whole_robot:
             return np.concatenate([base, shapes], axis=2)
@@ -80,22 +85,20 @@ class _With:
     def _shapes(self) -> dict[str, float]:
         return {shape.name: shape.starts[len(shape.starts) // 2] for shape in self.effect.shapes if shape.starts}
 
-    def _view(self, motion: Motion) -> View:
-        """With a load as the manufacturer's model has it, or none."""
-        nominal = self.base.nominal_torque
-        mass = self.rig.nominal
-        known = {"m_p": mass.m_p + 3 * mass.m_d, "T_g": mass.m_a * mass.L1c * 9.81}
 
-        def load_at(other: Motion) -> Floats:
-            torque = nominal(other)
-            return np.zeros_like(other.position) if torque is None else torque
+def view_of(rig: Rig, mechanism: Mechanism, motion: Motion) -> View:
+    """What effects see of a `motion` that nobody has recorded: with the load of the manufacturer's model, or none."""
+    mass = rig.nominal
+    known = {"m_p": mass.m_p + 3 * mass.m_d, "T_g": mass.m_a * mass.L1c * GRAVITY}
 
-        return View(
-            self.rig,
-            _RATE,
-            np.arange(len(motion.position)) / _RATE,
-            motion,
-            load_at,
-            lambda name: np.zeros((len(motion.position), self.rig.dof, self.rig.dof)),
-            known,
-        )
+    def load_at(other: Motion) -> Floats:
+        torque = mechanism.nominal_torque(other)
+        return np.zeros_like(other.position) if torque is None else torque
+
+    def slope(name: Rate) -> Floats:
+        here, step = getattr(motion, name), _STEPS[name]
+        moved = [replace(motion, **{name: here + step * unit}) for unit in np.eye(rig.dof)]
+        return np.stack([(load_at(one) - load_at(motion)) / step for one in moved], axis=2)
+
+    time = np.arange(len(motion.position)) / _RATE
+    return View(rig, _RATE, time, motion, load_at, slope, known)
