@@ -31,6 +31,8 @@ CERTAIN = 3.5
 """Student's t of the held-out fall from which on it counts; all the candidates were tried."""
 SURE = 0.1
 """Lower end of the interval of the held-out gain from which on it counts, too."""
+SETTLED = 0.5
+"""Share of what another explanation leaves above the floor that, once taken away, speaks against it."""
 WORTH = 0.05
 """Share of what is above the floor, without an effect, that makes it stay in the model."""
 MATERIAL = 0.002
@@ -274,6 +276,11 @@ class Climber:
         keep = ~composition.entries(index)
         return self.state(composition.without(index), state.solution.x[keep])
 
+    def _settles(self, other: State, state: State) -> bool:
+        """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
+        gain = self._gain(other, state)
+        return gain.t > CERTAIN and gain.share > SETTLED
+
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""
         without = self._without(state, index)
@@ -288,5 +295,5 @@ class Climber:
         best = self._simplest(without, [state, *possible])
         if best is not state and not self._confirmed(without, best):
             best = state
-        names = [one.terms[-1].name for one in alike if one is not state]
+        names = [one.terms[-1].name for one in alike if one is not state and not self._settles(one, state)]
         return Finding(term, gain, tuple(names[:3]), without.residuals, state.residuals), best
