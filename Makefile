@@ -64,11 +64,18 @@ hidden-effects: $(READY)
 readme: $(READY)
 	$(BIN)/python -m tests.readme
 
-bench: $(READY)
+bench: $(READY) .venv/.bench
 	$(BIN)/python -m benchmarks
+
+# What the benchmarks compare with.
+.venv/.bench: requirements-bench.lock $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-bench.lock
+	touch $@
 
 # Pins for every platform, without addresses; needs network.
 lock: $(READY)
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
 	    --no-emit-index-url --no-header pyproject.toml lock.in -o requirements.lock
+	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra bench --constraint requirements.lock \
+	    --generate-hashes --no-emit-index-url --no-header pyproject.toml -o requirements-bench.lock

@@ -1,9 +1,10 @@
 """`make bench`: every benchmark, one after the other."""
 
-from benchmarks import certificate, commands, cycle, reading, swarm
+from benchmarks import certificate, commands, coverage, cycle, reading, swarm
 
 reading.main()
 cycle.main()
 certificate.main()
+coverage.main()
 swarm.main()
 commands.main()
