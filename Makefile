@@ -2,6 +2,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+# As the programs do for themselves: matrices here are too narrow for BLAS's threads.
+export OPENBLAS_NUM_THREADS ?= 1
 
 .PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz hidden-effects readme bench samples lock
 

@@ -1,5 +1,7 @@
 """`ident`: identify the dynamic model of a recorded mechanism."""
 
+import os
+
 from ident import commands
 from recordings.command_line import CommandFolder, run
 
@@ -14,4 +16,6 @@ program = CommandFolder(
 
 def main() -> None:
     """Entry point of the program `ident`."""
+    # Matrices here are long and narrow: BLAS's threads would mostly wait for each other, and keep the cores busy.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     run(program)

@@ -43,14 +43,18 @@ class Evaluator:
         """The same (n, dof) as `torque`, before it is conditioned."""
         return self._reported(composition, x, x[composition.entries(-1)])
 
-    def derivatives(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
-        """(m, dof, K) of `torque` by `x`."""
-        own = self._own(composition, x, rigid)
-        result = np.zeros((*self.course.dataset.torque.shape, len(x)))
-        result[:, :, composition.linear] = self._solved(composition, x, own)
-        for entry in np.flatnonzero(~composition.linear):
-            result[:, :, entry] = self._searched(composition, x, own, int(entry))
-        return result
+    def linearised(self, composition: Composition, x: Floats, searched: bool = True) -> tuple[Floats, Floats]:
+        """Reported torque (m, dof) at `x` (K,), and its derivatives (m, dof, K).
+
+        searched: whether those by the searched parameters are wanted, which take longest; else they are 0.
+        """
+        own = x[composition.entries(-1)]
+        here = self._reported(composition, x, own)
+        derivatives = np.zeros((*self.course.dataset.torque.shape, len(x)))
+        derivatives[:, :, composition.linear] = self._solved(composition, x, own)
+        for entry in np.flatnonzero(~composition.linear) if searched else ():
+            derivatives[:, :, entry] = self._searched(composition, x, own, int(entry), here)
+        return self.course.condition(here), derivatives
 
     def columns(self, term: Term, shapes: Floats, path: Path, rigid: Floats) -> Floats:
         """(n, dof, owners * c) torque per unit of each coefficient of an additive `term`, owner by owner."""
@@ -148,16 +152,19 @@ class Evaluator:
             slopes.append((ahead - behind) / (2 * small))
         return self.course.condition(np.stack(slopes, axis=2))
 
-    def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int) -> Floats:
-        """(m, dof) derivative by a searched parameter; 0 where it is not to be refined."""
+    def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int, here: Floats) -> Floats:
+        """(m, dof) derivative by a searched parameter; 0 where it is not to be refined.
+
+        here: (n, dof) what is reported at `x`.
+        """
         one = composition.named[entry]
         if not one.free:
             return np.zeros_like(self.course.dataset.torque)
         step = _RELATIVE_STEP * max(abs(x[entry]), one.scale)
-        ahead, behind = x.copy(), x.copy()
-        ahead[entry], behind[entry] = min(x[entry] + step, one.upper), max(x[entry] - step, one.lower)
-        difference = self._reported(composition, ahead, rigid) - self._reported(composition, behind, rigid)
-        return self.course.condition(difference / (ahead[entry] - behind[entry]))
+        aside = x.copy()
+        aside[entry] += step if x[entry] + step <= one.upper else -step
+        difference = self._reported(composition, aside, rigid) - here
+        return self.course.condition(difference / (aside[entry] - x[entry]))
 
     def _remembered(self, key: Hashable, make: Callable[[], _T]) -> _T:
         if key not in self._known:

@@ -66,7 +66,7 @@ class Frozen:
         """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
         evaluator = Evaluator(course)
         linear = self.composition.linear
-        columns = evaluator.derivatives(self.composition, self.x)[:, :, linear]
+        columns = evaluator.linearised(self.composition, self.x, searched=False)[1][:, :, linear]
         offset = evaluator.torque(self.composition, self.x) - columns @ self.x[linear]
         if not any(isinstance(term.effect, Signal) for term in self.composition.terms):
             offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits

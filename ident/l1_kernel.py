@@ -73,6 +73,9 @@ def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
             out[block] = total
         return out
 
+    # One process may take several kernels from disk that different ones have left there, and numba keeps what belongs
+    # to them apart by their names alone.
+    sums.__qualname__ = f"{sums.__qualname__}_{k}"
     # Contraction to fused multiply-adds is all that is allowed: nothing that would reorder the sums. `parallel` does
     # more than share out the blocks: it says that the arrays do not overlap, without which registers would go unused.
     return compiled(sums, parallel=True, fastmath={"contract", "nsz"}, error_model="numpy")

@@ -86,17 +86,22 @@ def _linear_part(
     evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """With the linear parameters solved for, the others as in `x`; twice, for the load depends on them."""
-    state = _state(evaluators, composition, x, weights)
     for _ in range(2):
-        state = _state(evaluators, composition, state.x + _solve(state, composition.linear), weights)
-    return state
+        state = _state(evaluators, composition, x, weights, searched=False)
+        x = state.x + _solve(state, composition.linear)
+    return _state(evaluators, composition, x, weights)
 
 
 def _state(
-    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+    evaluators: Sequence[Evaluator],
+    composition: Composition,
+    x: Floats,
+    weights: Sequence[Floats],
+    searched: bool = True,
 ) -> Solution:
-    derivatives = tuple(one.derivatives(composition, x) for one in evaluators)
-    residuals = tuple(one.course.dataset.torque - one.torque(composition, x) for one in evaluators)
+    found = [one.linearised(composition, x, searched) for one in evaluators]
+    derivatives = tuple(by_x for _, by_x in found)
+    residuals = tuple(one.course.dataset.torque - torque for one, (torque, _) in zip(evaluators, found, strict=True))
     known = tuple(
         np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
         for r, d, w in zip(residuals, derivatives, weights, strict=True)

@@ -121,6 +121,17 @@ def _about_correlation(model: Model, trust: Trust) -> Iterator[str]:
         named = ", ".join(f"{one} and {other} {rho:+.2f}" for rho, one, other in pairs[:MANY])
         more = f", and {len(pairs) - MANY} more" if len(pairs) > MANY else ""
         yield f"Strongly correlated errors: {named}{more}."
+    yield from _about_offsets(model, trust)
+
+
+def _about_offsets(model: Model, trust: Trust) -> Iterator[str]:
+    """However strong: where a direction of motion is rare, an offset and Coulomb friction are nearly the same."""
+    index = {parameter.name: i for i, parameter in enumerate(model.parameters)}
+    for name, i in index.items():
+        other = index.get(f"torque_offset.a{name.removeprefix('c_c')}") if name.startswith("c_c") else None
+        rho = None if other is None else trust.correlation[max(i, other)][min(i, other)]
+        if rho is not None and other is not None:
+            yield f"Coulomb friction {name} and {model.parameters[other].name}: errors correlate by {rho:+.2f}."
 
 
 def _about_cutoffs(model: Model, trust: Trust) -> Iterator[str]:

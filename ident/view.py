@@ -10,28 +10,14 @@ from typing import Literal
 import numpy as np
 
 from ident.motion import Motion
+from ident.platform import Platform, platform
 from recordings.recording import Floats
 from recordings.rig import Rig
-from trajectories import kinematics
 
 Rate = Literal["position", "acceleration"]
 
 GRAVITY = 9.81
 """[m/s^2], downwards."""
-
-
-@dataclass(frozen=True, eq=False)
-class Platform:
-    """The moving platform of a delta robot at n instants."""
-
-    position: Floats
-    """(n, 3) [m]."""
-    velocity: Floats
-    """(n, 3) [m/s]."""
-    acceleration: Floats
-    """(n, 3) [m/s^2]."""
-    jacobian: Floats
-    """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there takes J' F at the joints."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +46,7 @@ class View:
     @cached_property
     def platform(self) -> Platform:
         """The platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
-        return platform(self.rig, self.motion)
+        return platform(self.rig.geometry, self.motion)
 
     def motor_inertia(self, share: float) -> Floats:
         """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
@@ -100,13 +86,3 @@ class View:
         """One of `step` instants."""
         motion = Motion(**{field.name: getattr(self.motion, field.name)[::step] for field in fields(Motion)})
         return replace(self, rate=self.rate / step, time=self.time[::step], motion=motion)
-
-
-def platform(rig: Rig, motion: Motion) -> Platform:
-    """The platform of the delta robot `rig` when its joints do `motion`."""
-    geometry, theta, theta_dot = rig.geometry, motion.position, motion.velocity
-    P = kinematics.forward(geometry, theta)
-    J = kinematics.jacobian(geometry, theta, P)
-    J_dot = kinematics.jacobian_derivative(geometry, theta, P, theta_dot, J)
-    acceleration: Floats = np.einsum("nij,nj->ni", J, motion.acceleration) + np.einsum("nij,nj->ni", J_dot, theta_dot)
-    return Platform(P, np.einsum("nij,nj->ni", J, theta_dot), acceleration, J)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from ident.diagnose.diagnosis import Diagnosis
+from ident.diagnose.directions import cautions
 from ident.diagnose.document import (
     Document,
     FindingEntry,
@@ -17,8 +18,8 @@ from ident.diagnose.document import (
     Verdict,
 )
 from ident.diagnose.intervals import intervals
-from ident.diagnose.ladder import Finding, Rung
 from ident.diagnose.material import rms
+from ident.diagnose.rungs import Finding, Rung
 from ident.samples import holds_torque
 from recordings.recording import Floats
 
@@ -51,6 +52,7 @@ def document(found: Diagnosis) -> Document:
             structured_rms=_numbers(found.remainder.rms),
         ),
         next_motion=_next_motion(found),
+        cautions=tuple(cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset"))),
         recordings=tuple(dict.fromkeys(data.recording.path.name for data in material.datasets)),
     )
 
@@ -176,17 +178,17 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in contained:
             why = f"It is a part of {contained[name]}, which has been added."
             yield RejectedEntry(effect=name, status="absorbed", why=why)
-        elif name in ladder.unseen:
+        elif name in ladder.last.unseen:
             why = "This motion does not show it: all that it would change, other parameters can imitate."
             yield RejectedEntry(effect=name, status="not-tested", why=why)
-        elif ladder.first_gains.get(name, 0.0) > _ABSORBED:
+        elif ladder.first.gains.get(name, 0.0) > _ABSORBED:
             why = (
-                f"Alone it would explain {ladder.first_gains[name]:.0%} of the first residual, but once "
-                f"{', '.join(sorted(present))} is in, {ladder.last_gains.get(name, 0.0):.1%}."
+                f"Alone it would explain {ladder.first.gains[name]:.0%} of the first residual, but once "
+                f"{', '.join(sorted(present))} is in, {ladder.last.gains.get(name, 0.0):.1%}."
             )
             yield RejectedEntry(effect=name, status="absorbed", why=why)
         else:
-            why = f"It would explain {ladder.last_gains.get(name, 0.0):.1%} of what is left, no more than chance."
+            why = f"It would explain {ladder.last.gains.get(name, 0.0):.1%} of what is left, no more than chance."
             yield RejectedEntry(effect=name, status="not-supported", why=why)
 
 

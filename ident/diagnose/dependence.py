@@ -61,7 +61,7 @@ def dependences(
 
 def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
     datasets = material.datasets
-    derivatives = [one.derivatives(solution.composition, solution.x) for one in material.evaluators]
+    derivatives = [one.linearised(solution.composition, solution.x)[1] for one in material.evaluators]
     computed = [data.torque - left for data, left in zip(datasets, residuals, strict=True)]
     dof = residuals[0].shape[1]
     signals = {

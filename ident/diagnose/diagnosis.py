@@ -10,9 +10,10 @@ from ident import cutoff
 from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
-from ident.diagnose.ladder import Climber, Ladder
+from ident.diagnose.ladder import Climber
 from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
+from ident.diagnose.rungs import Ladder
 from ident.effects import Effect
 from ident.identification import refuse_different_rigs
 from ident.model import Model

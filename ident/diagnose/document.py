@@ -97,6 +97,8 @@ class Document(Section):
     rejected: tuple[RejectedEntry, ...]
     remaining: Remaining
     next_motion: NextMotion | None
+    cautions: tuple[str, ...] = ()
+    """What these recordings tell less well than their length promises."""
     recordings: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:

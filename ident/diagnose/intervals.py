@@ -5,6 +5,7 @@ import numpy as np
 from ident import uncertainty
 from ident.diagnose.material import Material
 from ident.refine import Solution
+from ident.uncertainty import Uncertainty
 from recordings.recording import Bools, Floats
 
 _DEPENDENT = 1e-7
@@ -16,6 +17,14 @@ def intervals(material: Material, solution: Solution, gain_uncertainty: float) -
 
     gain_uncertainty: relative, of the torque gain; it counts for what is proportional to the torque.
     """
+    linear = solution.composition.linear
+    gain = np.where(linear, 1.96 * gain_uncertainty * np.abs(solution.x), 0.0)
+    width = np.hypot(errors(material, solution).half_width(), gain)
+    return np.stack([solution.x - width, solution.x + width], axis=1)
+
+
+def errors(material: Material, solution: Solution) -> Uncertainty:
+    """Of the K parameters of `solution`; NaN for what the data do not tell."""
     free = np.array([entry.free for entry in solution.composition.named])
     regressor, _ = solution.rows()
     size = np.sqrt((regressor**2).sum(axis=0))
@@ -28,10 +37,7 @@ def intervals(material: Material, solution: Solution, gain_uncertainty: float) -
         std = np.where(weight > 0, 1 / np.where(weight > 0, weight, 1.0), 1.0)
         repeat = material.datasets[index].repeat
         parts.append(uncertainty.least_squares(derivatives[:, :, told], known, std, repeat, weight))
-    error = uncertainty.of(parts).among(told)
-    linear = solution.composition.linear
-    width = np.hypot(error.half_width(), np.where(linear, 1.96 * gain_uncertainty * np.abs(solution.x), 0.0))
-    return np.stack([solution.x - width, solution.x + width], axis=1)
+    return uncertainty.of(parts).among(told)
 
 
 def _independent(columns: Floats) -> Bools:

@@ -1,7 +1,6 @@
 """The ladder: add the effect that explains most, refit everything, ask again, until nothing is left to explain."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -9,24 +8,17 @@ from ident.composition import Composition, Term
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import Floor, floor
 from ident.diagnose.material import Material
-from ident.diagnose.screen import Candidate, Screen
+from ident.diagnose.options import CLEAR, Finder, within
+from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
 from ident.effects import Effect
-from ident.refine import Solution
 from recordings.recording import Floats
 
 MOST = 16
 """Effects that are added at most."""
 ROUNDS = 3
 """Times that effects already found are put to the question again."""
-REFINED = 6
-"""Candidates of each round whose parameters are searched; the others promise too little."""
-PROMISING = 0.4
-"""Nor is one that at first sight would gain less than this share of what the best has gained: a search for its
-parameters seldom doubles that."""
 ALIKE = 0.04
 """Candidates whose gains differ by less than this share of it explain the same."""
-CLEAR = 15.0
-"""Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
 CERTAIN = 3.5
 """Student's t of the held-out fall from which on it counts; all the candidates were tried."""
 SURE = 0.1
@@ -39,80 +31,21 @@ MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """A model on the way, with what it leaves."""
-
-    solution: Solution
-    residuals: tuple[Floats, ...]
-    """(m, dof) of every recording."""
-
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        """Its effects."""
-        return self.solution.composition.terms
-
-
-@dataclass(frozen=True, eq=False)
-class Rung:
-    """A step of the ladder."""
-
-    added: str | None
-    state: State
-    gain: Gain | None
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect of the final model."""
-
-    term: Term
-    gain: Gain
-    """What leaving it out would cost on held-out rows."""
-    alternatives: tuple[str, ...]
-    """Other effects that would explain these data as well in its place, the closest first."""
-    without: tuple[Floats, ...]
-    """(m, dof) what the final model leaves of each recording without this effect, refitted [N m]."""
-    with_it: tuple[Floats, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Ladder:
-    """All that was found."""
-
-    rungs: tuple[Rung, ...]
-    findings: tuple[Finding, ...]
-    unseen: tuple[str, ...]
-    """Effects that this motion does not excite."""
-    first_gains: Mapping[str, float]
-    """What each candidate would have gained first, as a share of the loss."""
-    last_gains: Mapping[str, float]
-    """What each one that was not added would still gain at the end."""
-    floor: Floor
-    computed: tuple[Floats, ...]
-    """(m, dof) torque of the final model on each recording [N m]."""
-
-
 class Climber:
     """Climbs the ladder on some material with a library of effects."""
 
     def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._material, self._library, self._progress = material, library, progress
-
-    def state(self, composition: Composition, x: Floats) -> State:
-        """`composition` fitted from `x` (K,)."""
-        solution = self._material.solve(composition, x)
-        return State(solution, self._material.residuals(solution))
+        self._finder = Finder(material, library)
 
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
-        base = self.state(composition, x)
+        base = self._finder.solved(composition, x)
         rungs = [Rung(None, base, None)]
         state = self._with_truths(base, rungs)
-        first: dict[str, float] = {}
+        first = self._finder.options(state)
         for _ in range(ROUNDS):
-            state, unseen, last = self._up(state, rungs)
-            first = first or last or {}
+            state, last = self._up(state, rungs)
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
             better = next((found for _, found in looked if found is not state), None)
             if better is None:
@@ -120,15 +53,15 @@ class Climber:
             state = self._settled(better)
             rungs.append(Rung(better.terms[-1].name, state, self._gain(rungs[-1].state, state)))
         findings = tuple(finding for finding, _ in looked)
-        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+        return Ladder(tuple(rungs), findings, first, last, self.floor(state), self._computed(state))
 
-    def _up(self, state: State, rungs: list[Rung]) -> tuple[State, list[str], dict[str, float]]:
-        """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
+    def _up(self, state: State, rungs: list[Rung]) -> tuple[State, Options]:
+        """The state when nothing more is worth adding, and what could be added still."""
         while True:
-            options, unseen, gains = self._options(state)
-            chosen = self._first_confirmed(state, options) if len(state.terms) < MOST else None
+            found = self._finder.options(state)
+            chosen = self._first_confirmed(state, found.states) if len(state.terms) < MOST else None
             if chosen is None:
-                return state, unseen, gains
+                return state, found
             state = self._settled(chosen)
             rungs.append(Rung(chosen.terms[-1].name, state, self._gain(rungs[-1].state, state)))
             self._progress(f"{rungs[-1].added} added; what else?")
@@ -150,75 +83,15 @@ class Climber:
                 continue
             composition = state.solution.composition.plus(Term(name, effect, joints))
             added = np.zeros(len(composition.named) - len(state.solution.x))
-            after = self.state(composition, np.concatenate([state.solution.x, added]))
+            after = self._finder.solved(composition, np.concatenate([state.solution.x, added]))
             if self._confirmed(state, after):
                 rungs.append(Rung(name, after, self._gain(state, after)))
             state = after
         return state
 
-    def _options(self, state: State, leave: Sequence[str] = ()) -> tuple[list[State], list[str], dict[str, float]]:
-        """States with one effect more, the best first; what does not show; what each would gain at first sight."""
-        present = {term.name for term in state.terms}
-        covered = {name for term in state.terms for name in term.effect.contains}
-        library = {
-            name: effect
-            for name, effect in self._library.items()
-            if (name not in present or effect.repeated) and name not in covered and name not in leave
-        }
-        screen = Screen(self._material, state.solution)
-        candidates, unseen = screen.look(library)
-        gains = {one.term.name: 1 - one.loss / screen.loss for one in reversed(candidates)}
-        worth = [one for one in candidates if self._clear(screen.loss, one.loss, one.own)]
-        return self._refined(state, worth), unseen, gains
-
-    def _refined(self, state: State, candidates: Sequence[Candidate]) -> list[State]:
-        """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
-        before = state.solution.loss
-        states: list[State] = []
-        for one in candidates[: REFINED + 2]:
-            least = min((found.solution.loss for found in states), default=before)
-            if before - one.loss < PROMISING * (before - least) and not self._another(state, one):
-                continue
-            states.append(self._signed(self._with(state, one), state))
-        return sorted(states, key=lambda one: one.solution.loss)
-
-    def _another(self, state: State, candidate: Candidate) -> bool:
-        """Whether this is one more line of a spectrum of which the model has some: each is judged for itself."""
-        return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in state.terms)
-
-    def _with(self, state: State, candidate: Candidate) -> State:
-        composition = state.solution.composition.plus(candidate.term)
-        found = [
-            self._material.solve(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
-        ]
-        best = min(found, key=lambda one: one.loss)
-        return State(best, self._material.residuals(best))
-
-    def _signed(self, state: State, before: State) -> State:
-        """Without the joints whose coefficients came out beyond what is possible, or that add next to nothing."""
-        index = len(state.terms) - 1
-        term = state.terms[index]
-        if term.effect.whole_robot or len(term.joints) == 1:
-            return state
-        possible = [joint for joint, own in zip(term.joints, self._within(state, index), strict=True) if own]
-        if len(possible) in (0, len(term.joints)):
-            return state
-        composition = before.solution.composition.plus(replace(term, joints=tuple(possible)))
-        owners = [i for i, joint in enumerate(term.joints) if joint in possible]
-        own = state.solution.composition.own(index, state.solution.x)[owners]
-        shapes = state.solution.composition.shapes(index, state.solution.x)
-        return self.state(composition, np.concatenate([before.solution.x, own.ravel(), shapes]))
-
-    def _within(self, state: State, index: int) -> list[bool]:
-        """For each owner of the term, whether its own parameters are within their physical range."""
-        term = state.terms[index]
-        own = state.solution.composition.own(index, state.solution.x)
-        lower, upper = (np.array([getattr(q, side) for q in term.own]) for side in ("lower", "upper"))
-        return [bool(((lower <= row) & (row <= upper)).all()) for row in own]
-
-    def _first_confirmed(self, state: State, options: list[State]) -> State | None:
+    def _first_confirmed(self, state: State, options: Sequence[State]) -> State | None:
         """The simplest of those that explain most, if rows that no fit saw bear it out; else the next ones."""
-        options = [one for one in options if all(self._within(one, len(one.terms) - 1))]
+        options = [one for one in options if all(within(one))]
         while options:
             best = self._simplest(state, options)
             if self._confirmed(state, best):
@@ -233,15 +106,8 @@ class Climber:
     def _alike(self, without: float, options: Sequence[State]) -> list[State]:
         """Those that leave no more than the best, but for chance and a small share of what there is to gain."""
         least = min(one.solution.loss for one in options)
-        slack = max(ALIKE * (without - least), CLEAR * self._chance(least))
+        slack = max(ALIKE * (without - least), CLEAR * self._finder.chance(least))
         return [one for one in options if one.solution.loss - least <= slack]
-
-    def _chance(self, loss: float) -> float:
-        """Fall of the loss that one more parameter makes by fitting noise."""
-        return loss / self._material.independent_rows
-
-    def _clear(self, before: float, after: float, parameters: int) -> bool:
-        return before - after > CLEAR * parameters * self._chance(after)
 
     def _confirmed(self, before: State, after: State) -> bool:
         """Whether the last effect of `after` explains something, on the rows seen and on those held out."""
@@ -249,7 +115,7 @@ class Climber:
         changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
         size = np.sqrt([np.nanmean(np.concatenate(changed) ** 2, axis=0)])
         return (
-            self._clear(before.solution.loss, after.solution.loss, parameters)
+            self._finder.clear(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MATERIAL * self._material.torque_rms).any())
             and self._holds(self._gain(before, after))
         )
@@ -274,7 +140,7 @@ class Climber:
     def _without(self, state: State, index: int) -> State:
         composition = state.solution.composition
         keep = ~composition.entries(index)
-        return self.state(composition.without(index), state.solution.x[keep])
+        return self._finder.solved(composition.without(index), state.solution.x[keep])
 
     def _settles(self, other: State, state: State) -> bool:
         """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
@@ -289,8 +155,8 @@ class Climber:
         lines = sum(other.name == term.name for other in state.terms)
         if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, gain, (), without.residuals, state.residuals), state
-        options = self._options(without, leave=(term.name,))[0]
-        possible = [one for one in options if all(self._within(one, len(one.terms) - 1))]
+        options = self._finder.instead_of(term.name, without)
+        possible = [one for one in options if all(within(one))]
         alike = self._alike(without.solution.loss, [state, *possible])
         best = self._simplest(without, [state, *possible])
         if best is not state and not self._confirmed(without, best):

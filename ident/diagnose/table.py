@@ -17,6 +17,8 @@ def show(document: Document, console: Console) -> None:
         _finding(finding, document, console)
     if document.remaining.why:
         console.print(f"What remains: {document.remaining.why}", highlight=False)
+    for caution in document.cautions:
+        console.print(f"Caution: {caution}", highlight=False)
     console.print(_rejected(document))
     if document.next_motion:
         console.print(f"Next: {document.next_motion.why}\n  {document.next_motion.command}", highlight=False)

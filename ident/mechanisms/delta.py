@@ -16,9 +16,9 @@ import numpy as np
 
 from ident.mechanisms import Parameter
 from ident.motion import Motion
+from ident.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Geometry, Nominal, Rig
-from trajectories import kinematics
 
 GRAVITY = 9.81
 """[m/s^2], downwards."""
@@ -60,9 +60,9 @@ class Delta:
 
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, 3, 11) of Eq. (26): the derivatives of (27)-(29) by the parameters of (30)."""
-        _, J, P_ddot = _platform(self.geometry, motion)
+        moved = platform(self.geometry, motion)
         columns = np.zeros((*motion.position.shape, len(PARAMETERS)))
-        columns[:, :, 0] = np.einsum("nji,nj->ni", J, _lifted(P_ddot))
+        columns[:, :, 0] = np.einsum("nji,nj->ni", moved.jacobian, _lifted(moved.acceleration))
         columns[:, :, 1] = np.cos(motion.position)
         per_joint = (motion.acceleration, motion.velocity, motion.direction)
         for first, signal in zip((2, 5, 8), per_joint, strict=True):
@@ -78,13 +78,14 @@ class Delta:
         """
         geometry, nominal = self.geometry, self.nominal
         theta, phi = motion.position, np.array(geometry.phi)
-        P, _, P_ddot = _platform(geometry, motion)
+        moved = platform(geometry, motion)
+        P = moved.position
         inertia = nominal.motor_inertia + nominal.I_L1 + geometry.L1**2 * nominal.m_d
         first_moment = nominal.m_a * nominal.L1c + nominal.m_d * geometry.L1
         along = P[:, :1] * np.cos(phi) + P[:, 1:2] * np.sin(phi) + geometry.r - geometry.R
         lever = along * np.sin(theta) - P[:, 2:] * np.cos(theta)
         torque: Floats = inertia * motion.acceleration + first_moment * GRAVITY * np.cos(theta)
-        torque -= 2 * geometry.L1 * self._multipliers(theta, P, P_ddot) * lever
+        torque -= 2 * geometry.L1 * self._multipliers(theta, P, moved.acceleration) * lever
         return torque
 
     def _multipliers(self, theta: Floats, P: Floats, P_ddot: Floats) -> Floats:
@@ -101,16 +102,6 @@ class Delta:
         matrix = P[known, :, None] - elbows[known]
         multipliers[known] = np.linalg.solve(matrix, force[known, :, None])[:, :, 0]
         return multipliers
-
-
-def _platform(geometry: Geometry, motion: Motion) -> tuple[Floats, Floats, Floats]:
-    """P (n, 3), J (n, 3, 3) of Eq. (16), and P_ddot (n, 3) of Eq. (23)."""
-    theta, theta_dot = motion.position, motion.velocity
-    P = kinematics.forward(geometry, theta)
-    J = kinematics.jacobian(geometry, theta, P)
-    J_dot = kinematics.jacobian_derivative(geometry, theta, P, theta_dot, J)
-    P_ddot: Floats = np.einsum("nij,nj->ni", J, motion.acceleration) + np.einsum("nij,nj->ni", J_dot, theta_dot)
-    return P, J, P_ddot
 
 
 def _lifted(P_ddot: Floats) -> Floats:

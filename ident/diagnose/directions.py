@@ -1,0 +1,62 @@
+"""How far Coulomb friction and an offset can be told apart, where a joint mostly moves in one direction.
+
+In one direction alone they are the same thing; so what a rarely visited direction tells decides between them.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.composition import Composition, Term
+from ident.diagnose.intervals import errors
+from ident.diagnose.material import Material
+from ident.effects import Effect
+from ident.refine import Solution
+from recordings.recording import Floats
+
+RARE = 0.25
+"""Share of the moving time below which a direction is rare."""
+_OFFSET = "torque_offset"
+
+
+def cautions(material: Material, solution: Solution, offset: Effect | None) -> Iterator[str]:
+    """A sentence for each joint with a rare direction: both values and intervals with the `offset` in the model."""
+    shares = rarer_direction(material)
+    for joint in np.flatnonzero(shares < RARE):
+        if offset:
+            yield _caution(material, _with(material, solution, offset, int(joint)), int(joint), float(shares[joint]))
+
+
+def rarer_direction(material: Material) -> Floats:
+    """(dof,) share of the rows seen, among those that move, that move in the rarer direction."""
+    forwards, backwards = (
+        sum(
+            (seen & (sign * evaluator.course.dataset.motion.velocity > 0)).sum(axis=0)
+            for evaluator, seen in zip(material.evaluators, material.seen, strict=True)
+        )
+        for sign in (1.0, -1.0)
+    )
+    share: Floats = np.minimum(forwards, backwards) / np.maximum(forwards + backwards, 1)
+    return share
+
+
+def _with(material: Material, solution: Solution, offset: Effect, joint: int) -> Solution:
+    """The model with an offset of that joint, which it may have already."""
+    composition: Composition = solution.composition
+    if any(term.name == _OFFSET and joint in term.joints for term in composition.terms):
+        return solution
+    return material.solve(composition.plus(Term(_OFFSET, offset, (joint,))), np.append(solution.x, 0.0))
+
+
+def _caution(material: Material, solution: Solution, joint: int, share: float) -> str:
+    named = solution.composition.named
+    friction = next(i for i, one in enumerate(named) if one.name == f"c_c{joint + 1}")
+    constant = next(i for i, one in enumerate(named) if one.name == f"{_OFFSET}.a{joint + 1}")
+    found = errors(material, solution)
+    width, rho = found.half_width(), found.correlation[friction, constant]
+    said = [f"{solution.x[i]:.3g} ± {width[i]:.2g} {named[i].unit}" for i in (friction, constant)]
+    return (
+        f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time, so Coulomb friction and a "
+        f"constant offset are hard to tell apart: with both in the model they are {said[0]} and {said[1]} (95 %), "
+        f"and their errors correlate by {rho:+.2f}."
+    )

@@ -1,0 +1,120 @@
+"""What could be added to a model: every effect of the library, looked at, and the promising ones refined."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ident.composition import Composition
+from ident.diagnose.material import Material
+from ident.diagnose.rungs import Options, State
+from ident.diagnose.screen import Candidate, Screen
+from ident.effects import Effect
+from recordings.recording import Floats
+
+REFINED = 8
+"""Candidates of each round whose parameters are searched; the others promise too little."""
+PROMISING = 0.4
+"""Nor is one that at first sight would gain less than this share of what the best has gained: a search for its
+parameters seldom doubles that."""
+CLEAR = 15.0
+"""Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
+
+_Key = tuple[tuple[str, tuple[int, ...]], ...]
+"""The effects of a model, each with its joints."""
+
+
+class Finder:
+    """Finds the options beyond a model on some material, from a library of effects."""
+
+    def __init__(self, material: Material, library: Mapping[str, Effect]) -> None:
+        self._material, self._library = material, library
+        self._known: dict[_Key, Options] = {}
+
+    def options(self, state: State) -> Options:
+        """All that could be added to `state`."""
+        key = _key(state)
+        if key not in self._known:
+            self._known[key] = self._find(state, "")
+        return self._known[key]
+
+    def instead_of(self, name: str, without: State) -> list[State]:
+        """What could be added to `without`, a model that lacks the effect `name`, in its place."""
+        known = self._known.get(_key(without))
+        return [one for one in (known or self._find(without, name)).states if one.terms[-1].name != name]
+
+    def solved(self, composition: Composition, x: Floats) -> State:
+        """`composition` fitted from `x` (K,)."""
+        solution = self._material.solve(composition, x)
+        return State(solution, self._material.residuals(solution))
+
+    def chance(self, loss: float) -> float:
+        """Fall of the loss that one more parameter makes by fitting noise."""
+        return loss / self._material.independent_rows
+
+    def clear(self, before: float, after: float, parameters: int) -> bool:
+        """Whether the loss has fallen by more than so many `parameters` make of noise."""
+        return before - after > CLEAR * parameters * self.chance(after)
+
+    def _find(self, state: State, leave: str) -> Options:
+        present = {term.name for term in state.terms}
+        covered = {name for term in state.terms for name in term.effect.contains}
+        library = {
+            name: effect
+            for name, effect in self._library.items()
+            if (name not in present or effect.repeated) and name not in covered and name != leave
+        }
+        screen = Screen(self._material, state.solution)
+        candidates, unseen = screen.look(library)
+        gains = {one.term.name: 1 - one.loss / screen.loss for one in reversed(candidates)}
+        worth = [one for one in candidates if self.clear(screen.loss, one.loss, one.own)]
+        return Options(tuple(self._refined(state, worth)), tuple(unseen), gains)
+
+    def _refined(self, state: State, candidates: Sequence[Candidate]) -> list[State]:
+        """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
+        before = state.solution.loss
+        states: list[State] = []
+        for one in candidates[:REFINED]:
+            least = min((found.solution.loss for found in states), default=before)
+            if before - one.loss < PROMISING * (before - least) and not _another(state, one):
+                continue
+            states.append(self._signed(self._with(state, one), state))
+        return sorted(states, key=lambda one: one.solution.loss)
+
+    def _with(self, state: State, candidate: Candidate) -> State:
+        composition = state.solution.composition.plus(candidate.term)
+        found = [
+            self._material.solve(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
+        ]
+        best = min(found, key=lambda one: one.loss)
+        return State(best, self._material.residuals(best))
+
+    def _signed(self, state: State, before: State) -> State:
+        """Without the joints whose coefficients came out beyond what is possible."""
+        term, own = state.terms[-1], within(state)
+        possible = [joint for joint, inside in zip(term.joints, own, strict=False) if inside]
+        if term.effect.whole_robot or len(term.joints) == 1 or len(possible) in (0, len(term.joints)):
+            return state
+        composition, index = state.solution.composition, len(state.terms) - 1
+        owners = [i for i, joint in enumerate(term.joints) if joint in possible]
+        values = composition.own(index, state.solution.x)[owners].ravel()
+        shapes = composition.shapes(index, state.solution.x)
+        fewer = before.solution.composition.plus(replace(term, joints=tuple(possible)))
+        return self.solved(fewer, np.concatenate([before.solution.x, values, shapes]))
+
+
+def within(state: State) -> list[bool]:
+    """For each owner of the last term, whether its own parameters are within their physical range."""
+    term = state.terms[-1]
+    own = state.solution.composition.own(len(state.terms) - 1, state.solution.x)
+    lower, upper = (np.array([getattr(q, side) for q in term.own]) for side in ("lower", "upper"))
+    return [bool(((lower <= row) & (row <= upper)).all()) for row in own]
+
+
+def _another(state: State, candidate: Candidate) -> bool:
+    """Whether this is one more line of a spectrum of which the model has some: each is judged for itself."""
+    return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in state.terms)
+
+
+def _key(state: State) -> _Key:
+    return tuple(sorted((term.name, term.joints) for term in state.terms))
