@@ -49,6 +49,13 @@ FILE = click.Path(path_type=Path)
 @click.option("--apply", is_flag=True, help="Write a model with all that was found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")
 @click.option(
+    "--stand-in",
+    "stand_in",
+    type=FILE,
+    metavar="FILE",
+    help="Write curves for what no effect explains, as an effect file (.py), if rows not fitted bear them out.",
+)
+@click.option(
     "--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .diagnose]"
 )
 @click.option("--force", is_flag=True, help="Replace an existing model and pictures.")
@@ -62,6 +69,7 @@ def command(
     cutoff: float | None,
     apply: bool,
     out: Path | None,
+    stand_in: Path | None,
     plots: Path | None,
     force: bool,
     as_json: bool,
@@ -74,9 +82,11 @@ def command(
     """
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
+    if stand_in and stand_in.suffix != ".py":
+        raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".diagnose")
-    for path in (plots, *([out] if apply else [])):
+    for path in (plots, *([out] if apply else []), *([stand_in] if stand_in else [])):
         if path.exists() and not force:
             raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
 
@@ -95,6 +105,9 @@ def command(
         document = answer.document(found)
         progress("drawing")
         pictures.draw(found, document, plots)
+        if stand_in:
+            progress("learning what stands in for the remainder")
+            document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
         if apply:
             progress("fitting the model with all that was found")
             model.save(_improved(found, files, validate, preprocess), out)
@@ -102,6 +115,10 @@ def command(
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
         table.show(document, Console())
+        if stand_in and not document.stand_in:
+            click.echo(
+                f"{stand_in} not written: nothing remains that a curve explains on rows which were not fitted."
+            )
     click.echo(f"{f'model: {out}' + chr(10) if apply else ''}pictures: {plots}", err=True)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -14,13 +15,16 @@ from ident.diagnose.document import (
     RejectedEntry,
     Remaining,
     RungEntry,
+    StandInEntry,
     Value,
     Verdict,
 )
 from ident.diagnose.intervals import intervals
+from ident.diagnose.learning import learn
 from ident.diagnose.material import rms
 from ident.diagnose.rungs import Finding, Rung
 from ident.samples import holds_torque
+from ident.stand_in import source
 from recordings.recording import Floats
 
 _ABSORBED = 0.05
@@ -54,6 +58,23 @@ def document(found: Diagnosis) -> Document:
         next_motion=_next_motion(found),
         cautions=tuple(cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset"))),
         recordings=tuple(dict.fromkeys(data.recording.path.name for data in material.datasets)),
+    )
+
+
+def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
+    """Write the curves that stand in for what remains to the effect file `path`; None if there are none that hold."""
+    learned = learn(found)
+    if learned is None or not learned.holds:
+        return None
+    about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.material.datasets))
+    path.write_text(source(learned.curves, about))
+    return StandInEntry(
+        file=str(path),
+        joints=tuple(sorted({curve.joint for curve in learned.curves})),
+        over=tuple(sorted({curve.variable for curve in learned.curves})),
+        validate_rms=_numbers(rms(learned.after.residuals, found.material.held)),
+        gain=learned.gain.share,
+        gain_ci95=learned.gain.interval,
     )
 
 

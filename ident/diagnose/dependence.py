@@ -12,6 +12,7 @@ import numpy as np
 
 from ident.diagnose.material import Material
 from ident.refine import Solution
+from ident.stand_in import Times, Variable
 from recordings.recording import Bools, Floats
 
 KNOTS = 8
@@ -25,11 +26,24 @@ _RIDGE = 1e-3
 
 
 @dataclass(frozen=True)
+class Source:
+    """What a curve is over."""
+
+    variable: Variable
+    joint: int
+    """Whose, from 0."""
+    times: Times = "one"
+    """What the curve's values are multiplied with."""
+
+
+@dataclass(frozen=True)
 class Dependence:
     """Of the remainder of one joint."""
 
     joint: int
     """From 0."""
+    sources: tuple[Source, ...]
+    """A sum of a curve over each."""
     variables: tuple[str, ...]
     explained: float
     """Share of its mean square on held-out rows."""
@@ -46,9 +60,10 @@ class _Rows:
     seen: Bools
     held: Bools
     """(m, dof)"""
-    signals: dict[str, Floats]
+    signals: dict[Variable, Floats]
     """(m, dof) by variable."""
-    direction: Floats
+    factors: dict[Times, Floats]
+    """(m, dof)"""
 
 
 def dependences(
@@ -64,7 +79,7 @@ def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -
     derivatives = [one.linearised(solution.composition, solution.x)[1] for one in material.evaluators]
     computed = [data.torque - left for data, left in zip(datasets, residuals, strict=True)]
     dof = residuals[0].shape[1]
-    signals = {
+    signals: dict[Variable, list[Floats]] = {
         "position": [data.motion.position for data in datasets],
         "velocity": [data.motion.velocity for data in datasets],
         "acceleration": [data.motion.acceleration for data in datasets],
@@ -77,35 +92,55 @@ def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -
     known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & everything[:, None]
     seen, held = (np.concatenate(part) & known for part in (material.seen, material.held))
     direction = np.concatenate([data.motion.direction for data in datasets])
-    return _Rows(residual, regressor, seen, held, joined, np.nan_to_num(direction))
+    factors: dict[Times, Floats] = {
+        "one": np.ones_like(direction),
+        "direction": np.nan_to_num(direction),
+        "velocity": np.nan_to_num(joined["velocity"]),
+    }
+    return _Rows(residual, regressor, seen, held, joined, factors)
 
 
 def _of(rows: _Rows, joint: int) -> Dependence | None:
-    tried = [(variables, _explained(rows, joint, columns)) for variables, columns in _candidates(rows, joint)]
+    tried = [
+        (sources, _explained(rows, joint, _columns(rows, joint, sources))) for sources in _candidates(rows, joint)
+    ]
     best = max(share for _, share in tried)
     if best < LEAST:
         return None
-    variables, share = min((one for one in tried if one[1] >= ENOUGH * best), key=lambda one: (len(one[0]), -one[1]))
-    return Dependence(joint, variables, share)
+    enough = [one for one in tried if one[1] >= ENOUGH * best]
+    sources, share = min(enough, key=lambda one: (len(_variables(joint, one[0])), -one[1]))
+    return Dependence(joint, sources, _variables(joint, sources), share)
 
 
-def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[tuple[str, ...], Floats]]:
-    """Variables and columns (m, c) of curves of them."""
-    for name, values in rows.signals.items():
-        yield (name,), _curve(values[:, joint], rows.seen[:, joint])
-    place = _curve(rows.signals["position"][:, joint], rows.seen[:, joint])
-    turned = place * rows.direction[:, joint, None]
-    yield ("position", "velocity"), turned
-    for other in range(rows.residual.shape[1]):
-        if other == joint:
-            continue
-        for name in ("position", "velocity", "acceleration"):
-            yield (name, f"joint_{other + 1}"), _curve(rows.signals[name][:, other], rows.seen[:, joint])
+def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[Source, ...]]:
+    """What sums of curves may be over."""
+    for name in rows.signals:
+        yield (Source(name, joint),)
+    yield (Source("position", joint, "direction"),)
+    yield (Source("position", joint, "velocity"),)
     others = [other for other in range(rows.residual.shape[1]) if other != joint]
-    if len(others) > 1:
-        for name in ("position", "velocity", "acceleration"):
-            curves = [_curve(rows.signals[name][:, other], rows.seen[:, joint]) for other in others]
-            yield (name, *(f"joint_{other + 1}" for other in others)), np.concatenate(curves, axis=1)
+    moving: tuple[Variable, ...] = ("position", "velocity", "acceleration")
+    for name in moving:
+        yield from ((Source(name, other),) for other in others)
+        if len(others) > 1:
+            yield tuple(Source(name, other) for other in others)
+
+
+def _variables(joint: int, sources: Sequence[Source]) -> tuple[str, ...]:
+    """As a diagnosis names them."""
+    turned = ["velocity"] if any(one.times != "one" for one in sources) else []
+    others = [f"joint_{one.joint + 1}" for one in sources if one.joint != joint]
+    return sources[0].variable, *turned, *others
+
+
+def _columns(rows: _Rows, joint: int, sources: Sequence[Source]) -> Floats:
+    """(m, c) of a curve over each of the `sources`."""
+    curves = [
+        _curve(rows.signals[one.variable][:, one.joint], rows.seen[:, joint])
+        * rows.factors[one.times][:, joint, None]
+        for one in sources
+    ]
+    return np.concatenate(curves, axis=1)
 
 
 def _curve(x: Floats, seen: Bools) -> Floats:

@@ -70,6 +70,20 @@ class Remaining(Section):
     """Per joint [N m]."""
 
 
+class StandInEntry(Section):
+    """Curves in an effect file that take the place of what is not known."""
+
+    file: str
+    joints: tuple[int, ...]
+    """From 1."""
+    over: tuple[str, ...]
+    """The variables."""
+    validate_rms: Numbers
+    """Per joint, with the curves [N m]."""
+    gain: float
+    gain_ci95: tuple[float, float]
+
+
 class NextMotion(Section):
     """What to record next, and why."""
 
@@ -97,6 +111,7 @@ class Document(Section):
     rejected: tuple[RejectedEntry, ...]
     remaining: Remaining
     next_motion: NextMotion | None
+    stand_in: StandInEntry | None = None
     cautions: tuple[str, ...] = ()
     """What these recordings tell less well than their length promises."""
     recordings: tuple[str, ...] = ()

@@ -31,6 +31,11 @@ MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 
 
+def holds(found: Gain) -> bool:
+    """Whether held-out rows bear a gain out: everywhere a little, or much, though perhaps at few places."""
+    return found.t > CERTAIN or found.interval[0] > SURE
+
+
 class Climber:
     """Climbs the ladder on some material with a library of effects."""
 
@@ -117,12 +122,8 @@ class Climber:
         return (
             self._finder.clear(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MATERIAL * self._material.torque_rms).any())
-            and self._holds(self._gain(before, after))
+            and holds(self._gain(before, after))
         )
-
-    def _holds(self, gain: Gain) -> bool:
-        """Whether held-out rows bear it out: everywhere a little, or much, though perhaps at few places."""
-        return gain.t > CERTAIN or gain.interval[0] > SURE
 
     def _gain(self, before: State, after: State) -> Gain:
         return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)

@@ -39,6 +39,8 @@ class Remainder:
     variables: tuple[str, ...]
     """What it depends on."""
     sentence: str
+    dependences: tuple[Dependence, ...]
+    """What the curves are over that explain some of it."""
 
 
 def remainder(material: Material, ladder: Ladder) -> Remainder:
@@ -66,6 +68,7 @@ def remainder(material: Material, ladder: Ladder) -> Remainder:
         unexplained,
         tuple(sorted(variables)),
         _sentence(unexplained, found, floor, vibrates, drifts),
+        tuple(found),
     )
 
 

@@ -1,9 +1,11 @@
 """A diagnosis on the screen."""
 
+from pathlib import Path
+
 from rich.console import Console
 from rich.table import Table
 
-from ident.diagnose.document import Document, FindingEntry, RungEntry, Value
+from ident.diagnose.document import Document, FindingEntry, RungEntry, StandInEntry, Value
 
 _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta"}
 
@@ -17,6 +19,8 @@ def show(document: Document, console: Console) -> None:
         _finding(finding, document, console)
     if document.remaining.why:
         console.print(f"What remains: {document.remaining.why}", highlight=False)
+    if document.stand_in:
+        _stand_in(document, document.stand_in, console)
     for caution in document.cautions:
         console.print(f"Caution: {caution}", highlight=False)
     console.print(_rejected(document))
@@ -54,6 +58,19 @@ def _finding(finding: FindingEntry, document: Document, console: Console) -> Non
             f"  {name} = {value.value:.4g}{_interval(value)} {value.unit}  {value.meaning}", highlight=False
         )
     console.print(f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.", highlight=False)
+
+
+def _stand_in(document: Document, found: StandInEntry, console: Console) -> None:
+    name, joints = Path(found.file).stem, ",".join(map(str, found.joints))
+    pairs = zip(document.rungs[-1].validate_rms, found.validate_rms, strict=True)
+    fell = ", ".join(f"{before:.3g} to {after:.3g}" for before, after in pairs) + f" {document.effort_units[0]}"
+    console.print(
+        f"Stand-in: curves over {', '.join(found.over)} for joint {joints}, in {found.file}, take away "
+        f"{found.gain:.0%} of that on rows no fit has seen (RMS, joint by joint: {fell}).\n"
+        f"  ident fit {document.recordings[0]} --with {name}:{joints} --effect-file {found.file}",
+        highlight=False,
+        soft_wrap=True,
+    )
 
 
 def _belongs(parameter: str, effect: str) -> bool:

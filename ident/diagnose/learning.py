@@ -1,0 +1,150 @@
+"""Learns the curves that stand in for what remains: smooth, shrunk, and borne out by rows that no fit has seen."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.composition import Term
+from ident.diagnose.dependence import Dependence
+from ident.diagnose.diagnosis import Diagnosis
+from ident.diagnose.evidence import Gain, gain
+from ident.diagnose.ladder import holds
+from ident.diagnose.material import Material
+from ident.diagnose.rungs import State
+from ident.evaluation import Evaluator
+from ident.refine import Solution
+from ident.stand_in import Curve, effect_of
+from ident.view import View
+from recordings.recording import Bools, Floats
+
+KNOTS = 17
+SMOOTHNESS = tuple(10.0**power for power in range(-4, 5))
+"""Weights of the second difference that are tried, over the mean square of a column."""
+BLOCK = 1.0
+"""Of every two stretches this long [s], one tells how smooth a curve that is learned from the other should be."""
+_SHRUNK = 1e-3
+_TINY = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class StandIn:
+    """Curves, and what they are worth."""
+
+    curves: tuple[Curve, ...]
+    after: State
+    """The last model with them."""
+    gain: Gain
+    """On rows that no fit has seen."""
+
+    @property
+    def holds(self) -> bool:
+        """Whether those rows bear the curves out."""
+        return holds(self.gain)
+
+
+@dataclass(frozen=True, eq=False)
+class _Rows:
+    """What fits see, of all recordings and joints."""
+
+    hats: Floats
+    """(r, curves * KNOTS)"""
+    model: Floats
+    """(r, K) what the model's own parameters can do."""
+    residual: Floats
+    """(r,)"""
+    first: Bools
+    """(r,) of which half they are."""
+
+    def solved(self, which: Bools, smoothness: float) -> Floats:
+        """(K + curves * KNOTS,) scaled model parameters, and values at the knots."""
+        matrix = np.concatenate([self.model[which], self.hats[which]], axis=1)
+        level = float(np.mean(self.hats[which] ** 2))
+        penalty = np.diag(np.r_[np.full(self.model.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
+        bend = np.kron(np.eye(self.hats.shape[1] // KNOTS), np.diff(np.eye(KNOTS), 2, axis=0))
+        part = slice(self.model.shape[1], None)
+        penalty[part, part] += smoothness * level * bend.T @ bend
+        gram = matrix.T @ matrix + len(matrix) * penalty
+        solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[which])
+        return solution
+
+    def error(self, smoothness: float) -> float:
+        """Mean square that either half leaves of the other."""
+        total = 0.0
+        for which in (self.first, ~self.first):
+            matrix = np.concatenate([self.model[~which], self.hats[~which]], axis=1)
+            total += float(np.sum((self.residual[~which] - matrix @ self.solved(which, smoothness)) ** 2))
+        return total
+
+
+def learn(found: Diagnosis) -> StandIn | None:
+    """The curves for what `found` says remains; None where it depends on nothing that a curve could be drawn over."""
+    material, top = found.material, found.ladder.rungs[-1].state
+    curves = _learned(material, top.solution, _blank(found.remainder.dependences))
+    if not curves:
+        return None
+    joints = tuple(sorted({curve.joint - 1 for curve in curves}))
+    composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
+    solution = material.solve(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
+    after = State(solution, material.residuals(solution))
+    return StandIn(tuple(curves), after, gain(material, top.residuals, after.residuals, found.ladder.floor.rms))
+
+
+def _blank(dependences: Sequence[Dependence]) -> list[Curve]:
+    """Curves without knots over what was found."""
+    return [
+        Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ())
+        for one in dependences
+        for own in one.sources
+    ]
+
+
+def _learned(material: Material, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
+    """All together, while the model's own parameters move along."""
+    if not blank:
+        return []
+    views = [_view(material.evaluators[i], solution) for i in material.fitting]
+    curves = [replace(curve, knots=_knots(curve, views)) for curve in blank]
+    rows = _rows(material, solution, views, curves)
+    best = min(SMOOTHNESS, key=rows.error)
+    values = rows.solved(np.ones(len(rows.residual), bool), best)[rows.model.shape[1] :].reshape(-1, KNOTS)
+    return [replace(curve, values=tuple(map(float, own))) for curve, own in zip(curves, values, strict=True)]
+
+
+def _view(evaluator: Evaluator, solution: Solution) -> View:
+    composition, x = solution.composition, solution.x
+    return evaluator.view(evaluator.path(composition, x), x[composition.entries(-1)])
+
+
+def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:
+    """Evenly spaced over all that was visited."""
+    signal = np.concatenate([curve.signal(view) for view in views])
+    return tuple(np.linspace(np.nanmin(signal), np.nanmax(signal), KNOTS).tolist())
+
+
+def _rows(material: Material, solution: Solution, views: Sequence[View], curves: Sequence[Curve]) -> _Rows:
+    parts = []
+    pairs = zip(material.fitting, views, solution.derivatives, solution.residuals, strict=True)
+    for index, view, derivatives, residual in pairs:
+        hats = material.evaluators[index].course.condition(_hats(curves, view))
+        seen = material.seen[index] & np.isfinite(residual)
+        seen &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
+        first = np.floor(material.datasets[index].time / BLOCK) % 2 == 0
+        first = np.repeat(first[:, None], seen.shape[1], axis=1)
+        parts.append((hats[seen], derivatives[seen], residual[seen], first[seen]))
+    hats, model, residual, first = (np.concatenate(part) for part in zip(*parts, strict=True))
+    size = np.sqrt(np.mean(model**2, axis=0))
+    return _Rows(hats, model[:, size > 0] / size[size > 0], residual, first)
+
+
+def _hats(curves: Sequence[Curve], view: View) -> Floats:
+    """(n, dof, curves * KNOTS) torque per unit of the value at each knot."""
+    n, dof = view.motion.velocity.shape
+    hats = np.zeros((n, dof, len(curves), KNOTS))
+    for number, curve in enumerate(curves):
+        signal = curve.signal(view)
+        place = np.interp(np.nan_to_num(signal), curve.knots, np.arange(KNOTS))
+        weight = np.where(np.isfinite(signal), curve.factor(view), np.nan)
+        hats[:, curve.joint - 1, number] = np.maximum(1 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0)
+        hats[:, curve.joint - 1, number] *= weight[:, None]
+    return hats.reshape(n, dof, -1)
