@@ -63,7 +63,8 @@ def document(found: Diagnosis) -> Document:
 
 def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
     """Write the curves that stand in for what remains to the effect file `path`; None if there are none that hold."""
-    learned = learn(found)
+    ladder = found.ladder
+    learned = learn(found.material, ladder.rungs[-1].state, ladder.floor, found.remainder.dependences)
     if learned is None or not learned.holds:
         return None
     about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.material.datasets))

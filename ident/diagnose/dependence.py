@@ -116,7 +116,9 @@ def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[Source, ...]]:
     """What sums of curves may be over."""
     for name in rows.signals:
         yield (Source(name, joint),)
-    yield (Source("position", joint, "direction"),)
+    for name in rows.signals:
+        if name != "velocity":
+            yield (Source(name, joint, "direction"),)
     yield (Source("position", joint, "velocity"),)
     others = [other for other in range(rows.residual.shape[1]) if other != joint]
     moving: tuple[Variable, ...] = ("position", "velocity", "acceleration")

@@ -14,6 +14,7 @@ from ident.diagnose.ladder import Climber
 from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
 from ident.diagnose.rungs import Ladder
+from ident.diagnose.unknown import without_imitations
 from ident.effects import Effect
 from ident.identification import refuse_different_rigs
 from ident.model import Model
@@ -85,7 +86,11 @@ def diagnose(
         bare = Composition(path.mechanism, path.rig)
         ladder = climber.climb(bare, np.zeros(len(bare.named)))
     progress("what remains")
-    return Diagnosis(material, library, unobservable, ladder, remainder(material, ladder), share)
+    left = remainder(material, ladder.rungs[-1].state, ladder.floor)
+    if left.unexplained:
+        ladder = without_imitations(material, climber, ladder)
+        left = remainder(material, ladder.rungs[-1].state, ladder.floor)
+    return Diagnosis(material, library, unobservable, ladder, left, share)
 
 
 def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:

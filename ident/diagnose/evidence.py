@@ -24,6 +24,8 @@ class Gain:
     """95 %, from resampled blocks."""
     t: float
     """Student's t of the fall over the blocks."""
+    fall: float
+    """Of the mean square, in units of the squared floor."""
 
 
 def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], floor: Floats) -> Gain:
@@ -36,14 +38,15 @@ def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], 
     fall = first - second
     count = len(fall)
     if count < 3:
-        return Gain(0.0, (0.0, 0.0), 0.0)
+        return Gain(0.0, (0.0, 0.0), 0.0, 0.0)
     spread = float(fall.std(ddof=1)) / np.sqrt(count)
     excess = first - 1.0
     drawn = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
     shares = _share(fall[drawn].mean(axis=1), excess[drawn].mean(axis=1))
     low, high = np.percentile(shares, [2.5, 97.5])
     share = _share(fall.mean(), excess.mean())
-    return Gain(float(share), (float(low), float(high)), float(fall.mean() / spread) if spread else 0.0)
+    t = float(fall.mean() / spread) if spread else 0.0
+    return Gain(float(share), (float(low), float(high)), t, float(fall.mean()))
 
 
 def _share(fall: Floats, excess: Floats) -> Floats:

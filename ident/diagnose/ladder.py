@@ -60,6 +60,14 @@ class Climber:
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, first, last, self.floor(state), self._computed(state))
 
+    def stopped(self, ladder: Ladder, number: int) -> Ladder:
+        """The `ladder` up to the rung of that `number`."""
+        state = ladder.rungs[number].state
+        findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
+        last = self._finder.options(state)
+        rungs = ladder.rungs[: number + 1]
+        return Ladder(rungs, findings, ladder.first, last, self.floor(state), self._computed(state))
+
     def _up(self, state: State, rungs: list[Rung]) -> tuple[State, Options]:
         """The state when nothing more is worth adding, and what could be added still."""
         while True:

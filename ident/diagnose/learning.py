@@ -7,8 +7,8 @@ import numpy as np
 
 from ident.composition import Term
 from ident.diagnose.dependence import Dependence
-from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.evidence import Gain, gain
+from ident.diagnose.floor import Floor
 from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import State
@@ -77,17 +77,16 @@ class _Rows:
         return total
 
 
-def learn(found: Diagnosis) -> StandIn | None:
-    """The curves for what `found` says remains; None where it depends on nothing that a curve could be drawn over."""
-    material, top = found.material, found.ladder.rungs[-1].state
-    curves = _learned(material, top.solution, _blank(found.remainder.dependences))
+def learn(material: Material, top: State, floor: Floor, dependences: Sequence[Dependence]) -> StandIn | None:
+    """The curves that `dependences` speak of, beside the model `top`; None where there are none."""
+    curves = _learned(material, top.solution, _blank(dependences))
     if not curves:
         return None
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
     composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
     solution = material.solve(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
     after = State(solution, material.residuals(solution))
-    return StandIn(tuple(curves), after, gain(material, top.residuals, after.residuals, found.ladder.floor.rms))
+    return StandIn(tuple(curves), after, gain(material, top.residuals, after.residuals, floor.rms))
 
 
 def _blank(dependences: Sequence[Dependence]) -> list[Curve]:

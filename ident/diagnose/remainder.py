@@ -1,4 +1,4 @@
-"""What the last model leaves: whether it is more than the floor, and what it depends on."""
+"""What a model leaves: whether it is more than the floor, and what it depends on."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from ident.diagnose.dependence import Dependence, dependences
 from ident.diagnose.floor import Floor
 from ident.diagnose.material import Material
 from ident.diagnose.material import rms as rms_of
-from ident.diagnose.rungs import Ladder
+from ident.diagnose.rungs import State
 from recordings.recording import Bools, Floats
 
 LEAST = 0.0035
@@ -28,7 +28,7 @@ _CHANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Remainder:
-    """Of the last model."""
+    """Of one model."""
 
     rms: Floats
     """(dof,) of what is structured [N m]."""
@@ -43,9 +43,9 @@ class Remainder:
     """What the curves are over that explain some of it."""
 
 
-def remainder(material: Material, ladder: Ladder) -> Remainder:
-    """What the top of the `ladder` leaves."""
-    residuals, floor = ladder.rungs[-1].state.residuals, ladder.floor
+def remainder(material: Material, state: State, floor: Floor) -> Remainder:
+    """What the model `state` leaves above its `floor`."""
+    residuals = state.residuals
     rows = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
     total = rms_of(residuals, rows)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
@@ -58,7 +58,7 @@ def remainder(material: Material, ladder: Ladder) -> Remainder:
     # What one joint lacks spreads to the others through the parameters that they share.
     worst = (structured / material.torque_rms) >= _CLEARLY * (structured / material.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero(repeats & worst & ~vibrates)]
-    found = dependences(material, ladder.rungs[-1].state.solution, residuals, joints)
+    found = dependences(material, state.solution, residuals, joints)
     variables = {variable for one in found for variable in one.variables}
     variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
     unexplained = bool((repeats | vibrates | drifts).any())

@@ -55,7 +55,7 @@ class Course:
 def draw(geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: float, seconds: float) -> Course:
     """A motion for a robot of that geometry, about `seconds` of identical cycles, recorded at `rate` [Hz]."""
     path = _fourier(geometry, rng) if shape == "fourier" else _stations(geometry, rng)
-    per_sample = round(FINE / rate)
+    per_sample = 2 * round(FINE / rate / 2)  # even: a sample's time lies evenly around its instant
     step = 1 / (rate * per_sample)
     period = round(_period(geometry, path) * rate) / rate
     cycles = max(round(seconds / period), 3)

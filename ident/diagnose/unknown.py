@@ -1,0 +1,41 @@
+"""Whether one thing that nobody knows explains more than the effects that were added for want of a better one.
+
+Something unknown is often imitated, more or less, by several known effects together. Then a curve in place of all of
+them leaves less on rows that no fit has seen, and none of them belongs in the model.
+"""
+
+from ident.diagnose.evidence import gain
+from ident.diagnose.ladder import Climber, holds
+from ident.diagnose.learning import learn
+from ident.diagnose.material import Material
+from ident.diagnose.remainder import remainder
+from ident.diagnose.rungs import Ladder, State
+
+
+def without_imitations(material: Material, climber: Climber, ladder: Ladder) -> Ladder:
+    """The `ladder`, or as much of its beginning as a learned curve does not do better without."""
+    top = ladder.rungs[-1].state
+    first = max(i for i, rung in enumerate(ladder.rungs) if all(one.effect.always_true for one in rung.state.terms))
+    if first == len(ladder.rungs) - 1:
+        return ladder
+    with_curves = [_with_curve(material, climber, rung.state) for rung in ladder.rungs[first:]]
+    best = min(with_curves, key=lambda state: _held_out(material, state, ladder))
+    for number, state in enumerate(with_curves[:-1], start=first):
+        if _better(material, top, state, ladder) and not _better(material, state, best, ladder):
+            return climber.stopped(ladder, number)
+    return ladder
+
+
+def _with_curve(material: Material, climber: Climber, state: State) -> State:
+    floor = climber.floor(state)
+    learned = learn(material, state, floor, remainder(material, state, floor).dependences)
+    return learned.after if learned else state
+
+
+def _held_out(material: Material, state: State, ladder: Ladder) -> float:
+    nothing = [data.torque * 0.0 for data in material.datasets]
+    return -gain(material, nothing, state.residuals, ladder.floor.rms).fall
+
+
+def _better(material: Material, before: State, after: State, ladder: Ladder) -> bool:
+    return holds(gain(material, before.residuals, after.residuals, ladder.floor.rms))
