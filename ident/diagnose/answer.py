@@ -20,7 +20,6 @@ from ident.diagnose.document import (
     Verdict,
 )
 from ident.diagnose.intervals import intervals
-from ident.diagnose.learning import learn
 from ident.diagnose.material import rms
 from ident.diagnose.rungs import Finding, Rung
 from ident.samples import holds_torque
@@ -63,8 +62,7 @@ def document(found: Diagnosis) -> Document:
 
 def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
     """Write the curves that stand in for what remains to the effect file `path`; None if there are none that hold."""
-    ladder = found.ladder
-    learned = learn(found.material, ladder.rungs[-1].state, ladder.floor, found.remainder.dependences)
+    learned = found.stand_in
     if learned is None or not learned.holds:
         return None
     about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.material.datasets))

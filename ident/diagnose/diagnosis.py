@@ -11,6 +11,7 @@ from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
 from ident.diagnose.ladder import Climber
+from ident.diagnose.learning import StandIn, learn
 from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
 from ident.diagnose.rungs import Ladder
@@ -50,6 +51,8 @@ class Diagnosis:
     """Effects that such recordings cannot show, and why."""
     ladder: Ladder
     remainder: Remainder
+    stand_in: StandIn | None
+    """Curves for the remainder, where there are any."""
     excerpt: float | None
     """Share of the recordings that was looked at, where they were too long for all."""
 
@@ -87,10 +90,13 @@ def diagnose(
         ladder = climber.climb(bare, np.zeros(len(bare.named)))
     progress("what remains")
     left = remainder(material, ladder.rungs[-1].state, ladder.floor)
+    stand_in = None
     if left.unexplained:
         ladder = without_imitations(material, climber, ladder)
-        left = remainder(material, ladder.rungs[-1].state, ladder.floor)
-    return Diagnosis(material, library, unobservable, ladder, left, share)
+        stand_in = learn(material, ladder.rungs[-1].state)
+        known = stand_in.dependences if stand_in and stand_in.holds else None
+        left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
+    return Diagnosis(material, library, unobservable, ladder, left, stand_in, share)
 
 
 def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:

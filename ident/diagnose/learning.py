@@ -8,9 +8,10 @@ import numpy as np
 from ident.composition import Term
 from ident.diagnose.dependence import Dependence
 from ident.diagnose.evidence import Gain, gain
-from ident.diagnose.floor import Floor
+from ident.diagnose.floor import floor
 from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material
+from ident.diagnose.remainder import remainder
 from ident.diagnose.rungs import State
 from ident.evaluation import Evaluator
 from ident.refine import Solution
@@ -32,6 +33,8 @@ class StandIn:
     """Curves, and what they are worth."""
 
     curves: tuple[Curve, ...]
+    dependences: tuple[Dependence, ...]
+    """What they are over."""
     after: State
     """The last model with them."""
     gain: Gain
@@ -77,31 +80,46 @@ class _Rows:
         return total
 
 
-def learn(material: Material, top: State, floor: Floor, dependences: Sequence[Dependence]) -> StandIn | None:
-    """The curves that `dependences` speak of, beside the model `top`; None where there are none."""
-    curves = _learned(material, top.solution, _blank(dependences))
+def learn(material: Material, top: State) -> StandIn | None:
+    """The curves that stand in for what the model `top` leaves; None where it depends on nothing that has one.
+
+    One joint comes after the other, the one with most of it first, and before all what changes with time: only once a
+    joint has its curve is seen what the others lack themselves.
+    """
+    reached = floor(material, top.solution, top.residuals)
+    used: list[Dependence] = []
+    curves: list[Curve] = []
+    after = top
+    for _ in range(top.residuals[0].shape[1]):
+        left = remainder(material, after, floor(material, after.solution, after.residuals))
+        share = left.rms / material.torque_rms
+        more = [one for one in left.dependences if one.joint not in {other.joint for other in used}]
+        if not more:
+            break
+        used.append(max(more, key=lambda one: ("time" in one.variables, share[one.joint])))
+        curves = _learned(material, top.solution, [curve for one in used for curve in _blank(one)])
+        after = _beside(material, top, curves)
     if not curves:
         return None
+    held_out = gain(material, top.residuals, after.residuals, reached.rms)
+    return StandIn(tuple(curves), tuple(used), after, held_out)
+
+
+def _beside(material: Material, top: State, curves: Sequence[Curve]) -> State:
+    """The model `top` with `curves`, refitted."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
     composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
     solution = material.solve(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
-    after = State(solution, material.residuals(solution))
-    return StandIn(tuple(curves), after, gain(material, top.residuals, after.residuals, floor.rms))
+    return State(solution, material.residuals(solution))
 
 
-def _blank(dependences: Sequence[Dependence]) -> list[Curve]:
+def _blank(one: Dependence) -> list[Curve]:
     """Curves without knots over what was found."""
-    return [
-        Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ())
-        for one in dependences
-        for own in one.sources
-    ]
+    return [Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ()) for own in one.sources]
 
 
 def _learned(material: Material, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
     """All together, while the model's own parameters move along."""
-    if not blank:
-        return []
     views = [_view(material.evaluators[i], solution) for i in material.fitting]
     curves = [replace(curve, knots=_knots(curve, views)) for curve in blank]
     rows = _rows(material, solution, views, curves)

@@ -43,8 +43,11 @@ class Remainder:
     """What the curves are over that explain some of it."""
 
 
-def remainder(material: Material, state: State, floor: Floor) -> Remainder:
-    """What the model `state` leaves above its `floor`."""
+def remainder(material: Material, state: State, floor: Floor, known: Sequence[Dependence] | None = None) -> Remainder:
+    """What the model `state` leaves above its `floor`.
+
+    known: what it is known to depend on; None: it is looked at, joint by joint.
+    """
     residuals = state.residuals
     rows = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
     total = rms_of(residuals, rows)
@@ -57,8 +60,8 @@ def remainder(material: Material, state: State, floor: Floor) -> Remainder:
     drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > least
     # What one joint lacks spreads to the others through the parameters that they share.
     worst = (structured / material.torque_rms) >= _CLEARLY * (structured / material.torque_rms).max()
-    joints = [int(joint) for joint in np.flatnonzero(repeats & worst & ~vibrates)]
-    found = dependences(material, state.solution, residuals, joints)
+    joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
+    found = dependences(material, state.solution, residuals, joints) if known is None else list(known)
     variables = {variable for one in found for variable in one.variables}
     variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
     unexplained = bool((repeats | vibrates | drifts).any())

@@ -8,7 +8,6 @@ from ident.diagnose.evidence import gain
 from ident.diagnose.ladder import Climber, holds
 from ident.diagnose.learning import learn
 from ident.diagnose.material import Material
-from ident.diagnose.remainder import remainder
 from ident.diagnose.rungs import Ladder, State
 
 
@@ -18,7 +17,7 @@ def without_imitations(material: Material, climber: Climber, ladder: Ladder) -> 
     first = max(i for i, rung in enumerate(ladder.rungs) if all(one.effect.always_true for one in rung.state.terms))
     if first == len(ladder.rungs) - 1:
         return ladder
-    with_curves = [_with_curve(material, climber, rung.state) for rung in ladder.rungs[first:]]
+    with_curves = [_with_curve(material, rung.state) for rung in ladder.rungs[first:]]
     best = min(with_curves, key=lambda state: _held_out(material, state, ladder))
     for number, state in enumerate(with_curves[:-1], start=first):
         if _better(material, top, state, ladder) and not _better(material, state, best, ladder):
@@ -26,9 +25,8 @@ def without_imitations(material: Material, climber: Climber, ladder: Ladder) -> 
     return ladder
 
 
-def _with_curve(material: Material, climber: Climber, state: State) -> State:
-    floor = climber.floor(state)
-    learned = learn(material, state, floor, remainder(material, state, floor).dependences)
+def _with_curve(material: Material, state: State) -> State:
+    learned = learn(material, state)
     return learned.after if learned else state
 
 
