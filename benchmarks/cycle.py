@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from daq.clock import HostClock
 from daq.stream import _quiet_interpreter
 from drivers import transports
-from drivers.simulated.drive import EDS
+from drivers.simulated.node import EDS
 from recordings.rig import Rig, load_rig
 
 _RIG = """

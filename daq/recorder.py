@@ -1,5 +1,6 @@
 """Writing beside the cycle: the cycle hands over what happened, a thread encodes and writes it."""
 
+import math
 import queue
 import threading
 from collections.abc import Callable
@@ -10,12 +11,24 @@ from numpy.typing import NDArray
 
 from drivers.protocol import Sample
 from recordings.errors import RunFailed
-from recordings.schemas import Level
+from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY, Level
 from recordings.writer import RecordingWriter
 
 _Write = Callable[[], None]
 _DECIMALS = 9
 """References are rounded to nanometres and nanoradians, so that the last bits of another processor do not show."""
+
+
+def _delays(stamp_ns: int, sample: Sample) -> dict[str, float]:
+    """By how much later than the SYNC instant everything was measured [s]."""
+    found = {}
+    for name, values, stamps in (
+        (POSITION_DELAY, sample.position, sample.position_stamp),
+        (VOLTAGE_DELAY, sample.voltage, sample.voltage_stamp),
+    ):
+        for i, (value, stamp) in enumerate(zip(values, stamps or (), strict=bool(stamps)), start=1):
+            found[f"{name}_{i}"] = math.nan if math.isnan(value) else (stamp - stamp_ns) / 1e9
+    return found
 
 
 class Recorder:
@@ -79,6 +92,8 @@ class Recorder:
                 sample.error_code,
                 sample.voltage_stamp,
             )
+            if sample.position_stamp is not None:
+                writer.extra(stamp_ns, log_ns, _delays(stamp_ns, sample))
 
         self._queue.put(write)
 

@@ -13,7 +13,7 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers import can_errors, canopen_check, canopen_setup, cia402
+from drivers import can_errors, canopen_check, canopen_discovery, canopen_setup, cia402
 from drivers.bus import Link
 from drivers.canopen_axis import Axis
 from drivers.canopen_poll import VoltagePoll
@@ -25,24 +25,14 @@ from recordings.rig import Rig
 
 _CONTROLWORD = struct.Struct("<H")
 _POSITION = struct.Struct("<i")
-_SIMULATED_NAME = "delta-workbench simulated drive"
-_PACE_OBJECT = 0x2F00
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _HEARTBEAT_SILENCE = 3.5 * canopen_setup.DRIVE_HEARTBEAT_MS / 1000
 """After this time without a heartbeat a drive counts as lost [s]."""
-_LISTEN_FIRST = 0.2
-"""How long the bus is listened to for another master before anything is sent [s]."""
 _STOP_BY_SDO = 0.3
 """How long a drive may take to come to rest when the cycle does not reach it [s]."""
 _PATIENCE = 0.1
 """How long an enabled drive may take to begin to follow its target [s]."""
-
-
-def only_from_master(arbitration_id: int) -> bool:
-    """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
-    function = arbitration_id & 0x780
-    return arbitration_id in (0, 0x80, 0x700 + canopen_setup.MASTER_ID) or function in (0x200, 0x600)
 
 
 class CanopenDrives:
@@ -77,48 +67,10 @@ class CanopenDrives:
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
-        self._refuse_another_master()
+        canopen_discovery.refuse_another_master(self._link)
         self._nmt(0x80)
-        answers = {axis.name: axis.sdo.answers() for axis in self._axes}
-        silent = [name for name, count in answers.items() if count == 0]
-        if silent:
-            raise RunFailed(
-                f"no answer from {', '.join(silent)}; check power, cable, termination, bit rate and the node ids "
-                "in the rig file"
-            )
-        for name, count in answers.items():
-            if count > 1:
-                raise RunFailed(f"{name}: two drives answer under this node id; give each its own")
-        return tuple(self._identify(axis) for axis in self._axes)
-
-    def _refuse_another_master(self) -> None:
-        # In lockstep all is simulated, and silent until it is spoken to.
-        deadline = time.monotonic() + (_LISTEN_FIRST if self._link.clock is None else 0.0)
-        while (frame := self._link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-            if only_from_master(frame[0]):
-                raise RunFailed(
-                    f"another master is on this bus (frame {frame[0]:03X} seen); stop it first, or follow it with "
-                    "daq record --listen"
-                )
-
-    def _identify(self, axis: Axis) -> Identity:
-        profile = axis.sdo.read(0x1000, 0, "<I") & 0xFFFF
-        if profile != 402:
-            raise RunFailed(
-                f"{axis.name}: a CiA 402 drive expected, device profile {profile} found; check the node id"
-            )
-        device = axis.sdo.read_text(0x1008)
-        simulated = device == _SIMULATED_NAME
-        return Identity(
-            joint=axis.joint,
-            address=f"node {axis.drive.node_id}",
-            device=device,
-            vendor_id=axis.sdo.read(0x1018, 1, "<I"),
-            product_code=axis.sdo.read(0x1018, 2, "<I"),
-            revision=axis.sdo.read(0x1018, 3, "<I"),
-            simulated=simulated,
-            lockstep=simulated and axis.sdo.read(_PACE_OBJECT, 1, "<B") == 1,
-        )
+        canopen_discovery.refuse_silent_and_double(self._axes)
+        return tuple(canopen_discovery.identify(axis) for axis in self._axes)
 
     def examine(self) -> Sequence[Finding]:
         """See `Amplifiers`."""
@@ -184,7 +136,7 @@ class CanopenDrives:
         for j, axis in enumerate(self._axes):
             target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
             self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._command(axis)) + target)
-        if self._cycle % self._heartbeat_every == 0:
+        if self._cycle % self._heartbeat_every == 0 or self._enabling:
             self._link.send(0x700 + canopen_setup.MASTER_ID, b"\x05")
         number = None
         if self._kernel_sync is None:
@@ -195,6 +147,12 @@ class CanopenDrives:
         self._cycle += 1
         self._collect(timeout)
         return self._sample(number)
+
+    @property
+    def _enabling(self) -> bool:
+        """A drive's watchdog is armed by the first heartbeat that reaches it, which must not be the one that is lost:
+        until all drives are enabled, every cycle has one."""
+        return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
     def _command(self, axis: Axis) -> int:
         if axis.state is None:

@@ -89,6 +89,8 @@ class Sample:
     """Torque actual [N m]; None where the drives do not report it."""
     voltage_stamp: tuple[int, ...] | None = None
     """When each voltage arrived [ns]; None: it was measured at the SYNC. Meaningless where the voltage is NaN."""
+    position_stamp: tuple[int, ...] | None = None
+    """Likewise of the positions: drives on one line are read one after the other."""
     sync: int | None = None
     """Where SYNC does not wait for `exchange`: number of the one that was answered; None: the one just sent."""
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from canopen import ObjectDictionary
 from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
-from canopen.sdo.constants import RESPONSE_ABORTED
+from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABORTED
 
 from drivers.bus import Link
 from recordings.errors import RunFailed
@@ -16,6 +16,8 @@ from recordings.errors import RunFailed
 _SECOND_ANSWER = 0.01
 """How long a second drive under the same node id may take longer than the first [s]."""
 _ABORT_CODE = struct.Struct("<4xL")
+_ABORT_OF_ANYTHING = b"\x80\0\0\0"
+"""Some drives name no object when they refuse one."""
 
 
 class _Sender:
@@ -36,12 +38,26 @@ class _PumpedClient(SdoClient):  # type: ignore[misc]
         self.network = _Sender(link)
         self._link = link
         self._others = others
+        self._request = b""
+
+    def send_request(self, request: bytes) -> None:
+        # What is there already answers nothing that is yet to be asked: canopen would take the second of two equal
+        # responses for that to the next request, be it lost or not.
+        while (frame := self._link.receive(0.0)) is not None:
+            self._others(*frame)
+        self._request = bytes(request)
+        super().send_request(request)
+
+    def _answered_by(self, data: bytes) -> bool:
+        """Whether a response is that to the last request. Those to segments carry no address."""
+        begins = self._request[0] & 0xE0 in (REQUEST_DOWNLOAD, REQUEST_UPLOAD)
+        return not begins or data[1:4] == self._request[1:4] or data[:4] == _ABORT_OF_ANYTHING
 
     def read_response(self) -> bytes:
         deadline = time.monotonic() + self.RESPONSE_TIMEOUT
         while (frame := self._link.receive(deadline - time.monotonic())) is not None:
             arbitration_id, data = frame
-            if arbitration_id != self.tx_cobid or len(data) != 8:
+            if arbitration_id != self.tx_cobid or len(data) != 8 or not self._answered_by(data):
                 self._others(arbitration_id, data)
                 continue
             if data[0] == RESPONSE_ABORTED:

@@ -58,8 +58,10 @@ class Axis:
         self.power = Power.UNKNOWN
         self.counts: int | None = None
         self.raw_voltage = 0
-        self.voltage_stamp = 0
-        """When the voltage was measured: the reply's time on the wire before it was there [ns]."""
+        self.position_stamp = self.voltage_stamp = 0
+        """When they were measured [ns]."""
+        # The wall clock may be set meanwhile.
+        self._epoch = time.time_ns() - time.perf_counter_ns()
         self.fault = 0
         self.answered = False
         """In this cycle, or the last one between two."""
@@ -158,12 +160,28 @@ class Axis:
             yield from self._look()  # what ails it says more than what it refused
             self.trouble = self.trouble or f"{self.name}: {refusal}"
         names = self._bus.registers
-        counts = yield from ask_integer(self.get(names.position))
-        self.raw_voltage = yield from ask_integer(self.get(names.voltage))
+        counts, self.position_stamp = yield from self._measure(names.position)
+        self.raw_voltage, self.voltage_stamp = yield from self._measure(names.voltage)
         self.counts = counts
-        on_the_wire = len(f"v {self.raw_voltage}\r") * self._bus.character
-        self.voltage_stamp = time.time_ns() - round(1e9 * on_the_wire)
         self.answered = True
+
+    def _measure(self, register: str) -> Generator[str, Reply, tuple[int, int]]:
+        """Part of a script: a value, and when it was measured [ns].
+
+        The drive did so after the last character of the command and before the first one of its reply: taken is the
+        middle, with which the host's own lateness before and after goes by halves.
+        """
+        command = self.get(register)
+        asked = time.perf_counter_ns()
+        value = yield from ask_integer(command)
+        latest = time.perf_counter_ns() - self._on_the_wire(f"v {value}")
+        # The command may have had to wait for the line.
+        earliest = max(asked + self._on_the_wire(command), latest - round(1e9 * self._bus.reply_timeout))
+        return value, self._epoch + (earliest + latest) // 2
+
+    def _on_the_wire(self, text: str) -> int:
+        """[ns], its end included."""
+        return round(1e9 * (len(text) + 1) * self._bus.character)
 
     def _steer(self, goal: Goal, target: str | None, look: bool) -> Script:
         if goal is Goal.ENABLED:

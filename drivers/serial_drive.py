@@ -46,7 +46,7 @@ class SerialDrives:
     """`drivers.protocol.Amplifiers` for the ASCII protocol on serial lines."""
 
     def __init__(self, rig: Rig, lines: dict[str, Line], report: Report, *, stamped: bool) -> None:
-        """`lines` by port; `stamped`: voltages carry the time of measurement (not where time is simulated)."""
+        """`lines` by port; `stamped`: values carry the time of measurement (not where time is simulated)."""
         self.goal = Goal.DISABLED
         self._report = report
         self._stamped = stamped
@@ -203,6 +203,7 @@ class SerialDrives:
             missing=sum(not axis.answered for axis in axes),
             trouble=next((axis.trouble for axis in axes if axis.trouble), None),
             voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._stamped else None,
+            position_stamp=tuple(axis.position_stamp for axis in axes) if self._stamped else None,
         )
 
     # The end

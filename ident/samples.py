@@ -7,6 +7,7 @@ import numpy as np
 from ident.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints, Recording
+from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
 LEAST_TRAVEL = 1e-3
 """A joint that moves less than this is held still [rad or m]."""
@@ -14,6 +15,8 @@ ON_TIME = 0.1
 """A sample that is further than this from its SYNC, in sample periods, is not of an even grid."""
 LONGEST_STEP = 2.0
 """Samples further apart than this, in sample periods, have a gap between them."""
+LONGEST_DELAYED = 1.6
+"""Likewise where one is due in every period, but measured somewhat later than its instant."""
 AT_REST = 0.01
 """A motion begins when a joint has left its place by this share of its travel."""
 
@@ -53,14 +56,9 @@ def sample(recording: Recording) -> Samples:
     drive, is_torque = drive_signal(recording), holds_torque(recording)
     _refuse_useless(recording, drive)
     _refuse_backwards(recording)
-    index = np.rint(recording.time * recording.run.rate).astype(np.int64)
-    if _is_even(recording, index):
-        rate = recording.run.rate
-        position, drive = _on_every_instant(recording.position, index), _on_every_instant(drive, index)
-    else:
-        rate = float(1 / np.median(np.diff(recording.time)))
-        index = np.rint(recording.time * rate).astype(np.int64)
-        position, drive = (_interpolated(recording.time, signal, rate) for signal in (recording.position, drive))
+    rate, index, even = _grid(recording)
+    position = _on_grid(recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, even=even)
+    drive = _on_grid(recording, drive, _delay(recording, VOLTAGE_DELAY), rate, index, even=even)
     repeat, phase = _repetitions(recording, index, rate)
     torque = recording.rig.torque
     return Samples(
@@ -122,6 +120,42 @@ def _refuse_backwards(recording: Recording) -> None:
         )
 
 
+def _grid(recording: Recording) -> tuple[float, Ints, bool]:
+    """Instants per second [Hz], the instant next to each sample, and whether the samples are there in truth."""
+    rate = recording.run.rate
+    index = np.rint(recording.time * rate).astype(np.int64)
+    if _is_even(recording, index):
+        return rate, index, True
+    rate = float(1 / np.median(np.diff(recording.time)))
+    last = int(recording.time[-1] * rate * (1 + 1e-12))
+    return rate, np.minimum(np.rint(recording.time * rate).astype(np.int64), last), False
+
+
+def _delay(recording: Recording, name: str) -> Floats | None:
+    """(n, dof) how much later than its SYNC each value was measured [s]; None: with it.
+
+    Drives that share a line are read one after the other.
+    """
+    columns = [recording.extra.get(f"{name}_{i}") for i in range(1, recording.rig.dof + 1)]
+    found = [column for column in columns if column is not None]
+    return np.stack(found, axis=1) if found and len(found) == len(columns) else None
+
+
+def _on_grid(
+    recording: Recording, x: Floats, delay: Floats | None, rate: float, index: Ints, *, even: bool
+) -> Floats:
+    """`x` (n, dof) at every instant of the grid."""
+    if even and delay is None:
+        return _on_every_instant(x, index)
+    time = np.broadcast_to(recording.time[:, None], x.shape)
+    if delay is not None:
+        time = time + delay
+    instants = np.arange(index[-1] + 1) / rate
+    longest = (LONGEST_DELAYED if even else LONGEST_STEP) / rate
+    columns = [_interpolated(own, signal, instants, longest) for own, signal in zip(time.T, x.T, strict=True)]
+    return np.stack(columns, axis=1)
+
+
 def _is_even(recording: Recording, index: Ints) -> bool:
     """Whether every sample is on time for the SYNC `index` (n,), and no two for the same."""
     off = np.abs(recording.time * recording.run.rate - index)
@@ -135,21 +169,20 @@ def _on_every_instant(x: Floats, index: Ints) -> Floats:
     return full
 
 
-def _interpolated(time: Floats, x: Floats, rate: float) -> Floats:
-    """`x` (n, dof) at even instants, by a cubic spline through the known samples; NaN in gaps between them."""
+def _interpolated(time: Floats, signal: Floats, grid: Floats, longest: float) -> Floats:
+    """`signal` (n,) at the instants `grid` [s], by a cubic spline through the known samples; NaN in gaps.
+
+    Two samples further apart than `longest` [s] have a gap between them.
+    """
     from scipy.interpolate import CubicSpline
 
-    grid = np.arange(int(time[-1] * rate * (1 + 1e-12)) + 1) / rate
-    columns = []
-    for signal in x.T:
-        known = np.isfinite(signal)
-        instants = time[known]
-        after = np.clip(np.searchsorted(instants, grid), 1, len(instants) - 1)
-        gap = instants[after] - instants[after - 1] > LONGEST_STEP * (1 + 1e-6) / rate
-        outside = (grid < instants[0]) | (grid > instants[-1])
-        values = CubicSpline(instants, signal[known])(grid)
-        columns.append(np.where(gap | outside, np.nan, values))
-    return np.stack(columns, axis=1)
+    known = np.isfinite(signal) & np.isfinite(time)
+    instants = time[known]
+    after = np.clip(np.searchsorted(instants, grid), 1, len(instants) - 1)
+    gap = instants[after] - instants[after - 1] > longest * (1 + 1e-6)
+    outside = (grid < instants[0]) | (grid > instants[-1])
+    values = CubicSpline(instants, signal[known])(grid)
+    return np.where(gap | outside, np.nan, values)
 
 
 def _repetitions(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:

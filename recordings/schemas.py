@@ -103,7 +103,8 @@ uint32 line
 
 EXTRA = _schema(
     """\
-# Numbers of another program that came with the samples, named as there; NaN is a gap.
+# Numbers that came with the samples: of another program, named as there; or position_delay_1, voltage_delay_1 ...,
+# by how much later than header.stamp each was measured [s]. NaN is a gap.
 std_msgs/Header header
 string[] name
 float64[] value
@@ -123,7 +124,10 @@ TOPICS = {
 """Topic: name and text of its message type. Every recording has these."""
 
 OPTIONAL_TOPICS = {"/extra": ("delta_msgs/msg/NamedValues", EXTRA)}
-"""Likewise; in a recording that was imported."""
+"""Likewise; in a recording that was imported, or whose drives are read one after the other."""
+
+POSITION_DELAY, VOLTAGE_DELAY = "position_delay", "voltage_delay"
+"""Names in /extra, with _1 ... _n behind them."""
 
 Level = Literal["debug", "info", "warning", "error", "fatal"]
 LEVELS: dict[Level, int] = {"debug": 10, "info": 20, "warning": 30, "error": 40, "fatal": 50}

@@ -1,6 +1,6 @@
 """Writing a recording: an MCAP file of ROS 2 messages that survives being cut off."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, Self
@@ -20,7 +20,8 @@ from recordings.rig import Rig
 FLUSH_INTERVAL = 500_000_000
 """At most this much recorded time [ns] is lost when the program is killed."""
 
-_FIELDS = {topic: parse_schema(text) for topic, (_, text) in schemas.TOPICS.items()}
+_KNOWN = schemas.TOPICS | schemas.OPTIONAL_TOPICS
+_FIELDS = {topic: parse_schema(text) for topic, (_, text) in _KNOWN.items()}
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
@@ -53,6 +54,7 @@ class RecordingWriter:
         self._flushed: int | None = None
         self._encoders: dict[tuple[str, bool, bool], Encoder] = {}
         self._amplifiers = self._amplifier_encoder()
+        self._extra: Encoder | None = None
         self._point = Encoder(_FIELDS["/platform_reference"], {"header.frame_id": "base"}, {})
         self._sent, self._received = (
             Encoder(_FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
@@ -110,6 +112,15 @@ class RecordingWriter:
         values = [*stamp, cycle, repeat, lateness, *voltage, *voltage_stamps, *statusword, *error_code]
         self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers.pack(values))
 
+    def extra(self, stamp_ns: int, log_ns: int, values: Mapping[str, float]) -> None:
+        """More numbers of this SYNC, the same names every time."""
+        if self._extra is None:
+            texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(values)}
+            self._extra = Encoder(_FIELDS["/extra"], texts, {"name": len(values), "value": len(values)})
+            self._channels["/extra"] = self._register("/extra")
+        payload = self._extra.pack([*divmod(stamp_ns, 10**9), *values.values()])
+        self._add("/extra", stamp_ns, log_ns, payload)
+
     def platform_reference(self, stamp_ns: int, log_ns: int, xyz: Numbers) -> None:
         """The platform position [m] that the reference means."""
         payload = self._point.pack([*divmod(stamp_ns, 10**9), *xyz])
@@ -165,7 +176,7 @@ class RecordingWriter:
             self.close(1, str(error) or type(error).__name__)
 
     def _register(self, topic: str) -> int:
-        name, text = schemas.TOPICS[topic]
+        name, text = _KNOWN[topic]
         schema: int = self._mcap.register_schema(name, "ros2msg", text.encode())
         channel: int = self._mcap.register_channel(topic, "cdr", schema)
         return channel

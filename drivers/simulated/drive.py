@@ -3,22 +3,17 @@
 canopen's LocalNode serves the object dictionary; the rest (PDOs, NMT states, boot-up, watchdog) it does not do.
 """
 
-import logging
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any
 
-import canopen
 from canopen.sdo import SdoAbortedError
 
 from drivers import cia402
 from drivers.canopen_setup import MASTER_ID
 from drivers.cia402 import State
 from drivers.simulated import power
+from drivers.simulated.node import Send, local_node
 from drivers.simulated.profile import SetpointGenerator
 from recordings.rig import Drive
-
-EDS = Path(__file__).with_name("drive.eds")
 
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 _VOLTAGE_ENABLED, _REMOTE = 0x10, 0x200
@@ -27,18 +22,6 @@ _PDO_MAPS = (0x1600, 0x1A00, 0x1A01)
 _PDO_INVALID = 0x8000_0000
 _INTERPOLATED_POSITION, _INTERPOLATE = 7, 0x10
 _UNLIMITED = 2**32 - 1
-
-Send = Callable[[int, bytes], None]
-
-
-class _SendOnly:
-    """What LocalNode's parts need of a network."""
-
-    def __init__(self, send: Send) -> None:
-        self._send = send
-
-    def send_message(self, can_id: int, data: bytes, remote: bool = False) -> None:
-        self._send(can_id, bytes(data))
 
 
 class SimulatedDrive:
@@ -53,19 +36,12 @@ class SimulatedDrive:
         self._send = send
         self._read_voltage = read_voltage
         self._lockstep = lockstep
-        # canopen logs every request that it also refuses over the bus.
-        logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self.generator = SetpointGenerator(dt)
         self._boot(0.0)
 
     def _boot(self, now: float) -> None:
-        self._node: Any = canopen.LocalNode(self.drive.node_id, str(EDS))
+        self._node = local_node(self.drive.node_id, self._send)
         self._decoded: dict[tuple[int, int], int] = {}
-        self._node.sdo.network = self._node.emcy.network = _SendOnly(self._send)
-        # canopen's server cannot refuse a segment that no transfer has announced unless these are numbers.
-        self._node.sdo._index = self._node.sdo._subindex = 0
-        # canopen's heartbeat runs on the host's clock; ours on simulated time, see `update`.
-        self._node.nmt.start_heartbeat = lambda milliseconds: None
         self._node.add_read_callback(self._on_read)
         self._node.add_write_callback(self._on_write)
         self._node.set_data(0x2F00, 1, bytes([self._lockstep]))

@@ -163,3 +163,6 @@ def test_two_programs_in_real_time_account_for_every_answer(daq: Runner, tmp_pat
     figures, recording = json.loads(done.out), read(tmp_path / "fig5a.mcap")
     assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
     assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
+    delay = [recording.extra[f"position_delay_{joint}"] for joint in (1, 2, 3)]
+    np.testing.assert_array_equal(np.isnan(recording.position), np.isnan(np.column_stack(delay)))
+    assert all(0 < np.nanmedian(late) < 0.02 for late in delay)

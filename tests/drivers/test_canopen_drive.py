@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.bus import Link
-from drivers.canopen_drive import CanopenDrives, only_from_master
+from drivers.canopen_discovery import only_from_master
+from drivers.canopen_drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -56,10 +57,13 @@ def test_enabling_goes_up_one_state_per_cycle() -> None:
         (HEARTBEAT, []),
         (SYNC, answered(DISABLED)),
         *rpdos("06 00"),
+        (HEARTBEAT, []),  # until all are enabled: it arms their watchdogs
         (SYNC, answered(READY)),
         *rpdos("07 00"),
+        (HEARTBEAT, []),
         (SYNC, answered(SWITCHED_ON)),
         *rpdos("0f 00"),
+        (HEARTBEAT, []),
         (SYNC, answered(ENABLED)),
         *rpdos("0f 00"),
         (SYNC, answered(ENABLED)),

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers import canopen_setup
-from drivers.simulated.drive import EDS
+from drivers.simulated.node import EDS
 from recordings.errors import BadInput
 from recordings.rig import Drive, Voltage, simulated_rig
 

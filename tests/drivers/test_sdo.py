@@ -79,3 +79,32 @@ def test_frames_for_others_are_passed_on() -> None:
     )
     assert client.read(0x6041, 0, "<H") == 0x240
     assert others == [(0x701, "05"), (0x582, "40")]
+
+
+@pytest.mark.parametrize(
+    ("before", "stale"),
+    [
+        (True, (0x582, "60 40 60 00 00 00 00 00")),
+        (False, (0x582, "60 16 10 01 00 00 00 00")),
+        (False, (0x582, "80 16 10 01 00 00 02 06")),
+    ],
+)
+def test_a_response_to_something_else_confirms_nothing(before: bool, stale: Frame) -> None:
+    """An acknowledgement that comes twice, and a command that is lost: the drive was not switched off."""
+    client, bus = sdo(
+        [
+            ((0x602, "2b 40 60 00 00 00 00 00"), [] if before else [stale]),
+            ((0x602, "80 00 00 00 00 00 04 05"), []),
+        ]
+    )
+    client._client.RESPONSE_TIMEOUT = 0.01
+    if before:
+        bus.receive_first(stale)
+    with pytest.raises(RunFailed, match="does not answer"):
+        client.write(0x6040, 0, "<H", 0, check=False)
+
+
+def test_an_abort_without_an_address_is_one() -> None:
+    client, _ = sdo([((0x602, "40 00 22 01 00 00 00 00"), [(0x582, "80 00 00 00 00 00 02 06")])])
+    with pytest.raises(RunFailed, match="does not exist"):
+        client.read(0x2200, 1, "<h")

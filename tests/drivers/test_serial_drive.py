@@ -1,6 +1,7 @@
 """The serial driver as (sent, received) pairs, three drives on one line unless said otherwise."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -417,10 +418,15 @@ SWITCH_ON: list[Exchange] = [("s r0xca 0", "ok"), ("s r0x24 21", "ok")]
 
 def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cycle() -> None:
     amplifiers, ports = on_three_lines({name: alone(OFF, SWITCH_OFF, counts=i) for i, name in enumerate("abc")})
+    before = time.time_ns()
     sample = amplifiers.exchange(None, 1.0)
     assert sample.power == (Power.OFF,) * 3
     assert sample.position == pytest.approx((0.0, 0.499, 0.002))
     assert sample.voltage_stamp is not None
+    assert sample.position_stamp is not None
+    for position, voltage in zip(sample.position_stamp, sample.voltage_stamp, strict=True):
+        # The port takes no time, so what the characters take on a wire is as much too early as it is too late.
+        assert before - 1_000_000 < position < voltage < time.time_ns()
     for port in ports.values():
         port.assert_finished()
 

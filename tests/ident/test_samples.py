@@ -118,3 +118,27 @@ def test_a_drive_that_gives_nothing_is_refused(value: float, found: str) -> None
     made = made if np.isfinite(value) else replace(made, effort=None)
     with pytest.raises(BadInput, match=f"of joint 1 is {found}"):
         sample(made)
+
+
+def delayed(delay: float, lost: list[int]) -> Recording:
+    """Every value measured by so much later than its SYNC [s], and told to be."""
+    made = imported(np.arange(400) / 100)
+    made.position[:, 0] = np.sin(3 * (made.time + delay))
+    made.position[lost] = np.nan
+    told = np.where(np.isnan(made.position[:, 0]), np.nan, delay)
+    return replace(made, extra={"position_delay_1": told})
+
+
+@given(st.floats(-0.002, 0.009), st.lists(st.integers(5, 390), max_size=3))
+def test_what_was_measured_later_is_brought_back_to_the_instant(delay: float, lost: list[int]) -> None:
+    found = sample(delayed(delay, lost))
+    known = np.isfinite(found.position[:, 0])
+    np.testing.assert_allclose(found.position[known, 0], np.sin(3 * np.arange(400)[known] / 100), atol=1e-5)
+    # Where a sample was lost, the instant between its neighbours is not known; nor are those at the very ends.
+    assert known.sum() >= 400 - len(lost) * 2 - 2
+    np.testing.assert_allclose(found.torque[:, 0], np.cos(3 * np.arange(400) / 100), atol=1e-12)
+
+
+def test_delays_of_some_joints_only_are_numbers_of_another_program() -> None:
+    made = replace(imported(np.arange(300) / 100), extra={"position_delay_2": np.full(300, 0.005)})
+    np.testing.assert_array_equal(sample(made).position, made.position)

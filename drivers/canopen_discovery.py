@@ -1,0 +1,70 @@
+"""Finding the drives of a rig on a CAN bus, and nobody else who would lead them."""
+
+import time
+from collections.abc import Sequence
+
+from drivers import canopen_setup
+from drivers.bus import Link
+from drivers.canopen_axis import Axis
+from drivers.protocol import Identity
+from recordings.errors import RunFailed
+
+_SIMULATED_NAME = "delta-workbench simulated drive"
+_PACE_OBJECT = 0x2F00
+_LISTEN_FIRST = 0.2
+"""How long the bus is listened to for another master before anything is sent [s]."""
+
+
+def only_from_master(arbitration_id: int) -> bool:
+    """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
+    function = arbitration_id & 0x780
+    return arbitration_id in (0, 0x80, 0x700 + canopen_setup.MASTER_ID) or function in (0x200, 0x600)
+
+
+def refuse_another_master(link: Link) -> None:
+    """Raise RunFailed where somebody else leads the drives already."""
+    # In lockstep all is simulated, and silent until it is spoken to.
+    deadline = time.monotonic() + (_LISTEN_FIRST if link.clock is None else 0.0)
+    while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
+        if only_from_master(frame[0]):
+            raise RunFailed(
+                f"another master is on this bus (frame {frame[0]:03X} seen); stop it first, or follow it with "
+                "daq record --listen"
+            )
+
+
+def refuse_silent_and_double(axes: Sequence[Axis]) -> None:
+    """Raise RunFailed where not exactly one drive answers under each node id."""
+    answers = {axis.name: axis.sdo.answers() for axis in axes}
+    silent = [name for name, count in answers.items() if count == 0]
+    if silent:
+        raise RunFailed(
+            f"no answer from {', '.join(silent)}; check power, cable, termination, bit rate and the node ids "
+            "in the rig file"
+        )
+    for name, count in answers.items():
+        if count > 1:
+            raise RunFailed(f"{name}: two drives answer under this node id; give each its own")
+
+
+def identify(axis: Axis) -> Identity:
+    """What the drive says it is.
+
+    Raises:
+        RunFailed: it is no CiA 402 drive, or stops answering.
+    """
+    profile = axis.sdo.read(0x1000, 0, "<I") & 0xFFFF
+    if profile != 402:
+        raise RunFailed(f"{axis.name}: a CiA 402 drive expected, device profile {profile} found; check the node id")
+    device = axis.sdo.read_text(0x1008)
+    simulated = device == _SIMULATED_NAME
+    return Identity(
+        joint=axis.joint,
+        address=f"node {axis.drive.node_id}",
+        device=device,
+        vendor_id=axis.sdo.read(0x1018, 1, "<I"),
+        product_code=axis.sdo.read(0x1018, 2, "<I"),
+        revision=axis.sdo.read(0x1018, 3, "<I"),
+        simulated=simulated,
+        lockstep=simulated and axis.sdo.read(_PACE_OBJECT, 1, "<B") == 1,
+    )

@@ -1,0 +1,75 @@
+"""What a listener makes of arrival times alone is good enough to identify from."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from daq import listen
+from daq.reconstruct import reconstruct
+from recordings import blocks
+from recordings.reader import read
+from recordings.recording import CanFrames, Ints
+from tests.conftest import Runner
+from tests.daq.listening import SAMPLE, START, sample_frames, write
+from trajectories import load
+
+JITTER = 100e3
+"""Standard deviation of every arrival [ns]."""
+OUTLIERS = 0.002
+"""Share of the frames that are late by several milliseconds, and all behind them."""
+
+
+def jittered(frames: CanFrames, period: float, seed: int) -> Ints:
+    """(n,) Arrival of each frame [ns]: a bus keeps their order, whatever else happens to them."""
+    rng = np.random.default_rng(seed)
+    cycle = np.cumsum(frames.id == 0x80)
+    order = np.minimum(np.arange(len(cycle)) - np.searchsorted(cycle, cycle), 40)
+    late = rng.normal(0, JITTER, len(cycle)) + rng.uniform(2e6, 8e6, len(cycle)) * (rng.random(len(cycle)) < OUTLIERS)
+    arrival: Ints = np.maximum.accumulate(np.rint(cycle * period + 20e3 * order + late).astype(np.int64))
+    return START + arrival
+
+
+def fitted(ident: Runner, file: Path) -> dict[str, float]:
+    done = ident("fit", file, "--method", "ls")
+    assert done.code == 0, done.err
+    parameters = json.loads(file.with_suffix(".model.json").read_text())["parameters"]
+    return {parameter["name"]: parameter["value"] for parameter in parameters}
+
+
+def worst(found: dict[str, float], expected: dict[str, float]) -> float:
+    """Largest relative difference of a parameter."""
+    return max(abs(found[name] / value - 1) for name, value in expected.items())
+
+
+@pytest.mark.slow
+def test_jitter_of_the_arrivals_does_not_reach_the_parameters(ident: Runner, tmp_path: Path) -> None:
+    sample, frames = read(SAMPLE), sample_frames()
+    original = tmp_path / "original.mcap"
+    original.write_bytes(SAMPLE.read_bytes())
+    expected = fitted(ident, original)
+    trajectory = load("fig5a", sample.rig, 2)
+    end = {"exit_status": "0", "reason": "enough"}
+    for name, clock in (("ours", 1.0), ("another", 1 + 1e-4)):
+        file = tmp_path / f"{name}.mcap"
+        write(file, sample.rig, frames, jittered(frames, 4e6 * clock, seed=1))
+        found = listen.complete(file, sample.rig, trajectory, end)
+        assert found.own_clock == (name == "ours")
+        assert found.rate == pytest.approx(250 / clock, rel=5e-6)
+        # Another clock makes everything slower by 1e-4, in truth.
+        assert worst(fitted(ident, file), expected) < 1e-3
+    assert _worst_by_arrivals(ident, tmp_path, expected) > 5e-3
+
+
+def _worst_by_arrivals(ident: Runner, folder: Path, expected: dict[str, float]) -> float:
+    """The same with samples stamped by the arrivals, of which none changes places: what the line is for."""
+    recording, file = read(folder / "ours.mcap"), folder / "arrivals.mcap"
+    found = reconstruct(folder / "ours.mcap", recording.rig, load("fig5a", recording.rig, 2))
+    assert found is not None
+    rng, n = np.random.default_rng(2), len(found.samples.stamp)
+    late = rng.normal(0, JITTER, n) + rng.uniform(0.5e6, 2e6, n) * (rng.random(n) < OUTLIERS)
+    stamp = found.samples.stamp + np.rint(late).astype(np.int64)
+    blocks.write(file, recording.rig, recording.run, replace(found.samples, stamp=stamp))
+    return worst(fitted(ident, file), expected)

@@ -1,0 +1,129 @@
+"""Simulated drives on a CAN bus that loses, doubles and forgets frames on demand, in simulated time and in lockstep.
+
+Nothing waits: where no frame is there, `recv` says so at once, so that a time-out takes no time.
+"""
+
+from collections import Counter, deque
+from collections.abc import Callable
+from typing import Any
+
+import can
+
+from drivers.cia402 import State
+from drivers.simulated.drive import SimulatedDrive
+from recordings.rig import Rig
+
+DT = 2.5e-3
+"""Step of the drives' setpoints [s]."""
+_SDO_TIME = 2e-4
+"""What a request takes [s]."""
+_KINDS = {
+    0x000: "nmt",
+    0x080: "emcy",
+    0x180: "tpdo",
+    0x200: "rpdo",
+    0x280: "tpdo",
+    0x580: "response",
+    0x600: "request",
+    0x700: "heartbeat",
+}
+KINDS = (*sorted({*_KINDS.values()}), "sync")
+
+
+def kind_of(arbitration_id: int) -> str:
+    """What a frame is, by the predefined connection set."""
+    return "sync" if arbitration_id == 0x080 else _KINDS.get(arbitration_id & 0x780, "")
+
+
+class LossyBus(can.BusABC):
+    """The master's end; the drives' motors follow their setpoints at once."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__("lossy")
+        self._is_shutdown = True  # nothing is held that python-can would have to warn about
+        self.now = self._moved = 0.0
+        self.pulled = False
+        """No frame passes."""
+        self.losses: Counter[str] = Counter()
+        """How many more frames of a kind are lost."""
+        self.doubles: Counter[str] = Counter()
+        """Likewise doubled."""
+        self.witness: Callable[[int, bytes], None] = lambda arbitration_id, data: None
+        """Sees what the master sends, also what is lost."""
+        self._period = 1 / rig.rate
+        self._inbox: deque[tuple[int, bytes]] = deque()
+        self.drives = [SimulatedDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives]
+
+    @property
+    def enabled(self) -> list[int]:
+        """Numbers, from 1, of the drives that follow targets: their own truth."""
+        return [i for i, drive in enumerate(self.drives, start=1) if drive.state is State.ENABLED]
+
+    # The master's end
+
+    def send(self, msg: can.Message, timeout: float | None = None) -> None:
+        arbitration_id, data = msg.arbitration_id, bytes(msg.data)
+        self.witness(arbitration_id, data)
+        for _ in range(self._copies(arbitration_id)):
+            self.to_drives(arbitration_id, data)
+        if arbitration_id == 0x080:
+            self.wait(self._period)
+        elif kind_of(arbitration_id) == "request":
+            self.wait(_SDO_TIME)
+
+    def recv(self, timeout: float | None = None) -> can.Message | None:
+        if not self._inbox:
+            return None
+        arbitration_id, data = self._inbox.popleft()
+        return can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False)
+
+    def now_ns(self) -> int:
+        """Simulated time."""
+        return round(self.now * 1e9)
+
+    # The drives' end
+
+    def to_drives(self, arbitration_id: int, data: bytes) -> None:
+        """A frame reaches the drives, whoever sent it."""
+        for drive in self.drives:
+            if arbitration_id == 0x080:
+                drive.synchronise(self._counts(drive), 0, 0.0)
+            else:
+                drive.receive(arbitration_id, data, self.now)
+
+    def wait(self, duration: float) -> None:
+        """Time passes [s]."""
+        self.now += duration
+        while self._moved + DT <= self.now:
+            self._moved += DT
+            for drive in self.drives:
+                if drive.powered:
+                    drive.generator.step()
+                drive.update(self._counts(drive), self._moved)
+
+    def _counts(self, drive: SimulatedDrive) -> int:
+        return round((drive.generator.position - drive.drive.zero_offset) * drive.drive.counts_per_radian)
+
+    def _answer(self, arbitration_id: int, data: bytes) -> None:
+        for _ in range(self._copies(arbitration_id)):
+            self._inbox.append((arbitration_id, data))
+
+    def _copies(self, arbitration_id: int) -> int:
+        kind = kind_of(arbitration_id)
+        if self.pulled:
+            return 0
+        if self.losses[kind]:
+            self.losses[kind] -= 1
+            return 0
+        if self.doubles[kind]:
+            self.doubles[kind] -= 1
+            return 2
+        return 1
+
+    @property
+    def channel_info(self) -> Any:
+        return "lossy"
+
+    @channel_info.setter
+    def channel_info(self, value: Any) -> None:
+        pass

@@ -1,0 +1,192 @@
+"""Whatever is commanded, lost, doubled or broken: a stop ends without power, and nothing enables on the way to it."""
+
+import numpy as np
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from daq.clock import LockstepClock
+from daq.recorder import Discard
+from daq.stopping import StopRequest
+from daq.stream import Progress, Stream
+from drivers.bus import Link
+from drivers.canopen_drive import CanopenDrives
+from drivers.cia402 import Control
+from drivers.protocol import Goal
+from recordings.errors import RunFailed
+from recordings.rig import Axis, Drive, Rig
+from tests.drivers.lossy_bus import KINDS, LossyBus, kind_of
+
+RIG = Rig(
+    name="two axes",
+    mechanism="axes",
+    rate=200.0,
+    axes=(Axis(), Axis()),
+    drives=(Drive(node_id=1), Drive(node_id=2, mode="interpolated")),
+)
+DOWN = (Control.DISABLE_VOLTAGE, Control.QUICK_STOP)
+"""What a controlword may ask for while a stop is under way."""
+WATCHDOG = 1.0
+"""In this time a drive that hears no master has come to rest without power [s]."""
+HEARTBEATS = 2
+"""So many may be lost in one run."""
+DEAF, MUTE = ("nmt", "request", "rpdo"), ("response", "tpdo")
+"""Kinds of frames that a drive does not hear, but for SYNC and heartbeat, or does not get said."""
+DISTURBED = st.sampled_from([DEAF, MUTE, ("sync",), ("rpdo",)]) | st.sampled_from(KINDS).map(lambda kind: (kind,))
+COUNTS = st.sampled_from([1, 3, 1000])
+
+
+def controlword(arbitration_id: int, data: bytes) -> int | None:
+    """The controlword that a frame of the master carries."""
+    if kind_of(arbitration_id) == "rpdo":
+        return int.from_bytes(data[:2], "little")
+    if kind_of(arbitration_id) == "request" and data[:4] == bytes.fromhex("2b406000"):
+        return int.from_bytes(data[4:6], "little")
+    return None
+
+
+class AnyRun(RuleBasedStateMachine):
+    """The real driver and the real end of a run; `bus.drives` know what is true."""
+
+    @initialize(cycles=st.sampled_from([0, 2, 5]))
+    def begin(self, cycles: int) -> None:
+        self.bus = LossyBus(RIG)
+        self.bus.witness = self.judge
+        self.driver: CanopenDrives | None = None
+        self.connect(repaired=True)
+        self.stream(cycles, None)
+
+    def judge(self, arbitration_id: int, data: bytes) -> None:
+        word = controlword(arbitration_id, data)
+        if self.stopping and word is not None:
+            assert word in DOWN, f"controlword 0x{word:04X} while stopping"
+
+    # What the program does
+
+    @precondition(lambda self: self.driver is None)
+    @rule(repaired=st.booleans())
+    def connect(self, repaired: bool) -> None:
+        if repaired:
+            self.bus.pulled = False
+            self.bus.losses.clear()
+        self.stopping = False
+        self.heartbeats = HEARTBEATS
+        link = Link(self.bus)
+        link.clock = self.bus.now_ns
+        self.driver = CanopenDrives(RIG, link, lambda *line: None)
+        try:
+            self.driver.discover()
+            self.driver.configure()
+        except RunFailed:
+            self.leave(confirmed=False)
+
+    @precondition(lambda self: self.driver is not None and not self.stopping)
+    @rule(cycles=st.sampled_from([1, 3, 5, 15]), step=st.integers(-300, 300) | st.none())
+    def stream(self, cycles: int, step: int | None) -> None:
+        """Enable, follow: all that a program may do that is not yet stopping."""
+        assert self.driver is not None
+        self.driver.goal = Goal.ENABLED
+        for _ in range(cycles):
+            target = None
+            if step is not None:
+                here = [drive.generator.position for drive in self.bus.drives]
+                (target,) = self.driver.encode(np.array([here]) + step * 1e-5)
+            self.driver.exchange(target, 0.01)
+
+    @precondition(lambda self: self.driver is not None)
+    @rule(goal=st.sampled_from([Goal.STOPPED, Goal.DISABLED]), cycles=st.integers(0, 3))
+    def begin_to_stop(self, goal: Goal, cycles: int) -> None:
+        assert self.driver is not None
+        self.driver.goal = goal
+        self.stopping = True
+        for _ in range(cycles):
+            self.driver.exchange(None, 0.01)
+
+    @precondition(lambda self: self.driver is not None)
+    @rule(cycles=st.sampled_from([0, 5]), kinds=st.just(()) | DISTURBED, count=COUNTS, doubled=st.booleans())
+    def stop(self, cycles: int, kinds: tuple[str, ...], count: int, doubled: bool) -> None:
+        """The end of every run, as `daq record` has it, often out of the motion and on a bus that gets bad."""
+        assert self.driver is not None
+        if not self.stopping:
+            self.stream(cycles, None)
+        self.disturb(kinds, count, doubled)
+        self.stopping = True
+        clock = LockstepClock(RIG.rate)
+        left_on = Stream(RIG, self.driver, clock, Discard(), StopRequest(), Progress())._disable()
+        for joint in self.bus.enabled:
+            assert f"joint {joint}" in left_on, f"joint {joint} is enabled; said to be left on: {left_on!r}"
+        self.leave(confirmed=not left_on)
+
+    def leave(self, *, confirmed: bool) -> None:
+        assert self.driver is not None
+        self.stopping = True
+        self.driver.close()
+        self.driver = None
+        if not confirmed:
+            self.bus.wait(WATCHDOG)
+        assert not self.bus.enabled, f"joints {self.bus.enabled} are enabled, and nobody leads them"
+
+    # What befalls it: few rules, so that most sequences get somewhere
+
+    @rule(kinds=DISTURBED, count=COUNTS, doubled=st.booleans())
+    def disturb(self, kinds: tuple[str, ...], count: int, doubled: bool) -> None:
+        for kind in kinds:
+            self._disturb(kind, count, doubled)
+
+    def _disturb(self, kind: str, count: int, doubled: bool) -> None:
+        # A watchdog is armed by a heartbeat: a drive that hears the master's targets, but none of the heartbeats of
+        # a run, cannot know when its master is gone.
+        if kind == "heartbeat" and not doubled:
+            count = min(count, self.heartbeats)
+            self.heartbeats -= count
+        (self.bus.doubles if doubled else self.bus.losses)[kind] += count
+
+    @rule(pulled=st.booleans(), duration=st.sampled_from([0.0, 0.01, 0.3]))
+    def cable(self, pulled: bool, duration: float) -> None:
+        """Pulled or plugged in; then the host looks away for a while."""
+        self.bus.pulled = pulled
+        self.bus.wait(duration)
+
+    @rule(which=st.sampled_from([0, 1]), command=st.sampled_from([None, 0x02, 0x80, 0x81]))
+    def drive(self, which: int, command: int | None) -> None:
+        """A fault; or stopped, made pre-operational or rebooted by somebody else."""
+        drive = self.bus.drives[which]
+        if command is None:
+            drive.fail(0x4310)
+        else:
+            drive.receive(0x000, bytes([command, 0]), self.bus.now)
+
+    @invariant()
+    def nobody_is_enabled_without_a_master(self) -> None:
+        assert self.driver is not None or not self.bus.enabled
+
+
+AnyRun.TestCase.settings = settings(max_examples=300, stateful_step_count=15, deadline=None, derandomize=True)
+test_any_run = AnyRun.TestCase
+
+
+def test_the_first_heartbeats_may_be_lost() -> None:
+    """A watchdog that the first one of them should have armed."""
+    run = AnyRun()
+    run.begin(0)
+    run.disturb(("heartbeat",), HEARTBEATS, doubled=False)
+    run.stream(4, None)
+    assert run.bus.enabled == [1, 2]
+    run.cable(pulled=True, duration=0.0)
+    run.stop(0, (), 1, doubled=False)
+
+
+def test_a_drive_that_does_not_hear_commands_is_said_to_be_left_on() -> None:
+    run = AnyRun()
+    run.begin(5)
+    run.stop(5, DEAF, 1000, doubled=False)
+
+
+def test_a_drive_of_which_nothing_is_heard_is_not_taken_for_switched_off() -> None:
+    """It was heard last when it was not yet enabled."""
+    run = AnyRun()
+    run.begin(2)
+    run.disturb(MUTE, 1000, doubled=False)
+    run.stream(3, None)
+    assert run.bus.enabled == [1, 2]
+    run.stop(0, DEAF, 1000, doubled=False)
