@@ -17,8 +17,8 @@ from ident.diagnose.document import (
     Verdict,
 )
 from ident.diagnose.intervals import intervals
-from ident.diagnose.ladder import Finding, Rung
-from ident.diagnose.material import rms
+from ident.diagnose.material import Material, rms
+from ident.diagnose.rungs import Finding, Rung
 from ident.samples import holds_torque
 from recordings.recording import Floats
 
@@ -40,8 +40,8 @@ def document(found: Diagnosis) -> Document:
         torque_rms=_numbers(material.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
-        held_out=_held_out(found),
-        rungs=tuple(_rung(found, rung) for rung in ladder.rungs),
+        held_out=held_out(material),
+        rungs=tuple(rung_entry(material, rung) for rung in ladder.rungs),
         findings=tuple(_finding(found, finding) for finding in _named(ladder.findings)),
         rejected=tuple(_rejected(found)),
         remaining=Remaining(
@@ -98,34 +98,36 @@ def _called(finding: Finding) -> str:
     return f"{term.name}{joints}{other}"
 
 
-def _held_out(found: Diagnosis) -> str:
-    if found.material.other_motion:
+def held_out(material: Material) -> str:
+    """On what models are validated."""
+    if material.other_motion:
         names = [
             data.recording.path.name
-            for data, held in zip(found.material.datasets, found.material.held, strict=True)
+            for data, held in zip(material.datasets, material.held, strict=True)
             if held.any()
         ]
         return f"another recording: {', '.join(dict.fromkeys(names))}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
 
 
-def _rung(found: Diagnosis, rung: Rung) -> RungEntry:
-    material, state = found.material, rung.state
+def rung_entry(material: Material, rung: Rung) -> RungEntry:
+    """One model of the ladder in numbers."""
+    state = rung.state
     return RungEntry(
         added=rung.added,
         effects=tuple(term.name for term in state.terms),
         train_rms=_numbers(rms(state.residuals, material.seen)),
         validate_rms=_numbers(rms(state.residuals, material.held)),
-        parameters=_parameters(found, rung),
+        parameters=_parameters(material, rung),
     )
 
 
-def _parameters(found: Diagnosis, rung: Rung) -> dict[str, Value]:
+def _parameters(material: Material, rung: Rung) -> dict[str, Value]:
     solution = rung.state.solution
-    recording = found.material.datasets[0].recording
+    recording = material.datasets[0].recording
     gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
     named = solution.composition.named
-    limits = intervals(found.material, solution, gain)
+    limits = intervals(material, solution, gain)
     return {
         one.name: Value(
             value=float(value),

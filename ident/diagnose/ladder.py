@@ -1,7 +1,7 @@
 """The ladder: add the effect that explains most, refit everything, ask again, until nothing is left to explain."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,9 +9,9 @@ from ident.composition import Composition, Term
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import Floor, floor
 from ident.diagnose.material import Material
+from ident.diagnose.rungs import Finding, Ladder, Rung, State
 from ident.diagnose.screen import Candidate, Screen
 from ident.effects import Effect
-from ident.refine import Solution
 from recordings.recording import Floats
 
 MOST = 16
@@ -39,60 +39,6 @@ MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 
 
-@dataclass(frozen=True, eq=False)
-class State:
-    """A model on the way, with what it leaves."""
-
-    solution: Solution
-    residuals: tuple[Floats, ...]
-    """(m, dof) of every recording."""
-
-    @property
-    def terms(self) -> tuple[Term, ...]:
-        """Its effects."""
-        return self.solution.composition.terms
-
-
-@dataclass(frozen=True, eq=False)
-class Rung:
-    """A step of the ladder."""
-
-    added: str | None
-    state: State
-    gain: Gain | None
-
-
-@dataclass(frozen=True, eq=False)
-class Finding:
-    """An effect of the final model."""
-
-    term: Term
-    gain: Gain
-    """What leaving it out would cost on held-out rows."""
-    alternatives: tuple[str, ...]
-    """Other effects that would explain these data as well in its place, the closest first."""
-    without: tuple[Floats, ...]
-    """(m, dof) what the final model leaves of each recording without this effect, refitted [N m]."""
-    with_it: tuple[Floats, ...]
-
-
-@dataclass(frozen=True, eq=False)
-class Ladder:
-    """All that was found."""
-
-    rungs: tuple[Rung, ...]
-    findings: tuple[Finding, ...]
-    unseen: tuple[str, ...]
-    """Effects that this motion does not excite."""
-    first_gains: Mapping[str, float]
-    """What each candidate would have gained first, as a share of the loss."""
-    last_gains: Mapping[str, float]
-    """What each one that was not added would still gain at the end."""
-    floor: Floor
-    computed: tuple[Floats, ...]
-    """(m, dof) torque of the final model on each recording [N m]."""
-
-
 class Climber:
     """Climbs the ladder on some material with a library of effects."""
 
@@ -106,9 +52,7 @@ class Climber:
 
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
-        base = self.state(composition, x)
-        rungs = [Rung(None, base, None)]
-        state = self._with_truths(base, rungs)
+        state, rungs = self.begin(composition, x)
         first: dict[str, float] = {}
         for _ in range(ROUNDS):
             state, unseen, last = self._up(state, rungs)
@@ -118,9 +62,15 @@ class Climber:
             if better is None:
                 break
             state = self._settled(better)
-            rungs.append(Rung(better.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+            rungs.append(Rung(better.terms[-1].name, state, self.gain(rungs[-1].state, state)))
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+
+    def begin(self, composition: Composition, x: Floats) -> tuple[State, list[Rung]]:
+        """The state with all that is true anyway, fitted from `x` (K,), and the first rungs."""
+        base = self.state(composition, x)
+        rungs = [Rung(None, base, None)]
+        return self._with_truths(base, rungs), rungs
 
     def _up(self, state: State, rungs: list[Rung]) -> tuple[State, list[str], dict[str, float]]:
         """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
@@ -130,7 +80,7 @@ class Climber:
             if chosen is None:
                 return state, unseen, gains
             state = self._settled(chosen)
-            rungs.append(Rung(chosen.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+            rungs.append(Rung(chosen.terms[-1].name, state, self.gain(rungs[-1].state, state)))
             self._progress(f"{rungs[-1].added} added; what else?")
 
     def floor(self, state: State) -> Floor:
@@ -152,12 +102,19 @@ class Climber:
             added = np.zeros(len(composition.named) - len(state.solution.x))
             after = self.state(composition, np.concatenate([state.solution.x, added]))
             if self._confirmed(state, after):
-                rungs.append(Rung(name, after, self._gain(state, after)))
+                rungs.append(Rung(name, after, self.gain(state, after)))
             state = after
         return state
 
     def _options(self, state: State, leave: Sequence[str] = ()) -> tuple[list[State], list[str], dict[str, float]]:
         """States with one effect more, the best first; what does not show; what each would gain at first sight."""
+        candidates, unseen, gains = self.look(state, leave)
+        before = state.solution.loss
+        worth = [one for one in candidates if self._clear(before, one.loss, one.own)]
+        return self._refined(state, worth), unseen, gains
+
+    def look(self, state: State, leave: Sequence[str] = ()) -> tuple[list[Candidate], list[str], dict[str, float]]:
+        """What could be added, the most promising first; what does not show; what each would gain at first sight."""
         present = {term.name for term in state.terms}
         covered = {name for term in state.terms for name in term.effect.contains}
         library = {
@@ -165,11 +122,10 @@ class Climber:
             for name, effect in self._library.items()
             if (name not in present or effect.repeated) and name not in covered and name not in leave
         }
-        screen = Screen(self._material, state.solution)
-        candidates, unseen = screen.look(library)
-        gains = {one.term.name: 1 - one.loss / screen.loss for one in reversed(candidates)}
-        worth = [one for one in candidates if self._clear(screen.loss, one.loss, one.own)]
-        return self._refined(state, worth), unseen, gains
+        candidates, unseen = Screen(self._material, state.solution).look(library)
+        before = state.solution.loss
+        gains = {one.term.name: 1 - one.loss / before for one in reversed(candidates)}
+        return candidates, unseen, gains
 
     def _refined(self, state: State, candidates: Sequence[Candidate]) -> list[State]:
         """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
@@ -179,8 +135,12 @@ class Climber:
             least = min((found.solution.loss for found in states), default=before)
             if before - one.loss < PROMISING * (before - least) and not self._another(state, one):
                 continue
-            states.append(self._signed(self._with(state, one), state))
+            states.append(self.added(state, one))
         return sorted(states, key=lambda one: one.solution.loss)
+
+    def added(self, state: State, candidate: Candidate) -> State:
+        """With `candidate`, its parameters searched."""
+        return self._signed(self._with(state, candidate), state)
 
     def _another(self, state: State, candidate: Candidate) -> bool:
         """Whether this is one more line of a spectrum of which the model has some: each is judged for itself."""
@@ -251,14 +211,15 @@ class Climber:
         return (
             self._clear(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MATERIAL * self._material.torque_rms).any())
-            and self._holds(self._gain(before, after))
+            and self._holds(self.gain(before, after))
         )
 
     def _holds(self, gain: Gain) -> bool:
         """Whether held-out rows bear it out: everywhere a little, or much, though perhaps at few places."""
         return gain.t > CERTAIN or gain.interval[0] > SURE
 
-    def _gain(self, before: State, after: State) -> Gain:
+    def gain(self, before: State, after: State) -> Gain:
+        """What `after` explains of held-out rows beyond `before`."""
         return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)
 
     def _settled(self, state: State) -> State:
@@ -266,26 +227,27 @@ class Climber:
         for index in range(len(state.terms) - 1, -1, -1):
             if state.terms[index].effect.always_true:
                 continue
-            without = self._without(state, index)
-            if self._gain(without, state).share < WORTH and not self._confirmed(without, state):
+            without = self.without(state, index)
+            if self.gain(without, state).share < WORTH and not self._confirmed(without, state):
                 state = without
         return state
 
-    def _without(self, state: State, index: int) -> State:
+    def without(self, state: State, index: int) -> State:
+        """Without the term `index`, refitted."""
         composition = state.solution.composition
         keep = ~composition.entries(index)
         return self.state(composition.without(index), state.solution.x[keep])
 
     def _settles(self, other: State, state: State) -> bool:
         """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
-        gain = self._gain(other, state)
+        gain = self.gain(other, state)
         return gain.t > CERTAIN and gain.share > SETTLED
 
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""
-        without = self._without(state, index)
+        without = self.without(state, index)
         term = state.terms[index]
-        gain = self._gain(without, state)
+        gain = self.gain(without, state)
         lines = sum(other.name == term.name for other in state.terms)
         if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, gain, (), without.residuals, state.residuals), state

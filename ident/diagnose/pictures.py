@@ -9,7 +9,7 @@ import numpy as np
 from ident.dataset import Dataset
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
-from ident.diagnose.ladder import Finding
+from ident.diagnose.rungs import Finding
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
 from recordings.recording import Floats
 

@@ -8,9 +8,9 @@ import numpy as np
 from ident import repetition
 from ident.diagnose.dependence import Dependence, dependences
 from ident.diagnose.floor import Floor
-from ident.diagnose.ladder import Ladder
 from ident.diagnose.material import Material
 from ident.diagnose.material import rms as rms_of
+from ident.diagnose.rungs import Ladder
 from recordings.recording import Bools, Floats
 
 LEAST = 0.0035
