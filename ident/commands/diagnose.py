@@ -46,6 +46,12 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
 )
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="EFFECT",
+    help="Add this effect whatever it explains, and no others; may be given several times.",
+)
 @click.option("--apply", is_flag=True, help="Write a model with all that was found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")
 @click.option(
@@ -60,6 +66,7 @@ def command(
     effect_files: tuple[Path, ...],
     preprocess: str,
     cutoff: float | None,
+    only: tuple[str, ...],
     apply: bool,
     out: Path | None,
     plots: Path | None,
@@ -91,7 +98,7 @@ def command(
     begin = model.load(model_file) if model_file else None
     library = effects.library(effect_files)
     with _spinner() as progress:
-        found = diagnose(files, validate, library, Choices(preprocess, cutoff), progress, begin)
+        found = diagnose(files, validate, library, Choices(preprocess, cutoff, only), progress, begin)
         document = answer.document(found)
         progress("drawing")
         pictures.draw(found, document, plots)

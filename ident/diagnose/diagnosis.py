@@ -37,6 +37,8 @@ class Choices:
     preprocessing: str = "parallel"
     cutoff: float | None = None
     """[Hz]; None: chosen from the spectra."""
+    only: tuple[str, ...] = ()
+    """Effects to add in this order, and no others; empty: whichever explain most."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +98,8 @@ def diagnose(
     """
     asked = question(files, validate, library, choices)
     climber = Climber(asked.material, asked.offered, progress)
-    ladder = climber.climb(*asked.beginning(library, model))
+    beginning = asked.beginning(library, model)
+    ladder = climber.by_hand(*beginning, choices.only) if choices.only else climber.climb(*beginning)
     progress("what remains")
     left = remainder(asked.material, ladder)
     return Diagnosis(asked.material, library, asked.unobservable, ladder, left, asked.excerpt)

@@ -12,6 +12,7 @@ from ident.diagnose.material import Material
 from ident.diagnose.rungs import Finding, Ladder, Rung, State
 from ident.diagnose.screen import Candidate, Screen
 from ident.effects import Effect
+from recordings.errors import BadInput
 from recordings.recording import Floats
 
 MOST = 16
@@ -65,6 +66,23 @@ class Climber:
             rungs.append(Rung(better.terms[-1].name, state, self.gain(rungs[-1].state, state)))
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+
+    def by_hand(self, composition: Composition, x: Floats, names: Sequence[str]) -> Ladder:
+        """From `composition` upwards, fitted from `x` (K,), by the effects `names` in this order, and no others.
+
+        Raises:
+            BadInput: the motion does not show one of them.
+        """
+        state, rungs = self.begin(composition, x)
+        for name in names:
+            found = {one.term.name: one for one in reversed(self.look(state)[0])}
+            if name not in found:
+                raise BadInput(f"effect: one of {', '.join(sorted(found))} expected, '{name}' found; leave it out")
+            state = self.added(state, found[name])
+            rungs.append(Rung(name, state, self.gain(rungs[-1].state, state)))
+        _, unseen, gains = self.look(state)
+        findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
+        return Ladder(tuple(rungs), findings, tuple(unseen), gains, gains, self.floor(state), self._computed(state))
 
     def begin(self, composition: Composition, x: Floats) -> tuple[State, list[Rung]]:
         """The state with all that is true anyway, fitted from `x` (K,), and the first rungs."""

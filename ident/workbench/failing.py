@@ -1,0 +1,30 @@
+"""Where the present model fails: what `ident compare` says of it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ident import estimators, identification, prediction
+from ident.compare import comparison
+from ident.composition import Composition
+from ident.effects import Effect
+from ident.workbench.views import Failing
+from recordings.recording import Floats
+
+
+def failing(
+    files: tuple[Path, Path | None],
+    settled: tuple[Composition, Floats],
+    bandwidth: float,
+    library: Mapping[str, Effect],
+) -> Failing:
+    """The model fitted to the training recording, as `ident diagnose --apply` does it, on the other one."""
+    train, validate = files
+    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
+    model = identification.identify([train], validate, choices, _silent, settled).model
+    found = comparison.compare(model, prediction.predict(model, [validate or train], library))
+    return Failing(dict(model.as_json()), found.sentences, comparison.as_json(found))
+
+
+def _silent(*progress: Any) -> None:
+    """The page shows words, no steps."""

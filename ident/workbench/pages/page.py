@@ -1,0 +1,62 @@
+"""What all parts of the page share: drawing again what has changed, and saying what went wrong."""
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+
+from ident.workbench.session import Part, Session
+from recordings.errors import BadInput
+
+
+class Page:
+    """One tab of a browser that looks at the session."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self.show: Callable[[str], None] = lambda tab: None
+        """Turn to a tab."""
+        self._watched: list[tuple[tuple[Part, ...], list[int], Callable[[], None]]] = []
+
+    def follow(self, draw: Callable[[], None], *parts: Part) -> None:
+        """Let `draw` make its elements here, and anew whenever one of `parts` has changed."""
+        with ui.element("div").classes("w-full") as place:
+
+            def again() -> None:
+                place.clear()
+                with place:
+                    draw()
+
+            draw()
+        self.watch(again, *parts)
+
+    def watch(self, react: Callable[[], None], *parts: Part) -> None:
+        """Call `react` whenever one of `parts` has changed from now on."""
+        self._watched.append((parts, [self._version(parts)], react))
+
+    def poll(self) -> None:
+        """Look for changes."""
+        for parts, seen, react in self._watched:
+            version = self._version(parts)
+            if version != seen[0]:
+                seen[0] = version
+                react()
+
+    def does(self, act: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
+        """A handler that does `act`, and says what was wrong with it."""
+
+        def handle() -> None:
+            try:
+                act(*arguments)
+            except BadInput as error:
+                ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
+
+        return handle
+
+    def _version(self, parts: tuple[Part, ...]) -> int:
+        return sum(self.session.versions[part] for part in parts)
+
+
+def name(element: ui.element, what: str) -> None:
+    """A name for tests, beside all that may change."""
+    element.props["data-test"] = what
