@@ -29,6 +29,7 @@ def layout(dark: bool, height: int, **more: Any) -> dict[str, Any]:
         "font": {"family": "Roboto, sans-serif", "size": 13, "color": ink},
         "legend": {"orientation": "h", "x": 0, "y": 1.02, "yanchor": "bottom"},
         "hovermode": "x unified",
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "#8a9099", "activecolor": ink},
         "hoverlabel": {"bgcolor": "#2b3136" if dark else "#ffffff", "font": {"color": ink}},
         "uirevision": "kept",
     }
@@ -105,7 +106,7 @@ def ladder(view: LadderView, dark: bool) -> Figure:
     data: list[dict[str, Any]] = []
     axes: dict[str, Any] = {}
     shapes: list[dict[str, Any]] = []
-    dof, gap = len(view.joints), 0.04
+    dof, gap = len(view.joints), 0.055
     names = [f"{number}  {rung.label}" for number, rung in enumerate(view.rungs)]
     for j in range(dof):
         suffix = "" if j == 0 else str(j + 1)
@@ -134,7 +135,7 @@ def ladder(view: LadderView, dark: bool) -> Figure:
             "type": "category",
         }
         axes[f"yaxis{suffix}"] = {
-            "title": {"text": f"joint {j + 1}: RMS error [{view.units[j]}]"},
+            "title": {"text": f"joint {j + 1}  RMS error [{view.units[j]}]", "standoff": 4},
             "anchor": f"x{suffix}",
             "rangemode": "tozero",
         }

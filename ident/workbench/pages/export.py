@@ -45,11 +45,14 @@ def _parameters(session: Session) -> None:
     with ui.element("table").classes("figures"):
         with ui.element("tr"):
             for title in ("name", "value", "95 % interval", "unit", "what it is"):
-                with ui.element("th"):
+                with ui.element("th").classes("words" if title in ("unit", "what it is") else ""):
                     ui.label(title)
         for key, value in session.ladder.rungs[-1].entry.parameters.items():
             limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not known from these data"
             with ui.element("tr"):
-                for text in (key, f"{value.value:.4g}", limits, value.unit, value.meaning):
+                for text in (key, f"{value.value:.4g}", limits):
                     with ui.element("td"):
+                        ui.label(text)
+                for text in (value.unit, value.meaning):
+                    with ui.element("td").classes("words"):
                         ui.label(text)

@@ -63,7 +63,7 @@ def _ladder(page: Page) -> None:
 def _table(ladder: LadderView) -> None:
     joints = range(len(ladder.joints))
     unit = ladder.units[0]
-    with ui.element("table").classes("figures"):
+    with ui.element("table").classes("figures ladder"):
         with ui.element("tr"):
             titles = [f"training j{j + 1} [{unit}]" for j in joints] + [f"held out j{j + 1} [{unit}]" for j in joints]
             for title in ("model", *titles, "gain on held out"):

@@ -1,10 +1,14 @@
 """The robot in 3D at one instant, its limbs coloured by what the model leaves of their torque."""
 
+import numpy as np
 from nicegui import ui
 
 from ident.workbench.pages.page import Page, name
 from ident.workbench.posture import Posture, postures
 from ident.workbench.views import Series
+
+_LIFT = np.array([0.0, 0.0, 1.0])
+"""The robot hangs; the ground of the scene is at 0 [m]."""
 
 
 def draw(page: Page) -> None:
@@ -30,7 +34,7 @@ def _draw(page: Page) -> None:
         background = "#1d2226" if session.dark else "#f4f6f7"
         with ui.scene(width=760, height=470, grid=(2, 20), background_color=background) as scene:
             bodies = _Bodies(moving)
-        scene.move_camera(x=1.5, y=-1.5, z=0.5, look_at_z=-0.45, duration=0)
+        scene.move_camera(x=1.25, y=-1.35, z=1.0, look_at_z=0.52, duration=0)
         told = ui.column().classes("gap-1")
 
     def at() -> None:
@@ -55,7 +59,7 @@ class _Bodies:
 
         self._moving = moving
         geometry = moving.geometry
-        Scene.cylinder(geometry.R, geometry.R, 0.02, 48).rotate(1.5708, 0, 0).material("#7b858d")
+        Scene.cylinder(geometry.R, geometry.R, 0.02, 48).rotate(1.5708, 0, 0).move(*_LIFT).material("#7b858d")
         self._platform = Scene.cylinder(geometry.r, geometry.r, 0.015, 32).rotate(1.5708, 0, 0).material("#7b858d")
         self._arms = [Scene.cylinder(0.016, 0.016, geometry.L1, 16) for _ in range(3)]
         self._rods = [Scene.cylinder(0.008, 0.008, geometry.L2, 12) for _ in range(3)]
@@ -63,14 +67,14 @@ class _Bodies:
     def move(self, i: int) -> None:
         """To the instant `i`."""
         moving = self._moving
-        self._platform.move(*moving.platform[i])
+        self._platform.move(*(moving.platform[i] + _LIFT))
         for limb in range(3):
             colour = moving.colour(i, limb)
             for body, start, end in (
                 (self._arms[limb], moving.shoulders[limb], moving.elbows[i, limb]),
                 (self._rods[limb], moving.elbows[i, limb], moving.ends[i, limb]),
             ):
-                body.move(*((start + end) / 2)).rotate_R(moving.turned(start, end)).material(colour)
+                body.move(*((start + end) / 2 + _LIFT)).rotate_R(moving.turned(start, end)).material(colour)
 
 
 def _tell(place: ui.column, series: Series | None, time: float) -> None:

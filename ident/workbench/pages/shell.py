@@ -30,7 +30,8 @@ _STYLE = """
 .figures td, .figures th { padding: 2px 10px; text-align: right; font-variant-numeric: tabular-nums; }
 .figures td:first-child, .figures th:first-child { text-align: left; }
 .figures th { font-weight: 600; opacity: 0.75; }
-.figures tr:last-child td { font-weight: 600; }
+.ladder tr:last-child td { font-weight: 600; }
+.figures td.words, .figures th.words { text-align: left; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
 """
 
