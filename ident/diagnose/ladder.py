@@ -111,8 +111,7 @@ class Climber:
         state = self._with_truths(base, rungs)
         first: dict[str, float] = {}
         for _ in range(ROUNDS):
-            state, unseen, last = self._up(state, rungs)
-            first = first or last or {}
+            state, unseen, last = self._up(state, rungs, first)
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
             better = next((found for _, found in looked if found is not state), None)
             if better is None:
@@ -122,10 +121,13 @@ class Climber:
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
 
-    def _up(self, state: State, rungs: list[Rung]) -> tuple[State, list[str], dict[str, float]]:
-        """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
+    def _up(
+        self, state: State, rungs: list[Rung], first: dict[str, float]
+    ) -> tuple[State, list[str], dict[str, float]]:
+        """The top; what the motion does not show; what the rest would gain (in `first`, if empty: at the start)."""
         while True:
             options, unseen, gains = self._options(state)
+            first.update({} if first else gains)
             chosen = self._first_confirmed(state, options) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, unseen, gains
