@@ -98,6 +98,7 @@ class Climber:
 
     def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._material, self._library, self._progress = material, library, progress
+        self._first: dict[str, float] = {}  # what each candidate would have gained at the beginning
 
     def state(self, composition: Composition, x: Floats) -> State:
         """`composition` fitted from `x` (K,)."""
@@ -109,25 +110,22 @@ class Climber:
         base = self.state(composition, x)
         rungs = [Rung(None, base, None)]
         state = self._with_truths(base, rungs)
-        first: dict[str, float] = {}
         for _ in range(ROUNDS):
-            state, unseen, last = self._up(state, rungs, first)
+            state, unseen, last = self._up(state, rungs)
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
             better = next((found for _, found in looked if found is not state), None)
             if better is None:
                 break
             state = self._settled(better)
             rungs.append(Rung(better.terms[-1].name, state, self._gain(rungs[-1].state, state)))
-        findings = tuple(finding for finding, _ in looked)
-        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+        found = tuple(finding for finding, _ in looked)
+        return Ladder(tuple(rungs), found, tuple(unseen), self._first, last, self.floor(state), self._computed(state))
 
-    def _up(
-        self, state: State, rungs: list[Rung], first: dict[str, float]
-    ) -> tuple[State, list[str], dict[str, float]]:
-        """The top; what the motion does not show; what the rest would gain (in `first`, if empty: at the start)."""
+    def _up(self, state: State, rungs: list[Rung]) -> tuple[State, list[str], dict[str, float]]:
+        """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
         while True:
             options, unseen, gains = self._options(state)
-            first.update({} if first else gains)
+            self._first = self._first or gains
             chosen = self._first_confirmed(state, options) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, unseen, gains
