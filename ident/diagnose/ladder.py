@@ -45,6 +45,7 @@ class Climber:
 
     def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._material, self._library, self._progress = material, library, progress
+        self._first: dict[str, float] = {}  # what each candidate would have gained at the beginning
 
     def state(self, composition: Composition, x: Floats) -> State:
         """`composition` fitted from `x` (K,)."""
@@ -54,18 +55,16 @@ class Climber:
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
         state, rungs = self.begin(composition, x)
-        first: dict[str, float] = {}
         for _ in range(ROUNDS):
             state, unseen, last = self._up(state, rungs)
-            first = first or last or {}
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
             better = next((found for _, found in looked if found is not state), None)
             if better is None:
                 break
             state = self._settled(better)
             rungs.append(Rung(better.terms[-1].name, state, self.gain(rungs[-1].state, state)))
-        findings = tuple(finding for finding, _ in looked)
-        return Ladder(tuple(rungs), findings, tuple(unseen), first, last, self.floor(state), self._computed(state))
+        found = tuple(finding for finding, _ in looked)
+        return Ladder(tuple(rungs), found, tuple(unseen), self._first, last, self.floor(state), self._computed(state))
 
     def by_hand(self, composition: Composition, x: Floats, names: Sequence[str]) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,), by the effects `names` in this order, and no others.
@@ -94,6 +93,7 @@ class Climber:
         """The state when nothing more is worth adding; what the motion does not show; what the rest would gain."""
         while True:
             options, unseen, gains = self._options(state)
+            self._first = self._first or gains
             chosen = self._first_confirmed(state, options) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, unseen, gains
