@@ -1,9 +1,11 @@
 """How the error fell, effect by effect, and what each effect promised."""
 
+from collections.abc import Sequence
+
 import plotly.graph_objects as go
 
 from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import Document
+from ident.diagnose.document import Document, RungEntry
 from ident.figures import theme
 
 MOST = 14
@@ -12,8 +14,13 @@ MOST = 14
 
 def ladder(document: Document) -> go.Figure:
     """Training and held-out RMS of each rung, joint by joint, and the noise floor as the line to reach."""
-    dof = len(document.joints)
     names = [f"+ {theme.plain(rung.added)}" if rung.added else "base model" for rung in document.rungs]
+    return bars(names, document.rungs, document.noise_rms, document.effort_units)
+
+
+def bars(names: Sequence[str], rungs: Sequence[RungEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+    """The same of any models, `rungs`, called `names`; `noise` and `units` of the joints."""
+    dof = len(units)
     figure = theme.subplots(
         1,
         dof,
@@ -24,13 +31,13 @@ def ladder(document: Document) -> go.Figure:
     )
     for joint in range(dof):
         colour = theme.joint_colour(joint)
-        unit = document.effort_units[joint]
+        unit = units[joint]
         sides = [
-            ("training", [rung.train_rms[joint] for rung in document.rungs], theme.faded(colour, theme.FAINT)),
-            ("held out", [rung.validate_rms[joint] for rung in document.rungs], colour),
+            ("training", [rung.train_rms[joint] for rung in rungs], theme.faded(colour, theme.FAINT)),
+            ("held out", [rung.validate_rms[joint] for rung in rungs], colour),
         ]
         for label, values, fill in sides:
-            bars = go.Bar(
+            drawn = go.Bar(
                 x=values,
                 y=list(range(len(names))),
                 orientation="h",
@@ -42,10 +49,10 @@ def ladder(document: Document) -> go.Figure:
                 showlegend=False,
                 hovertemplate=f"{label}: %{{x:.3g}} {unit}<extra></extra>",
             )
-            figure.add_trace(bars, row=1, col=joint + 1)
-        most = max(max(rung.train_rms[joint], rung.validate_rms[joint]) for rung in document.rungs)
+            figure.add_trace(drawn, row=1, col=joint + 1)
+        most = max(max(rung.train_rms[joint], rung.validate_rms[joint]) for rung in rungs)
         line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-        figure.add_vline(x=document.noise_rms[joint], line=line, row=1, col=joint + 1)
+        figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * most], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
     theme.key(figure, "training", marker=square | {"color": theme.faded(theme.MEASURED, theme.FAINT)})

@@ -17,8 +17,9 @@ from ident.diagnose.diagnosis import Choices, Question, diagnose, question
 from ident.diagnose.ladder import Climber
 from ident.diagnose.rungs import Rung, State
 from ident.diagnose.screen import Candidate
+from ident.figures.finding import before_after
 from ident.samples import holds_torque
-from ident.workbench import views
+from ident.workbench import plots, views
 from ident.workbench.failing import failing
 from ident.workbench.look import look
 from recordings.errors import BadInput
@@ -129,7 +130,9 @@ class Engine:
         train, validate = climb.files
         found = diagnose([train], validate, self._library, Choices(), self._progress)
         self._progress("putting it into words")
-        yield views.Answer(answer.document(found).as_json())
+        named = {one.term.name: one for one in reversed(found.ladder.findings)}
+        drawn = {name: plots.plain(before_after(found, one)) for name, one in named.items()}
+        yield views.Answer(answer.document(found).as_json(), drawn)
         ladder = found.ladder.rungs
         climb.asked = Question(found.material, climb.asked.offered, found.unobservable, found.excerpt)
         climb.climber = Climber(found.material, climb.asked.offered, self._progress)

@@ -146,3 +146,4 @@ class Answer:
     document: dict[str, Any]
     """As `ident diagnose --json` prints it."""
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
+    """Effect: what it changed, as a figure for Plotly."""

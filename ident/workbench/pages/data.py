@@ -33,7 +33,7 @@ def _draw(page: Page) -> None:
     whole = (float(view.time[0]), float(view.time[-1]))
     choice = ui.toggle(list(view.signals), value="position").props("dense no-caps")
     shown = Zoomed(
-        lambda span: plots.signal(view, choice.value, span, session.dark), lambda: whole, "signals over time"
+        lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
     )
     choice.on_value_change(lambda: shown.show())
     with ui.expansion(f"Events of the run ({len(view.events)})").classes("w-full"):

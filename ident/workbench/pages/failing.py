@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.page import Page, name, picture
 
 
 def draw(page: Page) -> None:
@@ -23,6 +23,9 @@ def _draw(page: Page) -> None:
             name(ui.label(sentence), f"where-{number}")
     ui.label("The worst stretches").classes("head")
     _windows(page)
+    for title, figure in found.figures.items():
+        ui.label(title).classes("head q-mt-md")
+        picture(figure, title, page.session.dark)
 
 
 def _windows(page: Page) -> None:

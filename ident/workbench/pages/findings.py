@@ -4,7 +4,7 @@ from typing import Any
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.page import Page, name, picture
 
 
 def draw(page: Page) -> None:
@@ -17,6 +17,9 @@ def draw(page: Page) -> None:
     for number, finding in enumerate(document["findings"]):
         with ui.expansion(value=number == 0).classes("w-full") as box:
             _finding(finding, number)
+            figure = page.session.answer.figures.get(finding["effect"])
+            if figure:
+                picture(figure, f"residual without and with {finding['effect']}", page.session.dark)
         with box.add_slot("header"):
             _header(finding, number)
     if document["remaining"]["why"]:

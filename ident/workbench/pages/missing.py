@@ -6,7 +6,7 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.pages import findings
-from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.page import Page, name, picture
 from ident.workbench.views import Candidate, LadderView, RungView
 
 _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
@@ -50,8 +50,7 @@ def _ladder(page: Page) -> None:
             "effects are added. Choose a second recording with Check, to see whether it holds on another motion."
         ).classes("quiet")
         return
-    plot = ui.plotly(plots.ladder(ladder, session.dark)).classes("w-full")
-    plot.props('role=img aria-label="error of each model, training and held out"')
+    picture(plots.ladder(ladder), "error of each model, training and held out", session.dark)
     _table(ladder)
     notes = [f"Held out: {ladder.held_out}. Noise line: what a right model would leave."]
     notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []

@@ -37,9 +37,12 @@ def _draw(page: Page) -> None:
         return float(series().time[0]), float(series().time[-1])
 
     shown = Zoomed(
-        lambda span: plots.against(series(), joint.value, ladder.units[joint.value], span, mark.value, session.dark),
+        lambda span: plots.against(
+            series(), joint.value, ladder.units[joint.value], ladder.noise_rms[joint.value], span, mark.value
+        ),
         whole,
         "torque measured and computed, and residual, over time",
+        session.dark,
     )
     told = ui.column().classes("gap-1")
     name(told, "special")

@@ -5,6 +5,8 @@ from typing import Any
 
 from nicegui import ui
 
+from ident.workbench import plots
+from ident.workbench.plots import Figure
 from ident.workbench.session import Part, Session
 from recordings.errors import BadInput
 
@@ -55,6 +57,13 @@ class Page:
 
     def _version(self, parts: tuple[Part, ...]) -> int:
         return sum(self.session.versions[part] for part in parts)
+
+
+def picture(figure: Figure, label: str, dark: bool) -> ui.plotly:
+    """A figure; `label` for those who do not see it."""
+    drawn = ui.plotly(plots.shown(figure, dark)).classes("w-full")
+    drawn.props["role"], drawn.props["aria-label"] = "img", label
+    return drawn
 
 
 def name(element: ui.element, what: str) -> None:

@@ -3,19 +3,19 @@
 import json
 from pathlib import Path
 from subprocess import CompletedProcess, TimeoutExpired
-from typing import Any
 
 from nicegui import run as background
 from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.page import Page, name, picture
 from ident.workbench.recorder import Run, ask
 from recordings.errors import BadInput
 from trajectories.library import names
 
 SIMULATED = "simulated"
+UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
 _CARE = "Real drives move. Keep a hand on the hard-wired emergency stop: STOP above is no substitute."
 
 
@@ -100,9 +100,8 @@ def _live(page: Page) -> None:
     name(state, "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
     figures = ui.label().classes("quiet")
-    kinds = ("position", "following error", "voltage", "lateness")
     with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
-        shown = {kind: ui.plotly(_plot(None, kind, session.dark)).classes("w-full") for kind in kinds}
+        shown = {kind: picture(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
     said = ui.column().classes("gap-0 font-mono text-sm")
 
     def look() -> None:
@@ -113,7 +112,7 @@ def _live(page: Page) -> None:
         bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
         figures.text = _figures(run)
         for kind, plot in shown.items():
-            plot.update_figure(_plot(run, kind, session.dark))
+            plot.update_figure(plots.shown(_plot(run, kind), session.dark))
         said.clear()
         with said:
             for line in list(run.said)[-6:]:
@@ -145,10 +144,6 @@ def _figures(run: Run) -> str:
     )
 
 
-def _plot(run: Run | None, kind: str, dark: bool) -> dict[str, Any]:
-    units = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
-    shown = plots.layout(
-        dark, 210, xaxis={"title": {"text": "time [s]"}}, yaxis={"title": {"text": f"{kind} [{units[kind]}]"}}
-    )
-    data = [] if run is None else plots.live(list(run.rows), list(run.lateness), kind)
-    return plots.figure(data, {**shown, "showlegend": kind == "position"})
+def _plot(run: Run | None, kind: str) -> plots.Figure:
+    rows, late = ([], []) if run is None else (list(run.rows), list(run.lateness))
+    return plots.live(rows, late, kind, UNITS[kind])
