@@ -58,6 +58,7 @@ def _bound(port: int | None) -> socket.socket:
     listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         listening.bind((HOST, port or 0))
+        listening.listen()  # a browser that comes before the server is ready waits
     except OSError as error:
         listening.close()
         raise BadInput(f"a free port expected, {port} found taken ({error.strerror}); leave --port out") from None

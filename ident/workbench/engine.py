@@ -208,10 +208,10 @@ class Engine:
 
     def _choice(self, climb: _Climb) -> views.Choice:
         candidates, unseen, gains = climb.climber.look(climb.state)
-        self._candidates = {one.term.name: one for one in reversed(candidates)}
-        shown = [
-            views.Candidate(name, _joints(one.term), gains[name]) for name, one in reversed(self._candidates.items())
-        ]
+        self._candidates = {}
+        for one in candidates:
+            self._candidates.setdefault(one.term.name, one)  # of several lines of a spectrum the best
+        shown = [views.Candidate(name, _joints(one.term), gains[name]) for name, one in self._candidates.items()]
         return views.Choice(tuple(shown), tuple(unseen), dict(climb.asked.unobservable))
 
 

@@ -41,8 +41,9 @@ def shown(figure: Figure, dark: bool) -> Figure:
 
 def part(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
     """The points of `y` (n,) over `time` (n,) that matter within `span`: the extremes of each pixel, and gaps."""
-    first, last = np.searchsorted(time, span)
-    first, last = max(int(first) - 1, 0), min(int(last) + 1, len(time))  # one beyond each edge, for the line to it
+    # One beyond each edge, for the line that leads there.
+    first = max(int(np.searchsorted(time, span[0])) - 1, 0)
+    last = min(int(np.searchsorted(time, span[1], side="right")) + 1, len(time))
     return theme.thinned(time[first:last].astype(float), y[first:last].astype(float), _POINTS)
 
 

@@ -52,9 +52,9 @@ def _ladder(page: Page) -> None:
         return
     picture(plots.ladder(ladder), "error of each model, training and held out", session.dark)
     _table(ladder)
-    notes = [f"Held out: {ladder.held_out}. Noise line: what a right model would leave."]
+    notes = [f"Held out: {ladder.held_out}. Noise floor: what a right model would leave."]
     notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []
-    notes += [f"Of these long recordings {ladder.excerpt:.0%} was looked at."] if ladder.excerpt else []
+    notes += [f"Of these long recordings {100 * ladder.excerpt:.0f} % was looked at."] if ladder.excerpt else []
     ui.label(" ".join(notes)).classes("quiet")
     _present(page, ladder.rungs[-1])
 

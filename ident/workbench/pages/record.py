@@ -14,7 +14,7 @@ from ident.workbench.recorder import Run, ask
 from recordings.errors import BadInput
 from trajectories.library import names
 
-SIMULATED = "simulated"
+SIMULATED, NOTHING = "simulated", "nothing hidden"
 UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
 _CARE = "Real drives move. Keep a hand on the hard-wired emergency stop: STOP above is no substitute."
 
@@ -26,20 +26,25 @@ def draw(page: Page) -> None:
     with ui.row().classes("items-end gap-3"):
         motion = ui.select([*names(), *files], value="fig5a", label="motion").props("dense outlined")
         rig = ui.select([SIMULATED, *files], value=SIMULATED, label="rig").props("dense outlined").classes("min-w-36")
-        sim = ui.select(["nothing hidden", *files], value="nothing hidden", label="simulated machine")
+        sim = ui.select([NOTHING, *files], value=NOTHING, label="simulated machine")
         sim.props("dense outlined").classes("min-w-36")
-        pace = ui.select(["lockstep", "realtime"], value="lockstep", label="pace").props("dense outlined")
+        paces = {"": "as the rig", "lockstep": "lockstep", "realtime": "real time"}
+        pace = ui.select(paces, value="", label="pace").props("dense outlined").classes("min-w-28")
+        cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").props("dense outlined").classes("w-20")
         out = ui.input("file", value=_free(page, "fig5a")).props("dense outlined")
         motion.on_value_change(lambda: out.set_value(_free(page, Path(str(motion.value)).stem)))
-        for element, what in ((motion, "motion"), (pace, "pace"), (out, "out"), (sim, "sim")):
+        for element, what in ((motion, "motion"), (pace, "pace"), (cycles, "cycles"), (out, "out"), (sim, "sim")):
             name(element, f"record-{what}")
 
     def arguments() -> list[str]:
-        chosen = ["--traj", str(motion.value)]
-        if rig.value != SIMULATED:
-            return [*chosen, "--rig", str(rig.value)]
-        chosen += ["--pace", str(pace.value)]
-        return chosen if sim.value == "nothing hidden" else [*chosen, "--sim", str(sim.value)]
+        given = {
+            "--traj": motion.value,
+            "--rig": rig.value if rig.value != SIMULATED else None,
+            "--sim": sim.value if sim.value != NOTHING else None,
+            "--pace": pace.value,
+            "--cycles": int(cycles.value) if cycles.value else None,
+        }
+        return [str(part) for option, value in given.items() if value for part in (option, value)]
 
     def start() -> None:
         session.recorder.start(arguments(), session.folder.new(str(out.value), SUFFIX))

@@ -34,7 +34,7 @@ def _draw(page: Page) -> None:
         background = "#1d2226" if session.dark else "#f4f6f7"
         with ui.scene(width=760, height=470, grid=(2, 20), background_color=background) as scene:
             bodies = _Bodies(moving)
-        scene.move_camera(x=1.25, y=-1.35, z=1.0, look_at_z=0.52, duration=0)
+        scene.move_camera(x=0.95, y=-1.05, z=0.95, look_at_z=0.6, duration=0)
         told = ui.column().classes("gap-1")
 
     def at() -> None:
@@ -48,6 +48,7 @@ def _draw(page: Page) -> None:
     slider.on_value_change(at)
     timer = ui.timer(moving.step, step, active=False)
     play.on_click(lambda: setattr(timer, "active", not timer.active))
+    slider.value = len(moving.time) // 3  # in the middle of the motion there is something to see
     at()
 
 

@@ -43,7 +43,7 @@ def build(session: Session) -> None:
     ui.add_css(_STYLE)
     dark = ui.dark_mode(session.dark)
     _header(page, dark)
-    with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm"):
+    with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
         _recordings(page)
     with ui.tabs().props("dense inline-label align=left no-caps").classes("w-full") as tabs:
         for key, label, icon, _ in TABS:
@@ -99,7 +99,7 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
 def _about(session: Session) -> str:
     if session.train is None:
         return "choose a recording on the left"
-    simulated = " · SIMULATED" if session.ladder and session.ladder.simulated else ""
+    simulated = " · simulated" if session.ladder and session.ladder.simulated else ""
     return f"fit {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
 
 
@@ -111,7 +111,9 @@ def _announce(session: Session) -> None:
 def _recordings(page: Page) -> None:
     session = page.session
     ui.label("Recordings").classes("head")
-    ui.label(str(session.folder.root)).classes("quiet ellipsis").tooltip(str(session.folder.root))
+    ui.label(f"in {session.folder.root.name or '/'}").classes("quiet ellipsis w-full").tooltip(
+        str(session.folder.root)
+    )
     page.follow(lambda: _list(page), "folder")
     ui.label("Fit: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
 
