@@ -33,7 +33,7 @@ def motion(recording: Recording) -> go.Figure:
 def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int) -> None:
     x, y = theme.thinned(time, values, theme.POINTS // 2)
     trace = go.Scatter(
-        x=np.round(x, 5),
+        x=x.astype(np.float32),
         y=y.astype(np.float32),
         mode="lines",
         name=f"joint {joint + 1}",
