@@ -104,7 +104,7 @@ def split(models: Mapping[str, Comparison]) -> go.Figure:
         if shares[:, column].max() > 0.5:
             bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
             figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))
-    figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal")
+    figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal", showlegend=True)
     figure.update_yaxes(autorange="reversed", ticksuffix=" ")
     figure.update_xaxes(title_text="share of the residual's mean square [%]", range=[0, 100])
     return figure

@@ -53,11 +53,11 @@ def _fall(document: Document) -> Iterator[str]:
     joint = before.index(max(before))
     if len(document.rungs) == 1 or not before[joint]:
         return
-    unit = document.effort_units[joint]
+    unit = document.effort_units[joint].replace(" ", "\u00a0")
     yield (
         f"On rows that no fit saw, the error of joint {joint + 1} falls from {number(before[joint], 2)} to "
-        f"{number(after[joint], 2)} {unit} RMS, by {percent(1 - after[joint] / before[joint])}; the noise floor is "
-        f"at {number(document.noise_rms[joint], 2)} {unit}."
+        f"{number(after[joint], 2)}\u00a0{unit} RMS, by {percent(1 - after[joint] / before[joint])}; the noise is "
+        f"at {number(document.noise_rms[joint], 2)}\u00a0{unit}."
     )
 
 

@@ -48,10 +48,10 @@ def render(material: Material) -> str:
 
 def _sections(material: Material) -> Iterator[Section]:
     makers = (
-        findings.section,
-        ladder.section,
         torque.section,
         where.section,
+        findings.section,
+        ladder.section,
         parameters.section,
         remainder.remains,
         remainder.following,

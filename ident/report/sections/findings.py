@@ -19,8 +19,9 @@ def section(material: Material) -> Section | None:
     pairs = list(zip(document.findings, answer.named(found.ladder.findings), strict=True))
     # What is true of any such machine is no news.
     pairs.sort(key=lambda pair: pair[1].term.effect.always_true)
-    blocks: list[Block] = [Text((document.sentence,))]
-    blocks += [_card(place, found, document, *pair) for place, pair in enumerate(pairs, start=1)]
+    blocks: list[Block] = [_card(place, found, document, *pair) for place, pair in enumerate(pairs, start=1)]
+    if not blocks:
+        blocks.append(Text(("No effect was found.",)))
     return Section("findings", "Findings", tuple(blocks))
 
 
@@ -28,7 +29,10 @@ def _card(place: int, found: Diagnosis, document: Document, entry: FindingEntry,
     effect = one.term.effect
     where = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
     low, high = entry.gain_ci95
-    tags = [where, f"explains {percent(entry.gain)} ({percent(low)} to {percent(high)}) of the held-out excess"]
+    tags = [
+        where,
+        f"explains {percent(entry.gain)} ({100 * low:.3g} to {100 * high:.3g}\u00a0%) of the held-out excess",
+    ]
     if effect.always_true:
         tags.append("true of any such machine")
     tags += [f"or: {other}" for other in entry.confusable_with]
@@ -41,7 +45,7 @@ def _card(place: int, found: Diagnosis, document: Document, entry: FindingEntry,
             f"Equation: {effect.equation}",
         )
     )
-    caption = f"Residual over {effect.axis}, without {entry.effect} and with it; lines are means."
+    caption = f"What is left without {entry.effect} and with it; dots are samples, lines their means."
     plot = Plot(f"finding-{place}", finding.before_after(found, one), caption)
     return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, plot, *_parameters(document, entry)))
 

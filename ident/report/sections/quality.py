@@ -44,7 +44,7 @@ def _noise(material: Material) -> list[Block]:
             above = percent(split.above_noise) if split else ""
             left = (f"{number(summary.rms)} {joint.unit}", percent(summary.share), floor, above)
             rows.append((*([name] if several else []), f"joint {summary.number}", *left))
-    head = ("joint", "residual, RMS", "of the torque", "noise floor", "of the square above it")
+    head = ("joint", "residual, RMS", "of the torque", "noise floor", "above the noise")
     caption = (
         "The motion repeats, so what differs between repetitions is noise; no model can explain it. Residual: "
         f"measured minus computed, of {'the recordings held out' if material.held_out else 'all recordings'}."

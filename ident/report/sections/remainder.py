@@ -46,4 +46,6 @@ def _reasons(document: Document) -> Iterator[str]:
         yield "Nothing is needed to tell the findings from other effects."
     untested = [one.effect for one in document.rejected if one.status == "not-tested"]
     if untested:
-        yield (f"These motions do not show {', '.join(untested)}; another one may, such as `ident design` finds.")
+        yield (
+            f"These motions do not show {', '.join(untested)}; another one may, such as one that ident design finds."
+        )

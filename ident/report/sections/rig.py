@@ -1,7 +1,6 @@
 """Rig and run."""
 
 from ident.figures import quality
-from ident.figures.theme import number
 from ident.report.blocks import Block, Fold, Plot, Section, Table
 from ident.report.material import Material
 from recordings.recording import Recording
@@ -43,9 +42,9 @@ def _runs(material: Material) -> Table:
         role = "held out" if held else f"fitted by {', '.join(fitted)}" if fitted else "not seen by the models"
         pace = "lockstep" if run.pace == "lockstep" else "real time"
         ended = (run.reason or "done") if recording.complete else "INTERRUPTED"
-        cycles = f"{run.cycles} × {number(run.period)} s" if run.period else "–"
+        cycles = f"{run.cycles} × {run.period:g} s" if run.period else "–"
         duration = f"{float(recording.time[-1]):.1f} s"
-        rate = f"{number(run.rate)} Hz, {pace}"
+        rate = f"{run.rate:g} Hz, {pace}"
         rows.append((recording.path.name, role, run.trajectory, cycles, duration, rate, run.start, ended))
     head = ("recording", "role", "trajectory", "cycles", "duration", "rate", "start", "ended")
     return Table(head, tuple(rows), words=(0, 1, 2, 5, 6, 7))

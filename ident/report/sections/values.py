@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from ident.diagnose.document import Value
-from ident.figures.theme import number
+from ident.figures.theme import interval, number
 from ident.report.blocks import Table
 
 
@@ -14,5 +14,5 @@ def table(values: Mapping[str, Value]) -> Table:
 
 
 def _row(name: str, value: Value) -> tuple[str, ...]:
-    interval = f"{number(value.ci95[0])} to {number(value.ci95[1])}" if value.ci95 else "–"
-    return (name, number(value.value, 4), interval, value.unit, value.meaning)
+    known = interval(*value.ci95) if value.ci95 else "–"
+    return (name, number(value.value, 4), known, value.unit, value.meaning)
