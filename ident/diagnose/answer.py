@@ -42,7 +42,7 @@ def document(found: Diagnosis) -> Document:
         effort_units=rig.effort_units,
         held_out=held_out(material),
         rungs=tuple(rung_entry(material, rung) for rung in ladder.rungs),
-        findings=tuple(_finding(found, finding) for finding in _named(ladder.findings)),
+        findings=tuple(_finding(found, finding) for finding in named(ladder.findings)),
         rejected=tuple(_rejected(found)),
         remaining=Remaining(
             structured_share=found.remainder.share,
@@ -61,10 +61,10 @@ def _numbers(values: Floats) -> tuple[float, ...]:
 
 def _news(found: Diagnosis) -> list[Finding]:
     """Findings that are not true of any such machine anyway."""
-    return [one for one in _named(found.ladder.findings) if not one.term.effect.always_true]
+    return [one for one in named(found.ladder.findings) if not one.term.effect.always_true]
 
 
-def _named(findings: Sequence[Finding]) -> list[Finding]:
+def named(findings: Sequence[Finding]) -> list[Finding]:
     """Each effect once: of several lines of a spectrum the one that is worth most, on the joints of all of them."""
     merged: dict[str, Finding] = {}
     for one in findings:

@@ -9,6 +9,9 @@ from ident.diagnose.rungs import Finding
 from ident.figures import theme
 from recordings.recording import Floats
 
+DOTS = 700
+"""Of each cloud, about: a browser draws thousands slowly."""
+
 
 def before_after(found: Diagnosis, one: Finding) -> go.Figure:
     """Per joint that has the effect `one`: samples, and their mean in bins."""
@@ -43,11 +46,12 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
 
 
 def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) -> None:
+    few = slice(None, None, max(1, len(x) // DOTS))
     dots = go.Scatter(
-        x=x.astype(np.float32),
-        y=y.astype(np.float32),
+        x=x[few].astype(np.float32),
+        y=y[few].astype(np.float32),
         mode="markers",
-        marker={"color": colour, "size": 2.5, "opacity": 0.3},
+        marker={"color": colour, "size": 3, "opacity": 0.4},
         hoverinfo="skip",
         showlegend=False,
     )

@@ -33,7 +33,7 @@ def motion(recording: Recording) -> go.Figure:
 def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int) -> None:
     x, y = theme.thinned(time, values, theme.POINTS // 2)
     trace = go.Scatter(
-        x=np.round(x, 5),
+        x=x.astype(np.float32),
         y=y.astype(np.float32),
         mode="lines",
         name=f"joint {joint + 1}",
@@ -104,7 +104,7 @@ def split(models: Mapping[str, Comparison]) -> go.Figure:
         if shares[:, column].max() > 0.5:
             bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
             figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))
-    figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal")
+    figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal", showlegend=True)
     figure.update_yaxes(autorange="reversed", ticksuffix=" ")
     figure.update_xaxes(title_text="share of the residual's mean square [%]", range=[0, 100])
     return figure

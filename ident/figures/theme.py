@@ -19,7 +19,7 @@ MEASURED = "#8A9099"
 
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Of the first model, the second, and so on."""
-PATTERNS = ("", "/", ".", "x")
+_PATTERNS = ("", "/", ".", "x")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 FAINT = 0.45
 """Opacity of what is compared with."""
@@ -81,6 +81,11 @@ def subplots(rows: int, columns: int, height: int, **arguments: Any) -> go.Figur
     return figure
 
 
+def pattern(number: int) -> dict[str, str]:
+    """Of the bars of a model (from 0)."""
+    return {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay", "fgcolor": "#ffffff"}
+
+
 def joint_colour(joint: int) -> str:
     """Of the joint (from 0)."""
     return JOINTS[joint % len(JOINTS)]
@@ -105,10 +110,13 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share from 0 to 1 in percent, with two digits at most."""
+    """A share from 0 to 1 in percent, with one decimal where it is near either end."""
     if share is None or not math.isfinite(share):
         return "–"
-    return f"{100 * share:.{0 if abs(share) >= 0.0995 or share == 0 else 1}f} %"
+    if 0.9995 <= share < 1:
+        return "> 99.9\u00a0%"
+    few = abs(share) < 0.0995 or 0.99 < share < 1
+    return f"{100 * share:.{1 if few and share else 0}f}\u00a0%"
 
 
 def alike(values: Sequence[float]) -> list[str]:
@@ -116,6 +124,15 @@ def alike(values: Sequence[float]) -> list[str]:
     most = max(map(abs, values), default=0.0)
     decimals = max(0, 1 - math.floor(math.log10(most))) if most else 0
     return [f"{value:.{decimals}f}" for value in values]
+
+
+def interval(low: float, high: float) -> str:
+    """An interval, with two significant digits of its half width."""
+    half = (high - low) / 2
+    if not (math.isfinite(half) and half > 0):
+        return f"{number(low)} to {number(high)}"
+    decimals = max(0, 1 - math.floor(math.log10(half)))
+    return f"{low:.{decimals}f} to {high:.{decimals}f}" if decimals < 9 else f"{low:.3g} to {high:.3g}"
 
 
 def plain(text: str) -> str:

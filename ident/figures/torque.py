@@ -30,7 +30,7 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
     figure = theme.subplots(
         2 * dof,
         1,
-        theme.LEGEND + theme.FOOTER + 210 * dof,
+        theme.LEGEND + theme.FOOTER + 180 * dof,
         shared_xaxes=True,
         row_heights=[2, 1] * dof,
         vertical_spacing=0.08 / dof,
@@ -67,7 +67,7 @@ def _model(figure: go.Figure, prediction: Prediction, joint: int, number: int, l
 def _line(
     figure: go.Figure, x: Floats, y: Floats, row: int, name: str, legend: bool, line: Mapping[str, object]
 ) -> None:
-    x, y = np.round(x, 5), np.asarray(y, np.float32)
+    x, y = np.asarray(x, np.float32), np.asarray(y, np.float32)
     trace = go.Scatter(x=x, y=y, name=name, mode="lines", line=line, legendgroup=name, showlegend=legend)
     figure.add_trace(trace, row=row, col=1)
 

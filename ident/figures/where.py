@@ -30,13 +30,16 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
             bars = go.Bar(
                 x=names,
                 y=[one.rms for one in about],
-                text=[f"{theme.percent(one.time_share)}" for one in about] if number == 0 else None,
+                text=[theme.percent(one.time_share) for one in about] if number == 0 else None,
                 textposition="outside",
                 cliponaxis=False,
                 name=theme.plain(name),
-                legendgroup=name,
+                offsetgroup=name,
                 showlegend=False,
-                marker={"color": colour, "pattern": {"shape": theme.PATTERNS[number % len(theme.PATTERNS)]}},
+                textangle=0,
+                textfont_size=11,
+                constraintext="none",
+                marker={"color": colour, "pattern": theme.pattern(number)},
                 hovertemplate="%{x}: %{y:.3g} " + found.unit,
             )
             figure.add_trace(bars, row=1, col=joint + 1)
@@ -57,9 +60,9 @@ def _models(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
     if len(models) == 1:
         return
     for number, name in enumerate(models):
-        pattern = {"shape": theme.PATTERNS[number % len(theme.PATTERNS)]}
-        style = {"color": theme.MEASURED, "pattern": pattern}
-        figure.add_trace(go.Bar(x=[None], y=[None], name=theme.plain(name), marker=style), row=1, col=1)
+        style = {"color": theme.MEASURED, "pattern": theme.pattern(number)}
+        key = go.Bar(x=[None], y=[None], name=theme.plain(name), offsetgroup=name, marker=style)
+        figure.add_trace(key, row=1, col=1)
 
 
 def curves(models: Mapping[str, Comparison]) -> go.Figure:

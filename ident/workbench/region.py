@@ -44,10 +44,8 @@ def _phases(series: Series, joint: int, inside: Bools, known: Bools) -> str:
     names = [str(one) for one in np.unique(phase[inside])]
     shares = {one: float((phase[inside] == one).mean()) for one in names}
     usual = {one: float((phase[known] == one).mean()) for one in names}
-    told = ", ".join(
-        f"{one} {100 * shares[one]:.0f} % (usually {100 * usual[one]:.0f} %)"
-        for one in sorted(names, key=lambda n: -shares[n])
-    )
+    most = sorted(names, key=lambda one: -shares[one])
+    told = ", ".join(f"{one} {100 * shares[one]:.0f} % (usually {100 * usual[one]:.0f} %)" for one in most)
     cycles = [int(one) for one in np.unique(series.cycle[inside]) if one > 0]
     repeats = f" Cycle {', '.join(map(str, cycles))}." if cycles else ""
     return f"The joint does: {told}.{repeats}"

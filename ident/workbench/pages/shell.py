@@ -111,9 +111,8 @@ def _announce(session: Session) -> None:
 def _recordings(page: Page) -> None:
     session = page.session
     ui.label("Recordings").classes("head")
-    ui.label(f"in {session.folder.root.name or '/'}").classes("quiet ellipsis w-full").tooltip(
-        str(session.folder.root)
-    )
+    root = session.folder.root
+    ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
     page.follow(lambda: _list(page), "folder")
     ui.label("Fit: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
 

@@ -47,6 +47,15 @@ def test_numbers_side_by_side_have_equal_decimals() -> None:
     assert theme.alike([0.0, 0.0]) == ["0", "0"]
 
 
-@pytest.mark.parametrize(("share", "shown"), [(0.734, "73 %"), (0.0123, "1.2 %"), (0.0, "0 %"), (None, "–")])
-def test_percent(share: float | None, shown: str) -> None:
-    assert theme.percent(share) == shown
+@pytest.mark.parametrize(
+    ("share", "shown"),
+    [(0.734, "73 %"), (0.0123, "1.2 %"), (0.997, "99.7 %"), (0.9999, "> 99.9 %"), (1.0, "100 %"), (0.0, "0 %")],
+)
+def test_percent(share: float, shown: str) -> None:
+    assert theme.percent(share).replace("\u00a0", " ") == shown
+
+
+def test_intervals_have_the_digits_of_their_width() -> None:
+    assert theme.interval(14.00236, 14.01171) == "14.0024 to 14.0117"
+    assert theme.interval(-0.1434, -0.0961) == "-0.143 to -0.096"
+    assert theme.interval(2.0, 2.0) == "2.00 to 2.00"
