@@ -18,13 +18,16 @@ from recordings.recording import Floats
 Figure = dict[str, Any]
 Span = tuple[float, float]
 
-_CONFIG = {"displaylogo": False, "responsive": True, "modeBarButtonsToRemove": ["lasso2d", "autoScale2d"]}
+_CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["lasso2d", "autoScale2d"]}
 _TEMPLATES = {
     dark: json.loads(go.Figure(layout={"template": template}).to_json())["layout"]["template"]
     for dark, template in ((False, theme.LIGHT), (True, theme.DARK))
 }
 _POINTS = 2400
 """Of a line over the width of the page."""
+
+_LIVE = 600
+"""Cycles of a run that is going on, at most."""
 
 
 def plain(figure: go.Figure) -> Figure:
@@ -103,6 +106,7 @@ def ladder(view: LadderView) -> Figure:
 def live(rows: Sequence[dict[str, Any]], late: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
     """One quantity of a run that is going on."""
     figure = theme.subplots(1, 1, 200)
+    rows = rows[:: len(rows) // _LIVE + 1]
     if kind == "lateness":
         values = [[1e3 * value for _, value in late]]
         times = [time for time, _ in late]

@@ -45,8 +45,9 @@ class Run:
 class Recorder:
     """At most one `daq record` at a time, in the folder `root`."""
 
-    def __init__(self, root: Path, changed: Callable[[], None]) -> None:
-        self._root, self._changed = root, changed
+    def __init__(self, root: Path, told: Callable[[], None], changed: Callable[[], None]) -> None:
+        """`told`: called with every line of its status; `changed`: when a run begins and ends."""
+        self._root, self._told, self._changed = root, told, changed
         self._process: subprocess.Popen[str] | None = None
         self.run: Run | None = None
 
@@ -84,7 +85,7 @@ class Recorder:
         if self._process is not None and self.going and self.run:
             self.run.stops += 1
             self._process.send_signal(signal.SIGTERM)
-            self._changed()
+            self._told()
 
     def close(self) -> None:
         """Bring the drives to rest before the page goes. If they are not by then, the closed pipe stops them."""
@@ -106,7 +107,7 @@ class Recorder:
                 if rows:
                     run.lateness.append((rows[-1]["time"], said["lateness"]))
             run.status = {**run.status, **said}
-            self._changed()
+            self._told()
         run.code = process.wait()
         self._changed()
 

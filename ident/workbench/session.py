@@ -49,7 +49,7 @@ class Session:
         self.choice: views.Choice | None = None
         self.failing: views.Failing | None = None
         self.answer: views.Answer | None = None
-        self.recorder = Recorder(folder.root, lambda: self.changed("run", "folder"))
+        self.recorder = Recorder(folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"))
         self._work = Work(self._said, effect_files)
         self._asked = 0
         """Tasks that the working process has not finished."""

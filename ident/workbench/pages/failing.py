@@ -33,7 +33,15 @@ def _windows(page: Page) -> None:
     assert found is not None
     with ui.element("table").classes("figures"):
         with ui.element("tr"):
-            for title in ("joint", "time [s]", "RMS", "times usual", "phase", "cycle", ""):
+            for title in (
+                "joint",
+                "time [s]",
+                f"RMS [{found.document['joints'][0]['unit']}]",
+                "times usual",
+                "phase",
+                "cycle",
+                "",
+            ):
                 with ui.element("th"):
                     ui.label(title)
         for window in found.document["windows"]:

@@ -14,8 +14,10 @@ def draw(page: Page) -> None:
     document = page.session.answer.document
     ui.label("Full diagnosis").classes("head q-mt-sm")
     name(ui.label(document["sentence"]), "verdict")
+    library = page.session.library
+    news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].always_true]
     for number, finding in enumerate(document["findings"]):
-        with ui.expansion(value=number == 0).classes("w-full") as box:
+        with ui.expansion(value=number in news[:1]).classes("w-full") as box:
             _finding(finding, number)
             figure = page.session.answer.figures.get(finding["effect"])
             if figure:

@@ -92,7 +92,7 @@ def _present(page: Page, rung: RungView) -> None:
     with ui.row().classes("items-center gap-2 q-mt-xs"):
         ui.label("In the model:")
         for index, (effect, joints) in enumerate(rung.terms):
-            with ui.row().classes("items-center no-wrap gap-1 q-px-sm rounded-borders bg-blue-1 dark:bg-blue-10"):
+            with ui.row().classes("items-center no-wrap gap-1 chip"):
                 ui.label(f"{effect}{_where(joints, rung)}")
                 remove = ui.button("Remove", on_click=page.does(page.session.remove, index))
                 remove.props(f'flat dense size=sm no-caps aria-label="Remove {effect}"')

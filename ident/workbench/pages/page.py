@@ -1,6 +1,8 @@
 """What all parts of the page share: drawing again what has changed, and saying what went wrong."""
 
+import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from nicegui import ui
@@ -11,6 +13,15 @@ from ident.workbench.session import Part, Session
 from recordings.errors import BadInput
 
 
+@dataclass
+class _Watched:
+    react: Callable[[], None]
+    parts: tuple[Part, ...]
+    pause: float
+    seen: int
+    last: float = 0.0
+
+
 class Page:
     """One tab of a browser that looks at the session."""
 
@@ -18,7 +29,7 @@ class Page:
         self.session = session
         self.show: Callable[[str], None] = lambda tab: None
         """Turn to a tab."""
-        self._watched: list[tuple[tuple[Part, ...], list[int], Callable[[], None]]] = []
+        self._watched: list[_Watched] = []
 
     def follow(self, draw: Callable[[], None], *parts: Part) -> None:
         """Let `draw` make its elements here, and anew whenever one of `parts` has changed."""
@@ -32,17 +43,18 @@ class Page:
             draw()
         self.watch(again, *parts)
 
-    def watch(self, react: Callable[[], None], *parts: Part) -> None:
-        """Call `react` whenever one of `parts` has changed from now on."""
-        self._watched.append((parts, [self._version(parts)], react))
+    def watch(self, react: Callable[[], None], *parts: Part, pause: float = 0.0) -> None:
+        """Call `react` whenever one of `parts` has changed from now on, but not again within `pause` [s]."""
+        self._watched.append(_Watched(react, parts, pause, self._version(parts)))
 
     def poll(self) -> None:
         """Look for changes."""
-        for parts, seen, react in self._watched:
-            version = self._version(parts)
-            if version != seen[0]:
-                seen[0] = version
-                react()
+        now = time.monotonic()
+        for one in self._watched:
+            version = self._version(one.parts)
+            if version != one.seen and now - one.last >= one.pause:
+                one.seen, one.last = version, now
+                one.react()
 
     def does(self, act: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
         """A handler that does `act`, and says what was wrong with it."""

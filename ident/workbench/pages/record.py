@@ -124,7 +124,7 @@ def _live(page: Page) -> None:
                 ui.label(line)
 
     look()
-    page.watch(look, "run")
+    page.watch(look, "run", pause=0.5)
 
 
 def _state(run: Run | None) -> str:

@@ -32,6 +32,10 @@ _STYLE = """
 .figures th { font-weight: 600; opacity: 0.75; }
 .ladder tr:last-child td { font-weight: 600; }
 .figures td.words, .figures th.words { text-align: left; }
+.body--dark .q-btn--outline, .body--dark .q-btn--flat { color: #8cc8f2 !important; }
+.body--dark .q-header .q-btn { color: #fff !important; }
+.q-tab-panels { background: transparent !important; }
+.chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
 """
 
@@ -65,7 +69,7 @@ def _turn(tabs: ui.tabs, tab: str) -> None:
 
 def _header(page: Page, dark: ui.dark_mode) -> None:
     session = page.session
-    with ui.header().classes("items-center q-py-xs gap-3 no-wrap"):
+    with ui.header().classes("items-center q-py-xs gap-3 no-wrap").style("height: 64px"):
         ui.label("delta-workbench").classes("text-lg font-medium")
         job = ui.label().classes("ellipsis").props('role=status aria-live="polite"')
         name(job, "job")
@@ -74,7 +78,9 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         name(cancel, "cancel")
         ui.space()
         stop = ui.button("STOP", icon="dangerous", on_click=page.does(session.recorder.stop))
-        stop.props("color=negative size=lg push").tooltip("Ramp down and disable the drives; again: quick stop")
+        stop.props("color=negative size=lg push").tooltip(
+            "Ramp down and disable the drives; again: quick stop. Key: Esc"
+        )
         name(stop, "stop")
 
         def darken() -> None:
@@ -92,6 +98,11 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         cancel.visible = going
         stop.visible = session.recorder.going
 
+    def stops(pressed: events.KeyEventArguments) -> None:
+        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.going:
+            session.recorder.stop()
+
+    ui.keyboard(stops, ignore=[])  # also while something is being typed
     look()
     ui.timer(0.3, look)
 

@@ -87,8 +87,13 @@ class Browser:
     def __init__(self, page: Any) -> None:
         self.page = page
         self.errors: list[str] = []
-        page.on("pageerror", lambda error: self.errors.append(str(error)))
+        page.on("pageerror", self._failed)
         page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+
+    def _failed(self, error: Any) -> None:
+        # NiceGUI asks Plotly to fit a plot to its place also when its tab has just been left.
+        if "Resize must be passed a displayed plot" not in str(error):
+            self.errors.append(str(error))
 
     def open(self, address: str) -> None:
         self.page.goto(address)
