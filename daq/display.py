@@ -12,7 +12,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from daq.session import Result
-from daq.stream import Progress
+from daq.watched import Progress
 
 _INTERVAL = 0.25
 """Between two looks at the run [s]."""

@@ -16,7 +16,8 @@ from daq.clock import Clock, HostClock, LockstepClock
 from daq.realtime import precedence
 from daq.recorder import Discard, Recorder
 from daq.stopping import StopRequest
-from daq.stream import Progress, Stream
+from daq.stream import Stream
+from daq.watched import Progress
 from drivers import transports
 from drivers.protocol import Amplifiers, Identity, Report
 from drivers.transports import Tap

@@ -9,7 +9,6 @@ import math
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from daq.clock import Clock
 from daq.recorder import Discard, Recorder
 from daq.stopping import StopRequest
 from daq.supervisor import Supervisor
+from daq.watched import Progress
 from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
 from recordings.errors import RunFailed
 from recordings.rig import Rig
@@ -41,24 +41,6 @@ class Trouble(Exception):
 
 class StopOrdered(Exception):
     """The motion is healthy but shall end."""
-
-
-@dataclass
-class Progress:
-    """What a person may want to see while the run goes on; read by the display, written by the cycle."""
-
-    phase: str = "start"
-    done: int = 0
-    total: int = 1
-    cycles: int = 0
-    lost: int = 0
-    """Answers that did not come."""
-    missed: int = 0
-    """Cycles that the host was too late to begin."""
-    following_error: float = 0.0
-    """Largest so far [rad]."""
-    lateness: list[float] = field(default_factory=list)
-    """Per cycle [s]."""
 
 
 class Stream:
@@ -241,6 +223,7 @@ class Stream:
         progress.cycles += 1
         progress.lost += sample.missing
         progress.lateness.append(lateness)
+        progress.recent.append((index, command, sample))
         return sample
 
     def _skip_missed(self) -> int:

@@ -19,6 +19,8 @@ BLOCK = 4096
 """Conditioned samples that are made at a time."""
 LEAST_ROWS = 10
 """Usable samples per parameter below which nothing is fitted."""
+LONGEST = 4.0
+"""Seconds that are drawn at most where curves must be told apart."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,13 @@ class Dataset:
         """Torque (m, dof) [N m] that the model computes with `parameters` (k,)."""
         computed: Floats = self.regressor @ parameters
         return computed if self.offset is None else computed + self.offset
+
+
+def first_repetition(dataset: Dataset) -> slice:
+    """The first usable samples, one period of the motion or LONGEST, whichever is shorter."""
+    seconds = min(dataset.recording.run.period or LONGEST, LONGEST)
+    first = int(np.argmax(np.isfinite(dataset.torque).any(axis=1)))
+    return slice(first, first + int(seconds * dataset.rate) + 1)
 
 
 def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float | None) -> Dataset:

@@ -11,14 +11,12 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ident.certificate import Certificate
-from ident.dataset import Dataset
+from ident.dataset import Dataset, first_repetition
 from ident.identification import Identification
 from recordings.recording import Floats
 
 # Okabe and Ito's palette, which stays distinct for colour-blind readers.
 MEASURED, COMPUTED, NOMINAL = "#000000", "#0072B2", "#E69F00"
-LONGEST = 4.0
-"""Seconds that are drawn at most where curves must be told apart."""
 STYLE: Any = {
     "font.size": 10,
     "axes.grid": True,
@@ -111,10 +109,3 @@ def _figure(path: Path, title: str, rows: int) -> Iterator[list[Any]]:
 
 def _effort(unit: str) -> str:
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
-
-
-def first_repetition(dataset: Dataset) -> slice:
-    """The first usable samples, one period of the motion or LONGEST, whichever is shorter."""
-    seconds = min(dataset.recording.run.period or LONGEST, LONGEST)
-    first = int(np.argmax(np.isfinite(dataset.torque).any(axis=1)))
-    return slice(first, first + int(seconds * dataset.rate) + 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -20,3 +20,16 @@ def progress_bar(first: str, then: str) -> Iterator[Progress]:
     with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(first, total=None)
         yield lambda done, total: bar.update(task, description=then, completed=done, total=total)
+
+
+@contextmanager
+def spinner() -> Iterator[Callable[[str], None]]:
+    """What is being done, on stderr, if that is a terminal."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda what: None
+        return
+    with console.status("reading") as status:
+        yield lambda what: status.update(what)

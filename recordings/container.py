@@ -82,7 +82,11 @@ def contents(path: Path) -> bytes:
         BadInput: there is no such file, it cannot be read, or is not MCAP.
     """
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(len(MAGIC))
+            if data == MAGIC:  # only then all of it: much of anything may be in a file of this name
+                file.seek(0)
+                data = file.read()
     except FileNotFoundError:
         raise BadInput(f"recording {path} does not exist; check the path") from None
     except IsADirectoryError:

@@ -34,6 +34,12 @@ _FILE = click.Path(path_type=Path)
 @click.option("--listen", is_flag=True, help="Send nothing: record what another master makes the drives do.")
 @click.option("--duration", type=click.FloatRange(0, min_open=True), metavar="S", help="How long to listen [s].")
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
+@click.option(
+    "--status",
+    is_flag=True,
+    help="For a program that watches: the run as JSON lines on stdout while it goes on. It is stopped when nobody "
+    "reads them any more.",
+)
 def command(
     trajectory: str | None,
     rig_file: Path | None,
@@ -48,6 +54,7 @@ def command(
     listen: bool,
     duration: float | None,
     as_json: bool,
+    status: bool,
 ) -> None:
     """Stream a motion to the three drives over CANopen and record every SYNC, answer and frame to an MCAP file.
 
@@ -62,6 +69,8 @@ def command(
     from recordings.errors import BadInput
 
     rig = rig_from(rig_file, rate)
+    if status and (listen or dry_run or as_json):
+        raise BadInput("--status watches a motion and ends with its figures; drop --listen, --dry-run and --json")
     if listen:
         if rig_file is None or pace or sim_file or hidden is not None or dry_run:
             raise BadInput("--listen needs --rig, and no --pace, --sim, --hidden or --dry-run")
@@ -78,7 +87,7 @@ def command(
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
     order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
     check_beforehand(order)
-    run = _rehearse if dry_run else _record
+    run = _rehearse if dry_run else (_record_watched if status else _record)
     if simulated:
         _simulate(order, sim_file, hidden, lambda: run(order, as_json))
     else:
@@ -158,6 +167,14 @@ def _record(order: "Order", as_json: bool) -> None:
 
     _announce(order)
     _show(order, Session(order, _log).run(ProgressBar), as_json)
+
+
+def _record_watched(order: "Order", as_json: bool) -> None:
+    from daq.session import Session
+    from daq.status import StatusLines
+
+    _announce(order)
+    _show(order, Session(order, _log).run(lambda progress: StatusLines(progress, order.rig.rate)), True)
 
 
 def _rehearse(order: "Order", as_json: bool) -> None:

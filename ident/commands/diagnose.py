@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,7 +12,7 @@ from ident import discovery
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.diagnose.diagnosis import Diagnosis, Progress
+    from ident.diagnose.diagnosis import Diagnosis
     from ident.model import Model
 
 FILE = click.Path(path_type=Path)
@@ -46,6 +45,12 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
 )
+@click.option(
+    "--only",
+    multiple=True,
+    metavar="EFFECT",
+    help="Add this effect whatever it explains, and no others; may be given several times.",
+)
 @click.option("--apply", is_flag=True, help="Write a model with all that was found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")
 @click.option(
@@ -67,6 +72,7 @@ def command(
     effect_files: tuple[Path, ...],
     preprocess: str,
     cutoff: float | None,
+    only: tuple[str, ...],
     apply: bool,
     out: Path | None,
     stand_in: Path | None,
@@ -97,11 +103,12 @@ def command(
     from ident import effects, model
     from ident.diagnose import answer, pictures, table
     from ident.diagnose.diagnosis import Choices, diagnose
+    from ident.progress import spinner
 
     begin = model.load(model_file) if model_file else None
     library = effects.library(effect_files)
-    with _spinner() as progress:
-        found = diagnose(files, validate, library, Choices(preprocess, cutoff), progress, begin)
+    with spinner() as progress:
+        found = diagnose(files, validate, library, Choices(preprocess, cutoff, only), progress, begin)
         document = answer.document(found)
         progress("drawing")
         pictures.draw(found, document, plots)
@@ -131,16 +138,3 @@ def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, pr
     choices = identification.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
     settled = top.composition, top.x
     return identification.identify(files, validate, choices, lambda done, total: None, settled).model
-
-
-@contextmanager
-def _spinner() -> Iterator[Progress]:
-    """What is being done, on stderr, if that is a terminal."""
-    from rich.console import Console
-
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda what: None
-        return
-    with console.status("reading") as status:
-        yield lambda what: status.update(what)

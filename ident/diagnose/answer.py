@@ -20,7 +20,7 @@ from ident.diagnose.document import (
     Verdict,
 )
 from ident.diagnose.intervals import intervals
-from ident.diagnose.material import rms
+from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
 from ident.samples import holds_torque
 from ident.stand_in import source
@@ -44,9 +44,9 @@ def document(found: Diagnosis) -> Document:
         torque_rms=_numbers(material.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
-        held_out=_held_out(found),
-        rungs=tuple(_rung(found, rung) for rung in ladder.rungs),
-        findings=tuple(_finding(found, finding) for finding in _named(ladder.findings)),
+        held_out=held_out(material),
+        rungs=tuple(rung_entry(material, rung) for rung in ladder.rungs),
+        findings=tuple(_finding(found, finding) for finding in named(ladder.findings)),
         rejected=tuple(_rejected(found)),
         remaining=Remaining(
             structured_share=found.remainder.share,
@@ -83,10 +83,10 @@ def _numbers(values: Floats) -> tuple[float, ...]:
 
 def _news(found: Diagnosis) -> list[Finding]:
     """Findings that are not true of any such machine anyway."""
-    return [one for one in _named(found.ladder.findings) if not one.term.effect.always_true]
+    return [one for one in named(found.ladder.findings) if not one.term.effect.always_true]
 
 
-def _named(findings: Sequence[Finding]) -> list[Finding]:
+def named(findings: Sequence[Finding]) -> list[Finding]:
     """Each effect once: of several lines of a spectrum the one that is worth most, on the joints of all of them."""
     merged: dict[str, Finding] = {}
     for one in findings:
@@ -120,34 +120,36 @@ def _called(finding: Finding) -> str:
     return f"{term.name}{joints}{other}"
 
 
-def _held_out(found: Diagnosis) -> str:
-    if found.material.other_motion:
+def held_out(material: Material) -> str:
+    """On what models are validated."""
+    if material.other_motion:
         names = [
             data.recording.path.name
-            for data, held in zip(found.material.datasets, found.material.held, strict=True)
+            for data, held in zip(material.datasets, material.held, strict=True)
             if held.any()
         ]
         return f"another recording: {', '.join(dict.fromkeys(names))}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
 
 
-def _rung(found: Diagnosis, rung: Rung) -> RungEntry:
-    material, state = found.material, rung.state
+def rung_entry(material: Material, rung: Rung) -> RungEntry:
+    """One model of the ladder in numbers."""
+    state = rung.state
     return RungEntry(
         added=rung.added,
         effects=tuple(term.name for term in state.terms),
         train_rms=_numbers(rms(state.residuals, material.seen)),
         validate_rms=_numbers(rms(state.residuals, material.held)),
-        parameters=_parameters(found, rung),
+        parameters=_parameters(material, rung),
     )
 
 
-def _parameters(found: Diagnosis, rung: Rung) -> dict[str, Value]:
+def _parameters(material: Material, rung: Rung) -> dict[str, Value]:
     solution = rung.state.solution
-    recording = found.material.datasets[0].recording
+    recording = material.datasets[0].recording
     gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
     named = solution.composition.named
-    limits = intervals(found.material, solution, gain)
+    limits = intervals(material, solution, gain)
     return {
         one.name: Value(
             value=float(value),

@@ -22,7 +22,7 @@ from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig
 from ident.samples import holds_torque, sample
 from recordings.reader import read
-from recordings.recording import Recording
+from recordings.recording import Floats, Recording
 
 TOLERATED = 0.004
 """Encoder noise in the torque, over the torque: the smallest effects that matter are not much larger."""
@@ -39,6 +39,33 @@ class Choices:
     preprocessing: str = "parallel"
     cutoff: float | None = None
     """[Hz]; None: chosen from the spectra."""
+    only: tuple[str, ...] = ()
+    """Effects to add in this order, and no others; empty: whichever explain most."""
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """What a diagnosis begins with."""
+
+    material: Material
+    offered: Mapping[str, Effect]
+    unobservable: Mapping[str, str]
+    """Effects that such recordings cannot show, and why."""
+    excerpt: float | None
+    """Share of the recordings that is looked at, where they are too long for all."""
+
+    def beginning(self, library: Mapping[str, Effect], model: Model | None = None) -> tuple[Composition, Floats]:
+        """The bare mechanism, or `model`, with where to begin its parameters (K,).
+
+        Raises:
+            BadInput: the model is of another rig.
+        """
+        path = self.material.evaluators[0].course.path
+        if model is None:
+            bare = Composition(path.mechanism, path.rig)
+            return bare, np.zeros(len(bare.named))
+        refuse_other_rig(model, self.material.datasets[0].recording)
+        return composition_of(model, path.rig, library)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,30 +100,36 @@ def diagnose(
     Raises:
         BadInput: a recording cannot be used, or they are not of the same rig.
     """
+    asked = question(files, validate, library, choices)
+    material, climber = asked.material, Climber(asked.material, asked.offered, progress)
+    beginning = asked.beginning(library, model)
+    ladder = climber.by_hand(*beginning, choices.only) if choices.only else climber.climb(*beginning)
+    progress("what remains")
+    left = remainder(material, ladder.rungs[-1].state, ladder.floor)
+    stand_in = None
+    if left.unexplained:
+        ladder = ladder if choices.only else without_imitations(material, climber, ladder)
+        stand_in = learn(material, ladder.rungs[-1].state)
+        known = stand_in.dependences if stand_in and stand_in.holds else None
+        left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
+    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt)
+
+
+def question(
+    files: Sequence[Path], validate: Path | None, library: Mapping[str, Effect], choices: Choices
+) -> Question:
+    """What there is to work with: recordings as `diagnose` takes them.
+
+    Raises:
+        BadInput: a recording cannot be used, or they are not of the same rig.
+    """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     refuse_different_rigs(recordings)
     courses, share = _courses(recordings, choices)
     held = len(recordings) - 1 if validate else None
     train = [course for index, group in enumerate(courses) if index != held for course in group]
     material = gather(train, courses[held] if held is not None else ())
-    offered, unobservable = _offered(recordings[0], library)
-    path = material.evaluators[0].course.path
-    climber = Climber(material, offered, progress)
-    if model:
-        refuse_other_rig(model, recordings[0])
-        ladder = climber.climb(*composition_of(model, path.rig, library))
-    else:
-        bare = Composition(path.mechanism, path.rig)
-        ladder = climber.climb(bare, np.zeros(len(bare.named)))
-    progress("what remains")
-    left = remainder(material, ladder.rungs[-1].state, ladder.floor)
-    stand_in = None
-    if left.unexplained:
-        ladder = without_imitations(material, climber, ladder)
-        stand_in = learn(material, ladder.rungs[-1].state)
-        known = stand_in.dependences if stand_in and stand_in.holds else None
-        left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
-    return Diagnosis(material, library, unobservable, ladder, left, stand_in, share)
+    return Question(material, *_offered(recordings[0], library), share)
 
 
 def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:

@@ -11,6 +11,7 @@ from ident.diagnose.material import Material
 from ident.diagnose.options import CLEAR, Finder, within
 from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
 from ident.effects import Effect
+from recordings.errors import BadInput
 from recordings.recording import Floats
 
 MOST = 16
@@ -41,14 +42,12 @@ class Climber:
 
     def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._material, self._library, self._progress = material, library, progress
-        self._finder = Finder(material, library)
+        self.finder = Finder(material, library)
 
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
-        base = self._finder.solved(composition, x)
-        rungs = [Rung(None, base, None)]
-        state = self._with_truths(base, rungs)
-        first = self._finder.options(state)
+        state, rungs = self.begin(composition, x)
+        first = self.finder.options(state)
         for _ in range(ROUNDS):
             state, last = self._up(state, rungs)
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
@@ -56,27 +55,50 @@ class Climber:
             if better is None:
                 break
             state = self._settled(better)
-            rungs.append(Rung(better.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+            rungs.append(Rung(better.terms[-1].name, state, self.gain(rungs[-1].state, state)))
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, first, last, self.floor(state), self._computed(state))
+
+    def begin(self, composition: Composition, x: Floats) -> tuple[State, list[Rung]]:
+        """The state with all that is true anyway, fitted from `x` (K,), and the first rungs."""
+        base = self.finder.solved(composition, x)
+        rungs = [Rung(None, base, None)]
+        return self._with_truths(base, rungs), rungs
+
+    def by_hand(self, composition: Composition, x: Floats, names: Sequence[str]) -> Ladder:
+        """From `composition` upwards, fitted from `x` (K,), by the effects `names` in this order, and no others.
+
+        Raises:
+            BadInput: the motion does not show one of them.
+        """
+        state, rungs = self.begin(composition, x)
+        for name in names:
+            found = {one.term.name: one for one in reversed(self.finder.look(state)[0])}
+            if name not in found:
+                raise BadInput(f"effect: one of {', '.join(sorted(found))} expected, '{name}' found; leave it out")
+            state = self.finder.added(state, found[name])
+            rungs.append(Rung(name, state, self.gain(rungs[-1].state, state)))
+        last = Options((), *self.finder.look(state)[1:])
+        findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
+        return Ladder(tuple(rungs), findings, last, last, self.floor(state), self._computed(state))
 
     def stopped(self, ladder: Ladder, number: int) -> Ladder:
         """The `ladder` up to the rung of that `number`."""
         state = ladder.rungs[number].state
         findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
-        last = self._finder.options(state)
+        last = self.finder.options(state)
         rungs = ladder.rungs[: number + 1]
         return Ladder(rungs, findings, ladder.first, last, self.floor(state), self._computed(state))
 
     def _up(self, state: State, rungs: list[Rung]) -> tuple[State, Options]:
         """The state when nothing more is worth adding, and what could be added still."""
         while True:
-            found = self._finder.options(state)
+            found = self.finder.options(state)
             chosen = self._first_confirmed(state, found.states) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, found
             state = self._settled(chosen)
-            rungs.append(Rung(chosen.terms[-1].name, state, self._gain(rungs[-1].state, state)))
+            rungs.append(Rung(chosen.terms[-1].name, state, self.gain(rungs[-1].state, state)))
             self._progress(f"{rungs[-1].added} added; what else?")
 
     def floor(self, state: State) -> Floor:
@@ -96,9 +118,9 @@ class Climber:
                 continue
             composition = state.solution.composition.plus(Term(name, effect, joints))
             added = np.zeros(len(composition.named) - len(state.solution.x))
-            after = self._finder.solved(composition, np.concatenate([state.solution.x, added]))
+            after = self.finder.solved(composition, np.concatenate([state.solution.x, added]))
             if self._confirmed(state, after):
-                rungs.append(Rung(name, after, self._gain(state, after)))
+                rungs.append(Rung(name, after, self.gain(state, after)))
             state = after
         return state
 
@@ -119,7 +141,7 @@ class Climber:
     def _alike(self, without: float, options: Sequence[State]) -> list[State]:
         """Those that leave no more than the best, but for chance and a small share of what there is to gain."""
         least = min(one.solution.loss for one in options)
-        slack = max(ALIKE * (without - least), CLEAR * self._finder.chance(least))
+        slack = max(ALIKE * (without - least), CLEAR * self.finder.chance(least))
         return [one for one in options if one.solution.loss - least <= slack]
 
     def _confirmed(self, before: State, after: State) -> bool:
@@ -128,12 +150,13 @@ class Climber:
         changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
         size = np.sqrt([np.nanmean(np.concatenate(changed) ** 2, axis=0)])
         return (
-            self._finder.clear(before.solution.loss, after.solution.loss, parameters)
+            self.finder.clear(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MATERIAL * self._material.torque_rms).any())
-            and holds(self._gain(before, after))
+            and holds(self.gain(before, after))
         )
 
-    def _gain(self, before: State, after: State) -> Gain:
+    def gain(self, before: State, after: State) -> Gain:
+        """What `after` has gained over `before` on held-out rows."""
         return gain(self._material, before.residuals, after.residuals, self.floor(after).rms)
 
     def _settled(self, state: State) -> State:
@@ -141,30 +164,31 @@ class Climber:
         for index in range(len(state.terms) - 1, -1, -1):
             if state.terms[index].effect.always_true:
                 continue
-            without = self._without(state, index)
-            if self._gain(without, state).share < WORTH and not self._confirmed(without, state):
+            without = self.without(state, index)
+            if self.gain(without, state).share < WORTH and not self._confirmed(without, state):
                 state = without
         return state
 
-    def _without(self, state: State, index: int) -> State:
+    def without(self, state: State, index: int) -> State:
+        """`state` without its effect of that `index`, refitted."""
         composition = state.solution.composition
         keep = ~composition.entries(index)
-        return self._finder.solved(composition.without(index), state.solution.x[keep])
+        return self.finder.solved(composition.without(index), state.solution.x[keep])
 
     def _settles(self, other: State, state: State) -> bool:
         """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
-        gain = self._gain(other, state)
+        gain = self.gain(other, state)
         return gain.t > CERTAIN and gain.share > SETTLED
 
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""
-        without = self._without(state, index)
+        without = self.without(state, index)
         term = state.terms[index]
-        gain = self._gain(without, state)
+        gain = self.gain(without, state)
         lines = sum(other.name == term.name for other in state.terms)
         if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, gain, (), without.residuals, state.residuals), state
-        options = self._finder.instead_of(term.name, without)
+        options = self.finder.instead_of(term.name, without)
         possible = [one for one in options if all(within(one))]
         alike = self._alike(without.solution.loss, [state, *possible])
         best = self._simplest(without, [state, *possible])

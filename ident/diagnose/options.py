@@ -57,6 +57,12 @@ class Finder:
         return before - after > CLEAR * parameters * self.chance(after)
 
     def _find(self, state: State, leave: str) -> Options:
+        candidates, unseen, gains = self.look(state, leave)
+        worth = [one for one in candidates if self.clear(state.solution.loss, one.loss, one.own)]
+        return Options(tuple(self._refined(state, worth)), unseen, gains)
+
+    def look(self, state: State, leave: str = "") -> tuple[list[Candidate], tuple[str, ...], Mapping[str, float]]:
+        """What could be added, the most promising first; what does not show; what each would gain at first sight."""
         present = {term.name for term in state.terms}
         covered = {name for term in state.terms for name in term.effect.contains}
         library = {
@@ -64,11 +70,14 @@ class Finder:
             for name, effect in self._library.items()
             if (name not in present or effect.repeated) and name not in covered and name != leave
         }
-        screen = Screen(self._material, state.solution)
-        candidates, unseen = screen.look(library)
-        gains = {one.term.name: 1 - one.loss / screen.loss for one in reversed(candidates)}
-        worth = [one for one in candidates if self.clear(screen.loss, one.loss, one.own)]
-        return Options(tuple(self._refined(state, worth)), tuple(unseen), gains)
+        candidates, unseen = Screen(self._material, state.solution).look(library)
+        before = state.solution.loss
+        gains = {one.term.name: 1 - one.loss / before for one in reversed(candidates)}
+        return candidates, tuple(unseen), gains
+
+    def added(self, state: State, candidate: Candidate) -> State:
+        """`state` with the `candidate`, all parameters refined."""
+        return self._signed(self._with(state, candidate), state)
 
     def _refined(self, state: State, candidates: Sequence[Candidate]) -> list[State]:
         """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
@@ -78,7 +87,7 @@ class Finder:
             least = min((found.solution.loss for found in states), default=before)
             if before - one.loss < PROMISING * (before - least) and not _another(state, one):
                 continue
-            states.append(self._signed(self._with(state, one), state))
+            states.append(self.added(state, one))
         return sorted(states, key=lambda one: one.solution.loss)
 
     def _with(self, state: State, candidate: Candidate) -> State:

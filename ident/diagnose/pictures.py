@@ -1,12 +1,11 @@
 """A diagnosis as pictures: the ladder, and every finding over the quantity in which it shows."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ident.dataset import Dataset
+from ident.diagnose import signature
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
 from ident.diagnose.rungs import Finding
@@ -15,9 +14,6 @@ from recordings.recording import Floats
 
 NOISE = "#009E73"
 """Of Okabe and Ito's palette, as the others."""
-BINS = 40
-_LEAST = 8
-"""Samples in a bin; others are left out."""
 
 
 def draw(found: Diagnosis, document: Document, folder: Path) -> None:
@@ -57,7 +53,7 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
         axes = drawn.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
             unit = datasets[0].recording.rig.effort_units[joint]
-            x, label = over(axis_name, datasets, found.ladder.computed, joint)
+            x, label = signature.over(axis_name, datasets, found.ladder.computed, joint)
             for residuals, colour, name in ((one.without, NOMINAL, "without"), (one.with_it, COMPUTED, "with")):
                 _curve(axis, x, np.concatenate([part[:, joint] for part in residuals]), colour, name)
             floor = found.ladder.floor.rms[joint]
@@ -68,32 +64,8 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
         axes[0].legend(frameon=False, fontsize=9)
 
 
-def over(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joint: int) -> tuple[Floats, str]:
-    """The quantity `axis` of a joint in all rows (m,) of all recordings, and its name with its unit."""
-    unit = datasets[0].recording.rig.position_units[joint]
-    effort = datasets[0].recording.rig.effort_units[joint]
-    sources: dict[str, tuple[list[Floats], str]] = {
-        "position": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
-        "motor angle": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
-        "velocity": ([data.motion.velocity[:, joint] for data in datasets], f"velocity [{unit}/s]"),
-        "acceleration": ([data.motion.acceleration[:, joint] for data in datasets], f"acceleration [{unit}/s²]"),
-        "load": ([torque[:, joint] for torque in computed], f"computed load [{effort}]"),
-        "time": ([data.time for data in datasets], "time [s]"),
-    }
-    values, label = sources[axis]
-    return np.concatenate(values), label
-
-
 def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str) -> None:
-    """Samples, thinned out, and the mean in bins of equal width with its 95 % band (neighbours taken as alike)."""
-    known = np.isfinite(x) & np.isfinite(y)
-    x, y = x[known], y[known]
-    thin = slice(None, None, max(1, len(x) // 3000))
-    axis.plot(x[thin], y[thin], ".", ms=1.2, color=colour, alpha=0.25, zorder=1)
-    edges = np.linspace(x.min(), x.max(), BINS + 1)
-    number = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
-    count = np.bincount(number, minlength=BINS)
-    enough = count >= _LEAST
-    mean = np.bincount(number, y, BINS)[enough] / count[enough]
-    centre = np.bincount(number, x, BINS)[enough] / count[enough]
-    axis.plot(centre, mean, color=colour, lw=1.8, label=name, zorder=3)
+    """Samples, thinned out, and their mean in bins."""
+    drawn = signature.binned(x, y)
+    axis.plot(drawn.x, drawn.y, ".", ms=1.2, color=colour, alpha=0.25, zorder=1)
+    axis.plot(drawn.centre, drawn.mean, color=colour, lw=1.8, label=name, zorder=3)

@@ -52,7 +52,7 @@ def _finding(finding: FindingEntry, document: Document, console: Console) -> Non
     console.print(f"\n[bold]{finding.effect}[/]{other}", highlight=False)
     console.print(f"  {finding.sentence} {finding.looks}", highlight=False)
     console.print(f"  {finding.why}", highlight=False)
-    own = {name: value for name, value in document.rungs[-1].parameters.items() if _belongs(name, finding.effect)}
+    own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}
     for name, value in own.items():
         console.print(
             f"  {name} = {value.value:.4g}{_interval(value)} {value.unit}  {value.meaning}", highlight=False
@@ -73,7 +73,8 @@ def _stand_in(document: Document, found: StandInEntry, console: Console) -> None
     )
 
 
-def _belongs(parameter: str, effect: str) -> bool:
+def belongs(parameter: str, effect: str) -> bool:
+    """Whether the `parameter` of a model is one of the `effect`'s."""
     return parameter.partition(".")[0].partition("#")[0] == effect
 
 

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ident.dataset import Dataset
-from ident.plots import COMPUTED, MEASURED, NOMINAL, figure, first_repetition
+from ident.dataset import Dataset, first_repetition
+from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
 from ident.table2.methods import MANUFACTURER, Comparison
 from recordings.recording import Floats
 

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from daq.clock import LockstepClock
 from daq.stopping import StopRequest
-from daq.stream import Progress, Stream
+from daq.stream import Stream
+from daq.watched import Progress
 from drivers.protocol import Goal, Power, Sample
 from recordings.errors import RunFailed
 from recordings.rig import simulated_rig

@@ -15,7 +15,7 @@ import can
 import numpy as np
 
 from daq.session import Order, Session
-from daq.stream import Progress
+from daq.watched import Progress
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from recordings.errors import BadInput, RunFailed

@@ -1,0 +1,85 @@
+"""The run for a program that watches it: JSON lines on stdout, ten a second."""
+
+import json
+import math
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterable
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from daq.watched import Progress
+from drivers.protocol import Sample
+
+_INTERVAL = 0.1
+"""Between two lines [s]."""
+_ROWS = 25
+"""Cycles that a line tells of at most, spread evenly over those since the last one."""
+
+
+class StatusLines:
+    """Tells of a run that is going on, from its own thread, so the cycle never waits for the reader.
+
+    Whoever watches holds the stop button. If it has gone, the motion is ended as by Ctrl-C.
+    """
+
+    def __init__(self, progress: Progress, rate: float) -> None:
+        self._progress, self._rate = progress, rate
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._work, name="status", daemon=True)
+
+    def __enter__(self) -> Self:
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _work(self) -> None:
+        try:
+            while not self._over.wait(_INTERVAL):
+                self._say()
+            self._say()
+        except BrokenPipeError:
+            # What is still in the buffer must not break the last words of the program either.
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            os.kill(os.getpid(), signal.SIGTERM)
+
+    def _say(self) -> None:
+        progress = self._progress
+        recent = [progress.recent.popleft() for _ in range(len(progress.recent))]
+        late = progress.lateness[-max(1, len(recent)) :]
+        line = {
+            "status": progress.phase,
+            "done": progress.done,
+            "total": progress.total,
+            "cycles": progress.cycles,
+            "answers_lost": progress.lost,
+            "cycles_missed": progress.missed,
+            "following_error_max": progress.following_error,
+            "lateness": max(late, default=0.0),
+            "rows": [_row(*one, self._rate) for one in recent[:: -(-len(recent) // _ROWS) or 1]],
+        }
+        print(json.dumps(line, allow_nan=False), flush=True)
+
+
+def _row(index: int, command: NDArray[np.float64], sample: Sample, rate: float) -> dict[str, Any]:
+    """One cycle; null where nothing was commanded or no answer came."""
+    return {
+        "time": index / rate,
+        "command": _numbers(command.tolist()),
+        "position": _numbers(sample.position),
+        "voltage": _numbers(sample.voltage),
+    }
+
+
+def _numbers(values: Iterable[float]) -> list[float | None]:
+    return [value if math.isfinite(value) else None for value in values]

@@ -1,0 +1,34 @@
+"""`ident workbench`: the application in the browser on this machine."""
+
+from pathlib import Path
+
+import click
+
+FILE = click.Path(path_type=Path)
+
+
+@click.command(
+    short_help="Work in the browser: record, compare, find what is missing, add it.",
+    epilog="Example: ident workbench runs/",
+)
+@click.argument("places", metavar="[FOLDER | FILE...]", nargs=-1, type=FILE)
+@click.option("--port", type=click.IntRange(1, 65535), help="[default: any that is free]")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
+@click.option(
+    "--effect-file",
+    "effect_files",
+    multiple=True,
+    type=FILE,
+    metavar="PY",
+    help="An effect of your own; it is executed.",
+)
+def command(places: tuple[Path, ...], port: int | None, no_browser: bool, effect_files: tuple[Path, ...]) -> None:
+    """Open a page on which to record, fit, compare, and find the effect that the model lacks.
+
+    FOLDER holds the recordings; results are written there. Of two FILEs the first is fitted, the second validates.
+    Nothing outside of that folder can be seen from the page, and nobody but this machine's user can open it.
+    """
+    from ident.workbench.app import serve
+    from ident.workbench.opening import opened
+
+    serve(opened(places, effect_files), port, not no_browser)

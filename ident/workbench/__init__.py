@@ -1,0 +1,1 @@
+"""The application in the browser on this machine: `ident workbench`."""

@@ -1,0 +1,65 @@
+"""The server behind the page: on this machine only, for whoever has the token."""
+
+import secrets
+import socket
+import webbrowser
+
+import uvicorn
+from fastapi import FastAPI
+from nicegui import ui
+
+from ident.workbench.pages.shell import build
+from ident.workbench.security import Guard
+from ident.workbench.session import Session
+from recordings.errors import BadInput
+
+HOST = "127.0.0.1"
+
+
+def guarded(session: Session, token: str, port: int) -> Guard:
+    """The page of `session` as an ASGI application."""
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    @ui.page("/", title="delta-workbench")
+    def page() -> None:
+        build(session)
+
+    # What the page needs comes with NiceGUI; nothing is loaded from elsewhere.
+    ui.run_with(app, title="delta-workbench", show_welcome_message=False, reconnect_timeout=10.0)
+    return Guard(app, token, port)
+
+
+def serve(session: Session, port: int | None, browser: bool) -> None:
+    """Until Ctrl-C.
+
+    Raises:
+        BadInput: the port is taken.
+    """
+    listening = _bound(port)
+    port = listening.getsockname()[1]
+    token = secrets.token_urlsafe(24)
+    address = f"http://{HOST}:{port}/?token={token}"
+    config = uvicorn.Config(
+        guarded(session, token, port), log_level="warning", access_log=False, timeout_graceful_shutdown=1
+    )
+    print(f"workbench: {address}\nOnly this machine can open it. Ctrl-C ends.", flush=True)
+    if browser:
+        webbrowser.open(address)
+    try:
+        uvicorn.Server(config).run(sockets=[listening])
+    except KeyboardInterrupt:
+        pass
+    finally:
+        session.close()
+
+
+def _bound(port: int | None) -> socket.socket:
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        listening.bind((HOST, port or 0))
+        listening.listen()  # a browser that comes before the server is ready waits
+    except OSError as error:
+        listening.close()
+        raise BadInput(f"a free port expected, {port} found taken ({error.strerror}); leave --port out") from None
+    return listening

@@ -1,0 +1,71 @@
+"""A recording as it is, before anything is fitted: what it is, how good, and its signals."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from ident.samples import drive_signal, holds_torque
+from ident.workbench.views import RecordingView, Small
+from recordings.reader import read
+from recordings.recording import Floats, Recording
+
+_LOUD = ("warning", "error", "fatal")
+
+
+def look(path: Path) -> RecordingView:
+    """Raises BadInput where the file is no recording."""
+    recording = read(path)
+    rig = recording.rig
+    unit = rig.effort_units[0] if holds_torque(recording) else "V"
+    return RecordingView(
+        name=path.name,
+        quality=tuple(_quality(recording)),
+        warnings=tuple(_warnings(recording)),
+        events=tuple((event.time, event.level, event.source, event.message) for event in recording.events),
+        geometry=rig.geometry if rig.mechanism == "delta" else None,
+        position_units=rig.position_units,
+        time=recording.time,
+        signals={
+            "position": (rig.position_units[0], _small(recording.position)),
+            "following error": (f"m{rig.position_units[0]}", _small(1e3 * (recording.command - recording.position))),
+            "torque" if unit != "V" else "voltage": (unit, _small(drive_signal(recording))),
+            "lateness": ("ms", _small(1e3 * recording.lateness[:, None])),
+        },
+    )
+
+
+def _small(x: Floats) -> Small:
+    return x.astype(np.float32)
+
+
+def _quality(recording: Recording) -> Iterator[tuple[str, str]]:
+    run, time = recording.run, recording.time
+    yield "Rig", recording.rig.name
+    yield "Drives", "simulated: no real robot moved" if run.simulated else "real"
+    yield "Motion", f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory
+    yield "Length", f"{time[-1] - time[0]:.2f} s, {len(time)} samples at {run.rate:g} Hz"
+    lost = recording.gaps
+    yield "Lost samples", ", ".join(f"joint {j}: {n}" for j, n in enumerate(lost, 1)) if lost.any() else "none"
+    late = recording.lateness[np.isfinite(recording.lateness)]
+    if len(late):
+        yield "Lateness", f"median {1e3 * np.median(late):.2f} ms, worst {1e3 * late.max():.2f} ms"
+    error = recording.command - recording.position
+    if np.isfinite(error).any():
+        yield "Following error", f"worst {1e3 * np.nanmax(np.abs(error)):.2f} m{recording.rig.position_units[0]}"
+    source = "calibrated" if recording.rig.torque.gain_source == "calibrated" else "assumed: torques are relative"
+    yield "Torque gain", source
+    yield "Recorded", f"{run.start}, by {run.software}"
+    yield "Ended", "interrupted" if run.exit_status is None else f"{run.reason} (exit status {run.exit_status})"
+
+
+def _warnings(recording: Recording) -> Iterator[str]:
+    if not recording.complete:
+        yield "The recording was interrupted; what it holds is intact."
+    elif recording.run.exit_status:
+        yield f"The run did not end as planned: {recording.run.reason}"
+    if recording.gaps.any():
+        yield f"{int(recording.gaps.sum())} samples were lost; they are left out, nothing is invented."
+    found = [event for event in recording.events if event.level in _LOUD]
+    if found:
+        yield f"{len(found)} warnings and errors while recording; see the events."

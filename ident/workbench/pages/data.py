@@ -1,0 +1,41 @@
+"""A recording as it is: what it is, how good, and its signals."""
+
+from nicegui import ui
+
+from ident.workbench import plots
+from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.zoom import Zoomed
+
+
+def draw(page: Page) -> None:
+    """The recording that was chosen."""
+    page.follow(lambda: _draw(page), "recording")
+
+
+def _draw(page: Page) -> None:
+    session, view = page.session, page.session.recording
+    if view is None:
+        ui.label("Choose a recording with Fit on the left to see how good it is.").classes("quiet")
+        return
+    with ui.row().classes("items-center gap-3"):
+        ui.label(view.name).classes("head")
+        for other in (session.train, session.validate):
+            if other and other != view.name:
+                ui.button(f"show {other}", on_click=page.does(session.look, other)).props("flat dense no-caps")
+    for warning in view.warnings:
+        with ui.row().classes("items-center no-wrap"):
+            ui.icon("warning", color="warning")
+            ui.label(warning)
+    with ui.grid(columns="max-content 1fr max-content 1fr").classes("w-full gap-x-4 gap-y-1"):
+        for label, value in view.quality:
+            ui.label(label).classes("quiet")
+            name(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
+    whole = (float(view.time[0]), float(view.time[-1]))
+    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps")
+    shown = Zoomed(
+        lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
+    )
+    choice.on_value_change(lambda: shown.show())
+    with ui.expansion(f"Events of the run ({len(view.events)})").classes("w-full"):
+        for time, level, source, text in view.events[:300]:
+            ui.label(f"{time:9.3f} s  {level}  {source}: {text}").classes("font-mono text-sm")

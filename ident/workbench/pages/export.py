@@ -1,0 +1,58 @@
+"""What to take away: the model, and the commands that do the same."""
+
+import json
+
+from nicegui import ui
+
+from ident.workbench.pages.page import Page, name
+from ident.workbench.script import script
+from ident.workbench.session import Session
+
+
+def draw(page: Page) -> None:
+    """Of the present model."""
+    page.follow(lambda: _draw(page), "failing", "ladder")
+
+
+def _draw(page: Page) -> None:
+    session = page.session
+    if session.ladder is None or session.failing is None:
+        ui.label("Fit a model first; it can then be saved here.").classes("quiet")
+        return
+    file = f"{session.ladder.train.removesuffix('.mcap')}.model.json"
+    ui.label("Model").classes("head")
+    with ui.row().classes("items-center gap-3"):
+        out = ui.input("file", value=file).props("dense outlined").classes("min-w-64")
+        save = ui.button("Save beside the recording", icon="save").props("no-caps")
+        save.on_click(page.does(lambda: _save(session, out.value)))
+        name(save, "save")
+    ui.label("The same in a terminal").classes("head q-mt-md")
+    text = script(session.ladder, file)
+    name(ui.code(text, language="bash").classes("w-full"), "script")
+    _parameters(session)
+
+
+def _save(session: Session, wanted: str) -> None:
+    assert session.failing is not None
+    path = session.folder.new(wanted, ".json")
+    path.write_text(json.dumps(session.failing.model, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    ui.notify(f"Saved {path.name} beside the recording.", type="positive", position="top")
+
+
+def _parameters(session: Session) -> None:
+    assert session.ladder is not None
+    ui.label("Parameters of the present model").classes("head q-mt-md")
+    with ui.element("table").classes("figures"):
+        with ui.element("tr"):
+            for title in ("name", "value", "95 % interval", "unit", "what it is"):
+                with ui.element("th").classes("words" if title in ("unit", "what it is") else ""):
+                    ui.label(title)
+        for key, value in session.ladder.rungs[-1].entry.parameters.items():
+            limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not known from these data"
+            with ui.element("tr"):
+                for text in (key, f"{value.value:.4g}", limits):
+                    with ui.element("td"):
+                        ui.label(text)
+                for text in (value.unit, value.meaning):
+                    with ui.element("td").classes("words"):
+                        ui.label(text)

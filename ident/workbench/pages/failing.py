@@ -1,0 +1,70 @@
+"""Where the present model fails, as `ident compare` says it."""
+
+from collections.abc import Callable
+
+from nicegui import ui
+
+from ident.workbench.pages.page import Page, name, picture
+
+
+def draw(page: Page) -> None:
+    """Sentences, the worst stretches, and figures."""
+    page.follow(lambda: _draw(page), "failing")
+
+
+def _draw(page: Page) -> None:
+    found = page.session.failing
+    if found is None:
+        ui.label("Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
+        return
+    ui.label(f"On {', '.join(found.document['recordings'])}").classes("head")
+    with ui.column().classes("gap-1"):
+        for number, sentence in enumerate(found.sentences):
+            name(ui.label(sentence), f"where-{number}")
+    ui.label("The worst stretches").classes("head")
+    _windows(page)
+    for title, figure in found.figures.items():
+        ui.label(title).classes("head q-mt-md")
+        picture(figure, title, page.session.dark)
+
+
+def _windows(page: Page) -> None:
+    found = page.session.failing
+    assert found is not None
+    with ui.element("table").classes("figures"):
+        with ui.element("tr"):
+            for title in (
+                "joint",
+                "time [s]",
+                f"RMS [{found.document['joints'][0]['unit']}]",
+                "times usual",
+                "phase",
+                "cycle",
+                "",
+            ):
+                with ui.element("th"):
+                    ui.label(title)
+        for window in found.document["windows"]:
+            with ui.element("tr"):
+                for text in (
+                    f"joint {window['joint']}",
+                    f"{window['start']:.2f} – {window['end']:.2f}",
+                    f"{window['rms']:.3g}",
+                    f"{window['times_overall']:.1f}",
+                    window["phase"],
+                    str(window["cycle"] or ""),
+                ):
+                    with ui.element("td"):
+                        ui.label(text)
+                with ui.element("td"):
+                    ui.button("show", on_click=_shows(page, window)).props("flat dense size=sm no-caps")
+
+
+def _shows(page: Page, window: dict[str, float]) -> Callable[[], None]:
+    def show() -> None:
+        page.session.joint = int(window["joint"]) - 1
+        page.session.wanted = (window["start"] - 0.5, window["end"] + 0.5)
+        page.session.changed("series")
+        page.show("model")
+
+    return show

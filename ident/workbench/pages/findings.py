@@ -1,0 +1,58 @@
+"""What the full diagnosis found, with the reasons."""
+
+from typing import Any
+
+from nicegui import ui
+
+from ident.workbench.pages.page import Page, name, picture
+
+
+def draw(page: Page) -> None:
+    """Nothing, before the diagnosis was asked for."""
+    if page.session.answer is None:
+        return
+    document = page.session.answer.document
+    ui.label("Full diagnosis").classes("head q-mt-sm")
+    name(ui.label(document["sentence"]), "verdict")
+    library = page.session.library
+    news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].always_true]
+    for number, finding in enumerate(document["findings"]):
+        with ui.expansion(value=number in news[:1]).classes("w-full") as box:
+            _finding(finding, number)
+            figure = page.session.answer.figures.get(finding["effect"])
+            if figure:
+                picture(figure, f"residual without and with {finding['effect']}", page.session.dark)
+        with box.add_slot("header"):
+            _header(finding, number)
+    if document["remaining"]["why"]:
+        share = 100 * document["remaining"]["structured_share"]
+        ui.label(f"What remains: {share:.0f} % of it has structure; {document['remaining']['why']}").classes("quiet")
+    if document["next_motion"]:
+        motion = document["next_motion"]
+        ui.label(f"Record next: {motion['why']} {motion['command']}").classes("quiet")
+    with ui.expansion("Effects that were looked for in vain").classes("w-full"):
+        for one in document["rejected"]:
+            ui.label(f"{one['effect']}: {one['why']}").classes("text-sm")
+
+
+def _header(finding: dict[str, Any], number: int) -> None:
+    low, high = (100 * end for end in finding["gain_ci95"])
+    with ui.row().classes("w-full items-center gap-3"):
+        name(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
+        ui.label(f"joint {', '.join(map(str, finding['joints']))}").classes("quiet")
+        share = f"{100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f})"
+        ui.label(f"takes away {share} of the held-out error above the noise")
+
+
+def _finding(finding: dict[str, Any], number: int) -> None:
+    for label, text in (
+        ("What it is", finding["sentence"]),
+        ("Why", finding["why"]),
+        ("What it looks like", finding["looks"]),
+        ("Usual causes", finding["causes"]),
+        ("What to do", finding["remedy"]),
+        ("Could also be", ", ".join(finding["confusable_with"]) or "nothing else of the library on these data"),
+    ):
+        with ui.row().classes("no-wrap gap-3 q-py-xs"):
+            ui.label(label).classes("quiet w-32 shrink-0")
+            name(ui.label(text), f"finding-{number}-{label.lower().replace(' ', '-')}")

@@ -1,0 +1,83 @@
+"""Torque measured against the model's, joint by joint, what is left of it, and what is special about a part."""
+
+from nicegui import events, ui
+
+from ident.workbench import plots
+from ident.workbench.pages.page import Page, name
+from ident.workbench.pages.zoom import Zoomed
+from ident.workbench.region import special
+from ident.workbench.views import Series
+
+
+def draw(page: Page) -> None:
+    """The present model on both recordings."""
+    page.follow(lambda: _draw(page), "series")
+
+
+def _draw(page: Page) -> None:
+    session = page.session
+    if not session.series or session.ladder is None:
+        ui.label("Fit the base model first: What is missing → Fit.").classes("quiet")
+        return
+    ladder = session.ladder
+    kinds = {number: _label(one) for number, one in enumerate(session.series)}
+    chosen = next((i for i, one in enumerate(session.series) if one.held_out), 0)
+    with ui.row().classes("items-center gap-4"):
+        which = ui.select(kinds, value=chosen).props("dense outlined").classes("min-w-64")
+        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.joints))}, value=session.joint)
+        joint.props("dense no-caps")
+        mark = ui.switch("mark a part")
+        name(mark, "mark")
+
+    def series() -> Series:
+        number = int(which.value or 0)
+        return session.series[number]
+
+    def whole() -> tuple[float, float]:
+        return float(series().time[0]), float(series().time[-1])
+
+    shown = Zoomed(
+        lambda span: plots.against(
+            series(), joint.value, ladder.units[joint.value], ladder.noise_rms[joint.value], span, mark.value
+        ),
+        whole,
+        "torque measured and computed, and residual, over time",
+        session.dark,
+    )
+    told = ui.column().classes("gap-1")
+    name(told, "special")
+
+    def choose() -> None:
+        session.joint = joint.value
+        told.clear()
+        shown.show()
+
+    def marked(event: events.GenericEventArguments) -> None:
+        span = (event.args or {}).get("range", {}).get("x")
+        if span:
+            _tell(told, special(series(), joint.value, min(span), max(span)))
+
+    joint.on_value_change(choose)
+    which.on_value_change(lambda: shown.show(whole()))
+    mark.on_value_change(lambda: shown.show())
+    shown.plot.on("plotly_selected", marked, js_handler=_RANGE)
+    _tell(told, ("Drag over the plot to zoom, double click to see all. Mark a part to see what is special there.",))
+    wanted = session.wanted
+    if wanted:
+        session.wanted = None
+        shown.show(wanted)
+
+
+_RANGE = "(event) => emit(event && event.range ? {range: {x: event.range.x || event.range.x2}} : {})"
+"""The points that were marked are many, and nobody asks for them."""
+
+
+def _label(series: Series) -> str:
+    return f"{series.name} ({'held out' if series.held_out else 'training'})"
+
+
+def _tell(place: ui.column, sentences: tuple[str, ...]) -> None:
+    place.clear()
+    with place:
+        for sentence in sentences:
+            ui.label(sentence)

@@ -1,0 +1,154 @@
+"""Recording from here: choose motion and rig, check, start, watch, stop."""
+
+import json
+from pathlib import Path
+from subprocess import CompletedProcess, TimeoutExpired
+
+from nicegui import run as background
+from nicegui import ui
+
+from ident.workbench import plots
+from ident.workbench.folder import SUFFIX
+from ident.workbench.pages.page import Page, name, picture
+from ident.workbench.recorder import Run, ask
+from recordings.errors import BadInput
+from trajectories.library import names
+
+SIMULATED, NOTHING = "simulated", "nothing hidden"
+UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
+_CARE = "Real drives move. Keep a hand on the hard-wired emergency stop: STOP above is no substitute."
+
+
+def draw(page: Page) -> None:
+    """The form, the button, and the run."""
+    session = page.session
+    files = session.folder.trajectories()
+    with ui.row().classes("items-end gap-3"):
+        motion = ui.select([*names(), *files], value="fig5a", label="motion").props("dense outlined")
+        rig = ui.select([SIMULATED, *files], value=SIMULATED, label="rig").props("dense outlined").classes("min-w-36")
+        sim = ui.select([NOTHING, *files], value=NOTHING, label="simulated machine")
+        sim.props("dense outlined").classes("min-w-36")
+        paces = {"": "as the rig", "lockstep": "lockstep", "realtime": "real time"}
+        pace = ui.select(paces, value="", label="pace").props("dense outlined").classes("min-w-28")
+        cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").props("dense outlined").classes("w-20")
+        out = ui.input("file", value=_free(page, "fig5a")).props("dense outlined")
+        motion.on_value_change(lambda: out.set_value(_free(page, Path(str(motion.value)).stem)))
+        for element, what in ((motion, "motion"), (pace, "pace"), (cycles, "cycles"), (out, "out"), (sim, "sim")):
+            name(element, f"record-{what}")
+
+    def arguments() -> list[str]:
+        given = {
+            "--traj": motion.value,
+            "--rig": rig.value if rig.value != SIMULATED else None,
+            "--sim": sim.value if sim.value != NOTHING else None,
+            "--pace": pace.value,
+            "--cycles": int(cycles.value) if cycles.value else None,
+        }
+        return [str(part) for option, value in given.items() if value for part in (option, value)]
+
+    def start() -> None:
+        session.recorder.start(arguments(), session.folder.new(str(out.value), SUFFIX))
+
+    checked = ui.column().classes("gap-0")
+    with ui.row().classes("items-center gap-3"):
+        check = ui.button("Pre-flight check", icon="checklist", on_click=lambda: _check(page, arguments(), checked))
+        check.props("outline no-caps")
+        name(check, "preflight")
+        begin = ui.button("Record", icon="fiber_manual_record", on_click=page.does(start)).props("no-caps")
+        name(begin, "record")
+        ui.label(_CARE).classes("quiet")
+    _live(page)
+
+
+def _free(page: Page, stem: str) -> str:
+    taken = set(page.session.folder.recordings())
+    candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
+    return next(one for one in candidates if one not in taken)
+
+
+async def _check(page: Page, arguments: list[str], place: ui.column) -> None:
+    """`daq check`, and a rehearsal of all but power."""
+    rig = arguments[arguments.index("--rig") : arguments.index("--rig") + 2] if "--rig" in arguments else []
+    place.clear()
+    with place:
+        ui.label("checking …").classes("quiet")
+    root = page.session.folder.root
+    rehearsal = ("record", *arguments, "--dry-run", "--json", "--out", "preflight.mcap")
+    try:
+        checked = await background.io_bound(ask, root, "check", "--json", *rig)
+        tried = await background.io_bound(ask, root, *rehearsal)
+    except (BadInput, OSError, TimeoutExpired) as error:
+        ui.notify(str(error), type="warning")
+        return
+    if checked is None or tried is None:  # the page is being closed
+        return
+    place.clear()
+    with place:
+        for line in _told(checked, "drives and bus"):
+            name(ui.label(line), "preflight-check")
+        for line in _told(tried, "dry run: all but power"):
+            name(ui.label(line), "preflight-dry-run")
+
+
+def _told(done: "CompletedProcess[str]", what: str) -> list[str]:
+    found = json.loads(done.stdout or "{}")
+    problems = [f"{one['where']}: {one['what']}" for one in found.get("findings", []) if one["verdict"] == "problem"]
+    if done.returncode:
+        return [f"✗ {what}", *problems, *(line for line in done.stderr.splitlines() if line.startswith("error"))]
+    return [f"✓ {what}{': ' + found['bus'] if 'bus' in found else ''}"]
+
+
+def _live(page: Page) -> None:
+    """In place, so that nothing jumps about under the hand."""
+    session = page.session
+    state = ui.label().classes("font-medium q-mt-sm")
+    name(state, "run-state")
+    bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
+    figures = ui.label().classes("quiet")
+    with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
+        shown = {kind: picture(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
+    said = ui.column().classes("gap-0 font-mono text-sm")
+
+    def look() -> None:
+        run = session.recorder.run
+        state.text, bar.visible = _state(run), run is not None
+        if run is None:
+            return
+        bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
+        figures.text = _figures(run)
+        for kind, plot in shown.items():
+            plot.update_figure(plots.shown(_plot(run, kind), session.dark))
+        said.clear()
+        with said:
+            for line in list(run.said)[-6:]:
+                ui.label(line)
+
+    look()
+    page.watch(look, "run", pause=0.5)
+
+
+def _state(run: Run | None) -> str:
+    if run is None:
+        return "No run yet."
+    if run.code is None:
+        word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stops, "quick stop")
+        return f"{run.out.name}: {word}"
+    if run.code == 0:
+        return f"{run.out.name}: done. Choose it with Fit or Check on the left."
+    return f"{run.out.name}: ended early (exit status {run.code}); the drives were disabled and the file closed."
+
+
+def _figures(run: Run) -> str:
+    status = run.status
+    if "cycles" not in status:
+        return ""
+    return (
+        f"{status['cycles']} cycles, {status.get('answers_lost', 0)} answers lost, "
+        f"{status.get('cycles_missed', 0)} cycles missed, "
+        f"following error at worst {1e3 * status.get('following_error_max', 0.0):.2f} mrad"
+    )
+
+
+def _plot(run: Run | None, kind: str) -> plots.Figure:
+    rows, late = ([], []) if run is None else (list(run.rows), list(run.lateness))
+    return plots.live(rows, late, kind, UNITS[kind])

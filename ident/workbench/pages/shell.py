@@ -1,0 +1,174 @@
+"""The frame of the page: what is going on, the recordings on the left, and the parts as tabs."""
+
+import time
+from collections.abc import Callable
+
+from nicegui import events, ui
+
+from ident.workbench.folder import SUFFIX
+from ident.workbench.pages import data, export, failing, missing, model, record, robot
+from ident.workbench.pages.page import Page, name
+from ident.workbench.security import LONGEST_BODY
+from ident.workbench.session import Session
+
+TABS = (
+    ("data", "Recording", "show_chart", data.draw),
+    ("model", "Model", "stacked_line_chart", model.draw),
+    ("failing", "Where it fails", "troubleshoot", failing.draw),
+    ("missing", "What is missing", "extension", missing.draw),
+    ("robot", "Robot", "precision_manufacturing", robot.draw),
+    ("record", "Record", "fiber_manual_record", record.draw),
+    ("export", "Take away", "save_alt", export.draw),
+)
+_STYLE = """
+.q-tab__label, .q-btn { text-transform: none !important; letter-spacing: 0; }
+.q-tab__label { font-size: 0.95rem; }
+.nicegui-content { padding: 0.75rem 1rem; }
+.q-tab-panel { padding: 0.5rem 0; }
+.head { font-size: 1.05rem; font-weight: 600; margin: 0.25rem 0; }
+.quiet { opacity: 0.72; font-size: 0.88rem; }
+.figures td, .figures th { padding: 2px 10px; text-align: right; font-variant-numeric: tabular-nums; }
+.figures td:first-child, .figures th:first-child { text-align: left; }
+.figures th { font-weight: 600; opacity: 0.75; }
+.ladder tr:last-child td { font-weight: 600; }
+.figures td.words, .figures th.words { text-align: left; }
+.body--dark .q-btn--outline, .body--dark .q-btn--flat { color: #8cc8f2 !important; }
+.body--dark .q-header .q-btn { color: #fff !important; }
+.q-tab-panels { background: transparent !important; }
+.chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
+:focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
+"""
+
+
+def build(session: Session) -> None:
+    """The whole page for one tab of a browser."""
+    page = Page(session)
+    ui.colors(primary="#0b5c8c", secondary="#4a5560", accent="#D55E00", positive="#00805c", negative="#b3261e")
+    ui.add_css(_STYLE)
+    dark = ui.dark_mode(session.dark)
+    _header(page, dark)
+    with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
+        _recordings(page)
+    with ui.tabs().props("dense inline-label align=left no-caps").classes("w-full") as tabs:
+        for key, label, icon, _ in TABS:
+            name(ui.tab(key, label, icon), f"tab-{key}")
+    tabs.set_value(session.tab)
+    tabs.on_value_change(lambda change: setattr(session, "tab", change.value))
+    page.show = lambda tab: _turn(tabs, tab)
+    with ui.tab_panels(tabs, value=session.tab, animated=False, keep_alive=False).classes("w-full"):
+        for key, _, _, draw in TABS:
+            with ui.tab_panel(key):
+                draw(page)
+    page.watch(lambda: _announce(session), "message")
+    ui.timer(0.2, page.poll)
+
+
+def _turn(tabs: ui.tabs, tab: str) -> None:
+    tabs.set_value(tab)
+
+
+def _header(page: Page, dark: ui.dark_mode) -> None:
+    session = page.session
+    with ui.header().classes("items-center q-py-xs gap-3 no-wrap").style("height: 64px"):
+        ui.label("delta-workbench").classes("text-lg font-medium")
+        job = ui.label().classes("ellipsis").props('role=status aria-live="polite"')
+        name(job, "job")
+        spinner = ui.spinner(color="white", size="1.3em")
+        cancel = ui.button("Cancel", on_click=page.does(session.cancel)).props("outline dense color=white")
+        name(cancel, "cancel")
+        ui.space()
+        stop = ui.button("STOP", icon="dangerous", on_click=page.does(session.recorder.stop))
+        stop.props("color=negative size=lg push").tooltip(
+            "Ramp down and disable the drives; again: quick stop. Key: Esc"
+        )
+        name(stop, "stop")
+
+        def darken() -> None:
+            session.dark = not session.dark
+            dark.set_value(session.dark)
+            session.changed("recording", "ladder", "series", "failing", "answer", "run")
+
+        ui.button(icon="contrast", on_click=darken).props("flat round color=white").tooltip("Dark or light")
+
+    def look() -> None:
+        going = session.job is not None
+        seconds = time.monotonic() - session.job.began if session.job else 0.0
+        job.text = f"{session.job.what} … {seconds:.0f} s" if session.job else _about(session)
+        spinner.visible = going
+        cancel.visible = going
+        stop.visible = session.recorder.going
+
+    def stops(pressed: events.KeyEventArguments) -> None:
+        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.going:
+            session.recorder.stop()
+
+    ui.keyboard(stops, ignore=[])  # also while something is being typed
+    look()
+    ui.timer(0.3, look)
+
+
+def _about(session: Session) -> str:
+    if session.train is None:
+        return "choose a recording on the left"
+    simulated = " · simulated" if session.ladder and session.ladder.simulated else ""
+    return f"fit {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
+
+
+def _announce(session: Session) -> None:
+    if session.message:
+        ui.notify(session.message, type="info", position="top", timeout=8000, close_button=True)
+
+
+def _recordings(page: Page) -> None:
+    session = page.session
+    ui.label("Recordings").classes("head")
+    root = session.folder.root
+    ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
+    page.follow(lambda: _list(page), "folder")
+    ui.label("Fit: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
+
+    async def add(upload: events.UploadEventArguments) -> None:
+        await _keep(page, upload)
+
+    box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=LONGEST_BODY)
+    box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
+    box.on("rejected", lambda: ui.notify("Only .mcap files of up to 256 MiB; copy larger ones into the folder."))
+    name(box, "upload")
+
+
+async def _keep(page: Page, upload: events.UploadEventArguments) -> None:
+    from recordings.errors import BadInput
+
+    session = page.session
+    try:
+        path = session.folder.new(upload.file.name, SUFFIX)
+        await upload.file.save(path)
+    except BadInput as error:
+        ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
+    session.changed("folder")
+
+
+def _list(page: Page) -> None:
+    session = page.session
+    names = session.folder.recordings()
+    if not names:
+        ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
+    for number, each in enumerate(names):
+        with ui.row().classes("w-full items-center no-wrap gap-1"):
+            ui.label(each).classes("ellipsis col").tooltip(each)
+            for text, chosen, act in (
+                ("Fit", each == session.train, _fit_to(session, each)),
+                ("Check", each == session.validate, _check_on(session, each)),
+            ):
+                button = ui.button(text, on_click=page.does(act)).props("dense size=sm no-caps")
+                button.props("unelevated" if chosen else "outline")
+                button.props(f"aria-pressed={'true' if chosen else 'false'}")
+                name(button, f"{text.lower()}-{number}")
+
+
+def _fit_to(session: Session, chosen: str) -> Callable[[], None]:
+    return lambda: session.choose(chosen, None if session.validate == chosen else session.validate)
+
+
+def _check_on(session: Session, chosen: str) -> Callable[[], None]:
+    return lambda: session.choose(session.train, None if session.validate == chosen else chosen)

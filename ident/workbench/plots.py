@@ -1,0 +1,131 @@
+"""The figures of `ident.figures` as the page shows them, and what only a page has: detail that follows the zoom, and
+a run that is going on.
+"""
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+
+from ident.figures import theme
+from ident.figures.ladder import bars
+from ident.workbench.views import LadderView, RecordingView, Series
+from recordings.recording import Floats
+
+Figure = dict[str, Any]
+Span = tuple[float, float]
+
+_CONFIG = {"displaylogo": False, "modeBarButtonsToRemove": ["lasso2d", "autoScale2d"]}
+_TEMPLATES = {
+    dark: json.loads(go.Figure(layout={"template": template}).to_json())["layout"]["template"]
+    for dark, template in ((False, theme.LIGHT), (True, theme.DARK))
+}
+_POINTS = 2400
+"""Of a line over the width of the page."""
+
+_LIVE = 600
+"""Cycles of a run that is going on, at most."""
+
+
+def plain(figure: go.Figure) -> Figure:
+    """`figure` as a dictionary that may travel between processes."""
+    found: Figure = json.loads(figure.to_json())
+    return found
+
+
+def shown(figure: Figure, dark: bool) -> Figure:
+    """`figure` in the colours of the page."""
+    layout = {**figure["layout"], "template": _TEMPLATES[dark], "uirevision": "kept"}
+    return {"data": figure["data"], "layout": layout, "config": _CONFIG}
+
+
+def part(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
+    """The points of `y` (n,) over `time` (n,) that matter within `span`: the extremes of each pixel, and gaps."""
+    # One beyond each edge, for the line that leads there.
+    first = max(int(np.searchsorted(time, span[0])) - 1, 0)
+    last = min(int(np.searchsorted(time, span[1], side="right")) + 1, len(time))
+    return theme.thinned(time[first:last].astype(float), y[first:last].astype(float), _POINTS)
+
+
+def line(time: Floats, y: NDArray[np.floating], span: Span, **style: Any) -> go.Scatter:
+    """`y` over `time`, in as many points as `span` needs."""
+    xs, ys = part(time, y, span)
+    return go.Scatter(x=np.round(xs, 5), y=ys.astype(np.float32), **{"mode": "lines", **style})
+
+
+def signal(view: RecordingView, name: str, span: Span) -> Figure:
+    """One signal of a recording, all joints."""
+    unit, values = view.signals[name]
+    figure = theme.subplots(1, 1, 340)
+    for j in range(values.shape[1]):
+        several = values.shape[1] > 1
+        style = {"color": theme.joint_colour(j) if several else theme.MEASURED, "width": 1.2}
+        label = f"joint {j + 1}" if several else name
+        figure.add_trace(line(view.time, values[:, j], span, name=label, line=style, showlegend=several))
+    figure.update_xaxes(title_text="time since the first SYNC [s]", range=list(span))
+    figure.update_yaxes(title_text=f"{name} [{unit}]")
+    figure.update_layout(hovermode="x unified")
+    return plain(figure)
+
+
+def against(series: Series, joint: int, unit: str, noise: float, span: Span, marking: bool) -> Figure:
+    """Measured torque against the model's, above what is left of it."""
+    figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
+    colour, time, left = theme.joint_colour(joint), series.time, series.residual[:, joint]
+    thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
+    figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
+    figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
+    theme.band(figure, noise, 2, 1, True)
+    # Markers that are not seen make of the line something that can be marked.
+    style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
+    residual = line(time, left, span, name="residual", line={"color": colour, "width": 1.1}, **style)
+    figure.add_trace(residual, row=2, col=1)
+    figure.update_yaxes(title_text=theme.effort(unit), row=1, col=1)
+    figure.update_yaxes(title_text=f"residual [{unit}]", row=2, col=1)
+    figure.update_xaxes(range=list(span))
+    figure.update_xaxes(title_text="time since the first SYNC [s]", row=2, col=1)
+    figure.update_layout(
+        dragmode="select" if marking else "zoom",
+        selectdirection="h",
+        hovermode=False if marking else "x unified",
+    )
+    return plain(figure)
+
+
+def ladder(view: LadderView) -> Figure:
+    """Error of each model on what it was fitted to and on what it never saw."""
+    names = [f"{number}  {theme.plain(rung.label)}" for number, rung in enumerate(view.rungs)]
+    figure = bars(names, [rung.entry for rung in view.rungs], view.noise_rms, view.units)
+    figure.update_layout(transition_duration=400)
+    return plain(figure)
+
+
+def live(rows: Sequence[dict[str, Any]], late: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
+    """One quantity of a run that is going on."""
+    figure = theme.subplots(1, 1, 200)
+    rows = rows[:: len(rows) // _LIVE + 1]
+    if kind == "lateness":
+        values = [[1e3 * value for _, value in late]]
+        times = [time for time, _ in late]
+    else:
+        times = [row["time"] for row in rows]
+        values = [list(column) for column in zip(*(_values(row, kind) for row in rows), strict=True)]
+    for j, y in enumerate(values):
+        colour = theme.MEASURED if kind == "lateness" else theme.joint_colour(j)
+        style = {"color": colour, "width": 1.2}
+        figure.add_trace(go.Scatter(x=times, y=y, mode="lines", name=f"joint {j + 1}", line=style))
+    figure.update_xaxes(title_text="time [s]")
+    figure.update_yaxes(title_text=f"{kind}<br>[{unit}]")
+    figure.update_layout(showlegend=kind == "position", margin={"t": 30, "b": 40})
+    return plain(figure)
+
+
+def _values(row: dict[str, Any], kind: str) -> list[float | None]:
+    if kind != "following error":
+        found: list[float | None] = row[kind]
+        return found
+    pairs = zip(row["command"], row["position"], strict=True)
+    return [None if a is None or b is None else 1e3 * (a - b) for a, b in pairs]

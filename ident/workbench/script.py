@@ -1,0 +1,33 @@
+"""The commands that do in a terminal what was done on the page."""
+
+import shlex
+
+from ident.workbench.views import LadderView
+
+
+def script(ladder: LadderView, model: str) -> str:
+    """A shell script that ends with the present model in the file `model`."""
+    recordings = [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
+    lines = [
+        "#!/bin/sh",
+        "set -eu",
+        _line("ident", *_fitted(ladder, recordings), "-o", model),
+        _line("ident", "compare", model, ladder.validate or ladder.train),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _fitted(ladder: LadderView, recordings: list[str]) -> list[str]:
+    """As the program climbed by itself, or what was added by hand; `ident fit` where that is nothing."""
+    names = [name for name, _ in ladder.rungs[-1].terms]
+    added = [name for name in names if name not in ladder.always]
+    if ladder.diagnosed:
+        return ["diagnose", *recordings, "--apply"]
+    if added:
+        return ["diagnose", *recordings, *(part for name in added for part in ("--only", name)), "--apply"]
+    effects = [part for name in names for part in ("--with", name)]
+    return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *effects]
+
+
+def _line(*words: str) -> str:
+    return " ".join(shlex.quote(word) for word in words)

@@ -1,0 +1,92 @@
+"""Work beside the page: one process that has the recordings and fits, asked through a pipe.
+
+The page never waits for it, and may end it at any time. What it was asked last comes first: looks that nobody waits
+for any more are left out.
+"""
+
+import multiprocessing
+import signal
+import threading
+from collections.abc import Callable, Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any, Literal
+
+Said = Callable[[Literal["progress", "shown", "failed", "idle"], Any], None]
+"""Called from a thread of its own with what the work says."""
+
+
+class Work:
+    """The process, started when there is something to do."""
+
+    def __init__(self, said: Said, effect_files: Sequence[Path]) -> None:
+        self._said, self._effect_files = said, tuple(effect_files)
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._connection: Connection | None = None
+        self._lock = threading.Lock()
+
+    @property
+    def fresh(self) -> bool:
+        """Whether the process, if there is any, knows nothing of what was done before."""
+        return self._process is None or not self._process.is_alive()
+
+    def ask(self, task: str, *arguments: Any) -> None:
+        """Let the engine do `task`; what comes of it is said."""
+        with self._lock:
+            if self.fresh:
+                self._start()
+            assert self._connection is not None
+            self._connection.send((task, arguments))
+
+    def cancel(self) -> None:
+        """End it, whatever it does."""
+        with self._lock:
+            process, self._process, self._connection = self._process, None, None
+        if process is not None:
+            process.terminate()
+            process.join(2)
+            if process.is_alive():
+                process.kill()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")  # a fork would share the server's sockets
+        ours, theirs = context.Pipe()
+        process = context.Process(target=_serve, args=(theirs, self._effect_files), daemon=True)
+        process.start()
+        theirs.close()
+        self._process, self._connection = process, ours
+        threading.Thread(target=self._listen, args=(process, ours), name="work", daemon=True).start()
+
+    def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
+        try:
+            while True:
+                kind, value = connection.recv()
+                if self._process is process:
+                    self._said(kind, value)
+        except (EOFError, OSError):
+            if self._process is process:
+                self._said("failed", "The process that computes has ended by itself; is the memory full?")
+
+
+def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
+    """In the process: do what is asked until the other side has gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this process
+    from ident.workbench.engine import Engine
+    from recordings.errors import BadInput
+
+    try:
+        engine = Engine(lambda text: connection.send(("progress", text)), effect_files)
+        while True:
+            task, arguments = connection.recv()
+            try:
+                for shown in getattr(engine, task)(*arguments):
+                    connection.send(("shown", shown))
+                    if connection.poll():
+                        break
+                connection.send(("idle", None))
+            except BadInput as error:
+                connection.send(("failed", str(error)))
+            except Exception as error:  # whatever a recording or a user's effect makes of it: the page goes on
+                connection.send(("failed", f"{type(error).__name__}: {error}"))
+    except (EOFError, BrokenPipeError):
+        return

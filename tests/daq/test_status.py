@@ -1,0 +1,42 @@
+"""`daq record --status`: the run told to a program that watches."""
+
+import json
+import subprocess
+from pathlib import Path
+
+from recordings.reader import read
+from tests.conftest import Runner, launcher
+
+
+def test_lines_tell_of_the_run_and_end_with_its_figures(daq: Runner, tmp_path: Path) -> None:
+    done = daq("record", "--traj", "fig5a", "--cycles", 1, "--status", "--out", "a.mcap")
+    assert done.code == 0, done.err
+    *lines, figures = map(json.loads, done.out.splitlines())
+    assert figures["recording"] == "a.mcap"
+    assert {"approach", "stream"} <= {line["status"] for line in lines}
+    rows = [row for line in lines for row in line["rows"]]
+    times = [row["time"] for row in rows]
+    assert times == sorted(times)
+    recording = read(tmp_path / "a.mcap")
+    row = rows[len(rows) // 2]
+    sample = round(row["time"] * recording.run.rate)
+    assert row["position"] == recording.position[sample].tolist()
+    assert row["voltage"] == recording.voltage[sample].tolist()
+
+
+def test_the_motion_ends_when_nobody_reads_any_more(tmp_path: Path) -> None:
+    command = ["record", "--traj", "fig5a", "--pace", "realtime", "--status", "--out", "a.mcap"]
+    process = subprocess.Popen([*launcher("daq"), *command], cwd=tmp_path, stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.stdout.close()
+    assert process.wait(timeout=20) == 1
+    recording = read(tmp_path / "a.mcap")
+    assert recording.run.exit_status == 1
+    assert recording.time[-1] < 15
+
+
+def test_it_watches_a_motion_only(daq: Runner) -> None:
+    done = daq("record", "--traj", "fig5a", "--status", "--dry-run")
+    assert done.code == 2
+    assert "--status" in done.err

@@ -1,0 +1,48 @@
+"""A small comparison, whose recording has a hostile name, gaps, and a host that was late."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ident import effects, estimators, identification, prediction
+from ident.compare.comparison import Comparison, compare
+from ident.model import Model
+from recordings.recording import Recording
+
+HOSTILE = "<script>alert(1)&b.mcap"
+
+
+@pytest.fixture(scope="session")
+def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    """Two cycles of fig5b with a gap and a late cycle."""
+    folder = tmp_path_factory.mktemp("late")
+    made = make("fig5b", cycles=2, rate=250.0, noise=0.02, path=folder / "b.mcap")
+    position, lateness = made.position.copy(), made.lateness.copy()
+    position[500:503, 1] = np.nan
+    lateness[700] = 2e-3
+    return replace(made, position=position, lateness=lateness)
+
+
+@pytest.fixture(scope="session")
+def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
+    write(late)
+    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", None)
+    return identification.identify([late.path], None, choices, lambda done, total: None).model
+
+
+@pytest.fixture(scope="session")
+def comparison(model: Model, late: Recording) -> Comparison:
+    found = compare(model, prediction.predict(model, [late.path], effects.library()))
+    return replace(
+        found,
+        predictions=tuple(_renamed(one) for one in found.predictions),
+        windows=tuple(replace(window, recording=HOSTILE) for window in found.windows),
+    )
+
+
+def _renamed(one: prediction.Prediction) -> prediction.Prediction:
+    recording = replace(one.dataset.recording, path=Path(HOSTILE))
+    return replace(one, dataset=replace(one.dataset, recording=recording))

@@ -1,0 +1,38 @@
+"""What reports are made from in tests: recordings and a model in which every name is hostile."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from click.testing import CliRunner, Result
+
+from ident.cli import program
+from recordings.rig import simulated_rig
+from tests.ident.conftest import make_recording, write_recording
+
+HOSTILE = "<script>alert('x')</script>&amp;"
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+
+
+@dataclass(frozen=True)
+class Case:
+    folder: Path
+    model: Path
+    train: Path
+    validate: Path
+
+
+def make_case(folder: Path) -> Case:
+    """Two recordings of a rig with a hostile name, and a model fitted to the first."""
+    rig = simulated_rig().model_copy(update={"name": HOSTILE})
+    paths = [folder / "<b>a.mcap", folder / "b&.mcap"]
+    for path, trajectory, cycles in zip(paths, ("fig5a", "fig5b"), (2, 3), strict=True):
+        made = make_recording(trajectory, cycles=cycles, rate=250.0, noise=0.02, rig=rig.at_rate(250.0), path=path)
+        hostile = made.run.model_copy(update={"trajectory": HOSTILE, "reason": HOSTILE, "software": HOSTILE})
+        write_recording(replace(made, run=hostile))
+    model = folder / "<i>a.json"
+    fitted = run("fit", paths[0], "--method", "ls", "-o", model, "--plots", folder / "plots")
+    assert fitted.exit_code == 0, fitted.output
+    return Case(folder, model, paths[0], paths[1])

@@ -1,0 +1,70 @@
+"""Only files of the chosen folder, whatever a name says."""
+
+from pathlib import Path
+
+import pytest
+
+from ident.workbench.folder import SUFFIX, Folder
+from ident.workbench.opening import opened
+from recordings.errors import BadInput
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Folder:
+    root = tmp_path / "runs"
+    root.mkdir()
+    (root / "a.mcap").touch()
+    (tmp_path / "secret.mcap").touch()
+    (root / "link.mcap").symlink_to(tmp_path / "secret.mcap")
+    (root / "inner").mkdir()
+    (root / "inner" / "b.mcap").touch()
+    return Folder.at(root)
+
+
+def test_only_recordings_of_the_folder_itself_are_listed(folder: Folder) -> None:
+    assert folder.recordings() == ["a.mcap"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../secret.mcap",
+        "/etc/passwd",
+        "inner/b.mcap",
+        "link.mcap",
+        "..",
+        "",
+        ".",
+        "a.mcap\0",
+        "..\\secret.mcap",
+        "C:\\a.mcap",
+        "%2e%2e/secret.mcap",
+        "missing.mcap",
+        "x" * 5000,
+    ],
+)
+def test_a_name_that_leads_elsewhere_is_refused(name: str, folder: Folder) -> None:
+    with pytest.raises(BadInput):
+        folder.path(name)
+
+
+@pytest.mark.parametrize(
+    "name", ["../new.mcap", "/tmp/new.mcap", ".hidden.mcap", "<script>.mcap", "new.py", "a.mcap", "link.mcap", SUFFIX]
+)
+def test_nothing_is_written_elsewhere_or_over_something(name: str, folder: Folder) -> None:
+    with pytest.raises(BadInput):
+        folder.new(name, SUFFIX)
+
+
+def test_a_new_file(folder: Folder) -> None:
+    assert folder.new("new.mcap", SUFFIX) == folder.root / "new.mcap"
+    assert folder.path("a.mcap") == folder.root / "a.mcap"
+
+
+def test_what_is_opened_must_be_one_folder(folder: Folder, tmp_path: Path) -> None:
+    for places in ([tmp_path / "nothing"], [tmp_path / "secret.mcap", folder.root / "a.mcap"], [Path(__file__)]):
+        with pytest.raises(BadInput):
+            opened(places)
+    session = opened([folder.root])
+    assert session.train is None
+    session.close()

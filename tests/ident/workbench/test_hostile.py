@@ -1,0 +1,79 @@
+"""Recordings that mean harm: what stands in them is shown as plain text, or they are refused in a sentence."""
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from ident.workbench.folder import Folder
+from ident.workbench.security import LONGEST_BODY
+from ident.workbench.session import Session
+from ident.workbench.work import Work
+from recordings.recording import Recording
+from tests.ident.workbench.conftest import Browser, Serve
+
+IMAGE = "<img src=x onerror=window.hacked=1>"
+SCRIPT = "<script>window.hacked=1</script>"
+NAME = "<img src=x onerror=window.hacked=1>.mcap"
+
+
+@pytest.fixture
+def folder(tmp_path: Path, make: Callable[..., Recording], write: Callable[[Recording], Path]) -> Path:
+    made = make(path=tmp_path / "evil.mcap", rate=250.0)
+    rig = made.rig.model_copy(update={"name": IMAGE})
+    run = made.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
+    write(replace(made, rig=rig, run=run))
+    (tmp_path / NAME).write_bytes((tmp_path / "evil.mcap").read_bytes())
+    with (tmp_path / "huge.mcap").open("wb") as file:
+        file.truncate(2**30)
+    return tmp_path
+
+
+@pytest.mark.slow
+def test_names_and_metadata_are_text(folder: Path, serve: Serve, browser: Browser) -> None:
+    browser.open(serve(folder).address)
+    page, names = browser.page, Folder.at(folder).recordings()
+    page.get_by_text(NAME).wait_for()
+    browser.click(f"fit-{names.index('evil.mcap')}")
+    assert browser.text("quality-rig") == IMAGE
+    assert SCRIPT in browser.text("quality-motion")
+    browser.click(f"fit-{names.index(NAME)}")
+    page.get_by_text("a plain file name").wait_for()
+    browser.click(f"fit-{names.index('huge.mcap')}")
+    page.get_by_text("is not an MCAP file").wait_for(timeout=60_000)
+    browser.shot("hostile")
+    assert page.evaluate("window.hacked") is None
+    assert not page.locator("img[src=x]").count()
+
+
+def test_what_the_process_that_reads_says_of_a_huge_file(folder: Path) -> None:
+    """It neither fills the memory nor takes the page with it."""
+    said: list[tuple[str, object]] = []
+    work = Work(lambda kind, value: said.append((kind, value)), ())
+    work.ask("look", folder / "huge.mcap")
+    for _ in range(600):
+        if any(kind == "failed" for kind, _ in said):
+            break
+        time.sleep(0.1)
+    assert "is not an MCAP file" in str(said[-1][1])
+    assert not work.fresh
+    work.cancel()
+    assert work.fresh
+
+
+def test_a_session_refuses_names_from_elsewhere(folder: Path) -> None:
+    session = Session(Folder.at(folder))
+    for name in ("../evil.mcap", "/etc/passwd", NAME, "missing.mcap"):
+        with pytest.raises(ValueError, match="expected"):
+            session.choose(name, None)
+        with pytest.raises(ValueError, match="expected"):
+            session.look(name)
+    with pytest.raises(ValueError, match="another recording"):
+        session.choose("evil.mcap", "evil.mcap")
+    with pytest.raises(ValueError, match="none chosen"):
+        session.fit()
+    assert session.train is None
+    assert LONGEST_BODY < 2**30
+    session.close()

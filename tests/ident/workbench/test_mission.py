@@ -1,0 +1,98 @@
+"""The mission in a real browser: open, fit, see where it fails, add what is suggested, watch the errors fall."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from drivers.simulated.seal import unseal
+from tests.conftest import Runner
+from tests.ident.workbench.conftest import Browser, Serve
+
+pytestmark = pytest.mark.slow
+
+
+def rms(browser: Browser, kind: str, rung: int, joint: int) -> float:
+    """A number of the ladder's table."""
+    return float(browser.text(f"{kind}-{rung}-{joint}"))
+
+
+def test_the_missing_effect_is_found_added_and_the_errors_fall(
+    hidden: Path, serve: Serve, browser: Browser, ident: Runner
+) -> None:
+    served = serve(hidden, "fig5a.mcap", "fig5b.mcap")
+    browser.open(served.address)
+    assert "simulated" in browser.text("quality-drives")
+    browser.shot("recording")
+
+    browser.click("tab-missing")
+    browser.click("fit")
+    browser.at("rung-1").wait_for(timeout=120_000)
+    suggested = browser.page.locator('[data-test^="card-"]').first
+    suggested.wait_for(timeout=120_000)
+    assert suggested.get_attribute("data-test") == "card-stribeck"
+    assert float(browser.text("gain-stribeck").split()[0]) > 30
+
+    browser.click("tab-failing")
+    assert "oint 2" in browser.text("where-1", patience=120)
+    browser.shot("where-it-fails")
+
+    browser.click("tab-missing")
+    browser.click("add-stribeck")
+    browser.at("rung-2").wait_for(timeout=120_000)
+    assert "stribeck" in browser.text("rung-2")
+    for kind in ("train", "held"):
+        assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
+    browser.shot("what-is-missing")
+
+    _the_terminal_says_the_same(browser, hidden, ident)
+
+    browser.click("tab-missing")
+    browser.click("diagnose")
+    finding = browser.page.locator('[data-test="finding-1"]')
+    finding.wait_for(timeout=300_000)
+    names = [browser.text(f"finding-{number}") for number in range(2)]
+    truth = unseal(hidden / "fig5a.sealed.json")
+    assert truth["effects"][0]["name"] in names
+    browser.shot("diagnosis")
+
+
+def _the_terminal_says_the_same(browser: Browser, folder: Path, ident: Runner) -> None:
+    """The script that the page shows ends with the numbers that the page shows."""
+    browser.click("tab-export")
+    shown = browser.at("script").filter(has_text="--only stribeck")
+    line = next(one for one in shown.inner_text(timeout=60_000).splitlines() if one.startswith("ident diagnose"))
+    words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
+    done = ident(*words, "--json")
+    assert done.code == 0, done.err
+    last = json.loads(done.out)["rungs"][-1]
+    browser.click("tab-missing")
+    for joint in (1, 2, 3):
+        assert rms(browser, "train", 2, joint) == pytest.approx(last["train_rms"][joint - 1], abs=6e-5)
+        assert rms(browser, "held", 2, joint) == pytest.approx(last["validate_rms"][joint - 1], abs=6e-5)
+
+
+def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) -> None:
+    served = serve(hidden, "fig5a.mcap", "fig5b.mcap")
+    browser.open(served.address)
+    browser.click("tab-missing")
+    browser.click("fit")
+    browser.click("add-stribeck", patience=120)
+    browser.at("rung-2").wait_for(timeout=120_000)
+    browser.page.reload()
+    assert "stribeck" in browser.text("rung-2")
+    browser.click("remove-stribeck", patience=120)
+    browser.at("rung-3").wait_for(timeout=120_000)
+    assert rms(browser, "held", 3, 2) == pytest.approx(rms(browser, "held", 1, 2), rel=0.01)
+    browser.click("undo", patience=120)
+    browser.at("rung-3").wait_for(state="detached", timeout=60_000)
+    assert "stribeck" in browser.text("rung-2")
+    browser.click("tab-model")
+    browser.shot("model")
+    browser.click("tab-robot")
+    browser.shot("robot")
+    browser.click("tab-export")
+    browser.click("save", patience=120)
+    browser.page.get_by_text("Saved").wait_for(timeout=30_000)
+    saved = json.loads((hidden / "fig5a.model.json").read_text())
+    assert saved["effects"] == ["rod_inertia", "stribeck"]

@@ -1,0 +1,93 @@
+"""Recording from the page: the run is a process of its own, and Stop stops it."""
+
+import signal
+import time
+from pathlib import Path
+
+import pytest
+
+from recordings.errors import BadInput
+from recordings.reader import read
+from recordings.recording import Recording
+from tests.ident.workbench.conftest import Browser, Serve
+
+pytestmark = pytest.mark.slow
+
+ENABLED = 0x27
+"""Statusword of a drive in operation, under the mask 0x6F; CiA 402."""
+
+
+def wait_for(out: Path, patience: float = 60.0) -> Recording:
+    """The recording, once it has its end."""
+    until = time.monotonic() + patience
+    while time.monotonic() < until:
+        try:
+            recording = read(out)
+            if recording.complete:
+                return recording
+        except BadInput:
+            pass
+        time.sleep(0.2)
+    raise AssertionError(f"{out} has no end after {patience} s")
+
+
+def moving(browser: Browser) -> None:
+    browser.page.wait_for_function(
+        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')", timeout=60_000
+    )
+    time.sleep(1.0)
+
+
+def begin(browser: Browser, address: str) -> None:
+    browser.open(address)
+    browser.click("tab-record")
+    browser.at("record-cycles").fill("30")  # two minutes of motion: there is time to press Stop
+    browser.click("record")
+    moving(browser)
+
+
+def assert_stopped_in_mid_motion(recording: Recording) -> None:
+    assert recording.run.exit_status == 1
+    assert recording.run.reason is not None
+    assert "SIGTERM" in recording.run.reason
+    assert (recording.repeat >= 0).any()
+    assert recording.repeat.max() < 29
+    states = recording.statusword & 0x6F
+    assert (states == ENABLED).any()
+    assert not (states[-1] == ENABLED).any(), "drives must end disabled"
+    assert any("SIGTERM" in event.message for event in recording.events)
+
+
+def test_stop_in_mid_motion_disables_the_drives_and_the_file_is_whole(
+    tmp_path: Path, serve: Serve, browser: Browser
+) -> None:
+    served = serve(tmp_path)
+    browser.open(served.address)
+    browser.click("tab-record")
+    browser.click("preflight")
+    assert "✓" in browser.at("preflight-check").first.inner_text(timeout=60_000)
+    assert "✓" in browser.at("preflight-dry-run").first.inner_text(timeout=60_000)
+    begin(browser, served.address)
+    browser.shot("recording-from-here")
+    browser.click("stop")
+    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
+    browser.page.get_by_text("the drives were disabled").wait_for(timeout=30_000)
+
+
+def test_the_motion_ends_with_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    served = serve(tmp_path)
+    begin(browser, served.address)
+    browser.page.close()
+    served.process.send_signal(signal.SIGINT)
+    assert served.process.wait(timeout=30) == 0
+    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
+
+
+def test_the_motion_ends_when_the_page_is_killed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    """Without a page there is no stop button."""
+    served = serve(tmp_path)
+    begin(browser, served.address)
+    browser.page.close()
+    served.process.kill()
+    served.process.wait(timeout=30)
+    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
