@@ -146,7 +146,7 @@ def effort(unit: str) -> str:
 
 
 def thinned(x: Floats, y: Floats, points: int = POINTS, whole: slice | None = None) -> tuple[Floats, Floats]:
-    """`y` (n,) over ascending `x` (n,), by the extremes in each pixel, so that peaks and gaps are kept; `whole` as it is."""
+    """`y` (n,) over ascending `x` (n,), by the extremes in each pixel, and all of `whole`: peaks and gaps stay."""
     chosen = _extremes(y, points)
     if whole is not None:
         chosen = np.union1d(chosen, np.arange(len(y))[whole])

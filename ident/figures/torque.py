@@ -30,7 +30,7 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
     figure = theme.subplots(
         2 * dof,
         1,
-        theme.LEGEND + theme.FOOTER + 180 * dof,
+        theme.LEGEND + theme.FOOTER + 160 * dof,
         shared_xaxes=True,
         row_heights=[2, 1] * dof,
         vertical_spacing=0.08 / dof,
