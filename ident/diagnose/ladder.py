@@ -8,7 +8,7 @@ from ident.composition import Composition, Term
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import Floor, floor
 from ident.diagnose.material import Material
-from ident.diagnose.options import CLEAR, Finder, within
+from ident.diagnose.options import CLEAR, Finder, possible
 from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
 from ident.effects import Effect
 from recordings.errors import BadInput
@@ -126,7 +126,7 @@ class Climber:
 
     def _first_confirmed(self, state: State, options: Sequence[State]) -> State | None:
         """The simplest of those that explain most, if rows that no fit saw bear it out; else the next ones."""
-        options = [one for one in options if all(within(one))]
+        options = [one for one in options if possible(one, state)]
         while options:
             best = self._simplest(state, options)
             if self._confirmed(state, best):
@@ -189,9 +189,9 @@ class Climber:
         if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, gain, (), without.residuals, state.residuals), state
         options = self.finder.instead_of(term.name, without)
-        possible = [one for one in options if all(within(one))]
-        alike = self._alike(without.solution.loss, [state, *possible])
-        best = self._simplest(without, [state, *possible])
+        others = [one for one in options if possible(one, without)]
+        alike = self._alike(without.solution.loss, [state, *others])
+        best = self._simplest(without, [state, *others])
         if best is not state and not self._confirmed(without, best):
             best = state
         names = [one.terms[-1].name for one in alike if one is not state and not self._settles(one, state)]

@@ -58,15 +58,16 @@ class _Rows:
     """(r,)"""
     first: Bools
     """(r,) of which half they are."""
+    bend: Floats
+    """(b, curves * KNOTS) changes of slope per value at each knot."""
 
     def solved(self, which: Bools, smoothness: float) -> Floats:
         """(K + curves * KNOTS,) scaled model parameters, and values at the knots."""
         matrix = np.concatenate([self.model[which], self.hats[which]], axis=1)
         level = float(np.mean(self.hats[which] ** 2))
         penalty = np.diag(np.r_[np.full(self.model.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
-        bend = np.kron(np.eye(self.hats.shape[1] // KNOTS), np.diff(np.eye(KNOTS), 2, axis=0))
         part = slice(self.model.shape[1], None)
-        penalty[part, part] += smoothness * level * bend.T @ bend
+        penalty[part, part] += smoothness * level * self.bend.T @ self.bend
         gram = matrix.T @ matrix + len(matrix) * penalty
         solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[which])
         return solution
@@ -134,12 +135,25 @@ def _view(evaluator: Evaluator, solution: Solution) -> View:
 
 
 def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:
-    """Evenly spaced over all that was visited."""
+    """Over all that was visited, the closer the more often it was visited."""
     signal = np.concatenate([curve.signal(view) for view in views])
-    return tuple(np.linspace(np.nanmin(signal), np.nanmax(signal), KNOTS).tolist())
+    share = np.linspace(0.0, 1.0, KNOTS)
+    often = np.nanquantile(signal, share)
+    knots: Floats = (often + np.linspace(often[0], often[-1], KNOTS)) / 2
+    return tuple(knots.tolist())
+
+
+def _bend(knots: Sequence[float]) -> Floats:
+    """(KNOTS - 2, KNOTS) change of slope at each inner knot, in units of the mean distance of knots."""
+    distance = np.diff(knots) / np.mean(np.diff(knots))
+    slope = np.diff(np.eye(KNOTS), axis=0) / distance[:, None]
+    change: Floats = np.diff(slope, axis=0)
+    return change
 
 
 def _rows(material: Material, solution: Solution, views: Sequence[View], curves: Sequence[Curve]) -> _Rows:
+    from scipy.linalg import block_diag
+
     parts = []
     pairs = zip(material.fitting, views, solution.derivatives, solution.residuals, strict=True)
     for index, view, derivatives, residual in pairs:
@@ -151,7 +165,8 @@ def _rows(material: Material, solution: Solution, views: Sequence[View], curves:
         parts.append((hats[seen], derivatives[seen], residual[seen], first[seen]))
     hats, model, residual, first = (np.concatenate(part) for part in zip(*parts, strict=True))
     size = np.sqrt(np.mean(model**2, axis=0))
-    return _Rows(hats, model[:, size > 0] / size[size > 0], residual, first)
+    bend = block_diag(*(_bend(curve.knots) for curve in curves))
+    return _Rows(hats, model[:, size > 0] / size[size > 0], residual, first, bend)
 
 
 def _hats(curves: Sequence[Curve], view: View) -> Floats:

@@ -19,6 +19,8 @@ PROMISING = 0.4
 parameters seldom doubles that."""
 CLEAR = 15.0
 """Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
+_TURNED = 0.1
+"""A parameter that cannot be negative may come out so by this share of what it was, by chance."""
 
 _Key = tuple[tuple[str, tuple[int, ...]], ...]
 """The effects of a model, each with its joints."""
@@ -118,6 +120,19 @@ def within(state: State) -> list[bool]:
     own = state.solution.composition.own(len(state.terms) - 1, state.solution.x)
     lower, upper = (np.array([getattr(q, side) for q in term.own]) for side in ("lower", "upper"))
     return [bool(((lower <= row) & (row <= upper)).all()) for row in own]
+
+
+def possible(state: State, before: State) -> bool:
+    """Whether all that the last term of `state` brought is physically possible.
+
+    That is its own parameters, and what became of the mechanism's: an effect that needs friction to help the motion,
+    where there was no such thing `before`, is not there.
+    """
+    parameters = state.solution.composition.mechanism.parameters
+    positive = np.array([parameter.physically_positive for parameter in parameters])
+    now, then = (one.solution.x[: len(parameters)] for one in (state, before))
+    turned = positive & (then >= 0) & (now < -_TURNED * np.abs(then))
+    return all(within(state)) and not turned.any()
 
 
 def _another(state: State, candidate: Candidate) -> bool:

@@ -79,6 +79,7 @@ MOTOR: dict[str, Law] = {
     "creeping_zero": lambda s, p: p["a"] * (1 - np.exp(-s.t / p["T"])) * np.ones(3),
     "fan": lambda s, p: p["a"] * np.sin(2 * np.pi * p["f"] * s.t + p["phase"]) * np.ones(3),
     "bearing_load": lambda s, p: p["a"] * np.abs(s.a) * s.direction,
+    "concave_friction": lambda s, p: p["a"] * np.sqrt(np.abs(s.v)) * s.direction,
     "rubber_stop": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** 2,
 }
 """Torque (n, 3) that the motor must give in addition, on its own side of the gear."""

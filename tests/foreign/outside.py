@@ -77,6 +77,14 @@ class RubberStop(Effect):
         return {"q_0": rng.uniform(-0.3, 0.0)}
 
 
+class ConcaveFriction(Effect):
+    """Friction rises ever more slowly with speed: a sqrt(|v|) sgn v. Stribeck's falls."""
+
+    variables = ("velocity",)
+
+    a: float = parameter(0.5, "N m (s/rad)^(1/2)", "friction at 1 rad/s", ge=0, le=50)
+
+
 KINDS: dict[str, type[Effect]] = {
     "uneven_grease": UnevenGrease,
     "creeping_zero": CreepingZero,
@@ -84,4 +92,5 @@ KINDS: dict[str, type[Effect]] = {
     "tangled_cables": TangledCables,
     "bearing_load": BearingLoad,
     "rubber_stop": RubberStop,
+    "concave_friction": ConcaveFriction,
 }

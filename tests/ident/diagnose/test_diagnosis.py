@@ -58,7 +58,16 @@ def test_nothing_hidden_is_adequate(hide: Hide, robot: str) -> None:
 
 @pytest.mark.parametrize(
     "effect",
-    ["quadratic_friction", "presliding_hysteresis", "cogging", "base_tilt", "actuation_delay", "geometry_error"],
+    [
+        "quadratic_friction",
+        "presliding_hysteresis",
+        "cogging",
+        "base_tilt",
+        "actuation_delay",
+        "geometry_error",
+        "torque_gain_mismatch",
+        "encoder_zero_offset",
+    ],
 )
 def test_the_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
     found = diagnose(hide([effect]))
@@ -69,6 +78,18 @@ def test_the_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
     assert first["gain_ci95"][0] <= first["gain"] <= first["gain_ci95"][1]
     before, after = (np.array(found["rungs"][i]["validate_rms"]) for i in (0, -1))
     assert (after < before).all()
+
+
+def test_friction_that_differs_by_direction_is_no_offset(hide: Hide) -> None:
+    assert news(diagnose(hide(["asymmetric_viscous"]))) == ["asymmetric_viscous"]
+
+
+def test_friction_that_rises_concavely_is_not_called_stribeck(hide: Hide) -> None:
+    found = diagnose(hide(["concave_friction"]))
+    assert "stribeck" not in news(found)
+    assert "stribeck" not in {name for one in found["findings"] for name in one["confusable_with"]}
+    assert found["verdict"] == "unknown-structure"
+    assert "velocity" in found["remaining"]["depends_on"]
 
 
 def test_two_effects_are_both_found(hide: Hide) -> None:
