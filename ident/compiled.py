@@ -1,5 +1,6 @@
 """Compilation of the few loops that numpy cannot express, by numba, kept on disk for the next run."""
 
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -13,6 +14,8 @@ def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]
     key = function, str(options)
     if key in _KNOWN:
         return _KNOWN[key]
+    if options.get("parallel"):
+        _start_threads()
     try:
         kept: Callable[..., Any] = numba.njit(cache=True, **options)(function)
     except RuntimeError:
@@ -20,3 +23,11 @@ def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]
         kept = numba.njit(**options)(function)
     _KNOWN[key] = kept
     return kept
+
+
+def _start_threads() -> None:
+    """Quietly: without /dev/shm numba warns that processes may get in each other's way as they start their threads,
+    but those that we fork start none."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Could not obtain multiprocessing lock")
+        numba.get_num_threads()

@@ -58,15 +58,18 @@ def sample(recording: Recording) -> Samples:
     _refuse_backwards(recording)
     rate, index, even = _grid(recording)
     position = _on_grid(recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, even=even)
-    drive = _on_grid(recording, drive, _delay(recording, VOLTAGE_DELAY), rate, index, even=even)
+    torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
+    slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
+    late = _steady(_delay(recording, VOLTAGE_DELAY))
+    # The torque follows from every voltage as it was measured: its map is not linear, and voltages ripple.
+    drive, torque, slope = (_on_grid(recording, x, late, rate, index, even=even) for x in (drive, torque, slope))
     repeat, phase = _repetitions(recording, index, rate)
-    torque = recording.rig.torque
     return Samples(
         rate=rate,
         position=position,
         drive=drive,
-        torque=drive if is_torque else torque_from_voltage(drive, torque),
-        slope=np.ones_like(drive) if is_torque else torque_per_volt(drive, torque),
+        torque=torque,
+        slope=slope,
         repeat=repeat,
         phase=phase,
         wanted=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
@@ -139,6 +142,15 @@ def _delay(recording: Recording, name: str) -> Floats | None:
     columns = [recording.extra.get(f"{name}_{i}") for i in range(1, recording.rig.dof + 1)]
     found = [column for column in columns if column is not None]
     return np.stack(found, axis=1) if found and len(found) == len(columns) else None
+
+
+def _steady(delay: Floats | None) -> Floats | None:
+    """The usual delay of each joint for all its values.
+
+    Voltages ripple with the targets from cycle to cycle, and so do their delays, with the drive whose status is read
+    too. Taken as they are, the two together would give slow errors, which no low-pass takes out again.
+    """
+    return None if delay is None else np.broadcast_to(np.nanmedian(delay, axis=0), delay.shape)
 
 
 def _on_grid(

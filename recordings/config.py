@@ -18,6 +18,11 @@ class Section(BaseModel):
 
 Model = TypeVar("Model", bound=Section)
 
+_LARGEST_FILE = 1_000_000
+"""[bytes]; a device such as /dev/zero has no end."""
+_LARGEST = 1e12
+"""No quantity of a machine is larger in its SI unit; squares of what is must still be numbers."""
+
 
 def read_toml(path: Path, model: type[Model], what: str) -> Model:
     """Read `path` as a `model`; `what` names the kind of file in errors.
@@ -26,14 +31,37 @@ def read_toml(path: Path, model: type[Model], what: str) -> Model:
         BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
     """
     try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        content = tomllib.loads(_text(path, what))
     except FileNotFoundError:
         raise BadInput(f"{what} {path} does not exist; check the path") from None
+    except RecursionError:
+        raise BadInput(f"{what} {path} is nested too deeply; check that it is one") from None
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{what} {path} cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise BadInput(f"{what} {path} is not valid TOML: {error}") from None
+    _refuse_monstrous(content, "", f"{what} {path}")
     return validated(content, model, f"{what} {path}")
+
+
+def _text(path: Path, what: str) -> str:
+    with path.open("rb") as stream:
+        content = stream.read(_LARGEST_FILE + 1)
+    if len(content) > _LARGEST_FILE:
+        raise BadInput(
+            f"{what} {path}: at most {_LARGEST_FILE // 1000} kB of TOML expected, more found; check that it is one"
+        )
+    return content.decode("utf-8")
+
+
+def _refuse_monstrous(content: Any, key: str, where: str) -> None:
+    """Raise BadInput at the first number that cannot be meant: it would overflow somewhere far from here."""
+    if isinstance(content, dict | list):
+        for name, value in content.items() if isinstance(content, dict) else enumerate(content):
+            _refuse_monstrous(value, f"{key}.{name}" if key else str(name), where)
+    elif isinstance(content, int | float) and not abs(content) <= _LARGEST:
+        found = "a number of many digits" if isinstance(content, int) else f"{content:g}"
+        raise BadInput(f"{where}: '{key}': a number of at most {_LARGEST:g} in size expected, found {found}")
 
 
 def validated(content: Any, model: type[Model], where: str) -> Model:

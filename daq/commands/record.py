@@ -56,7 +56,7 @@ def command(
     as_json: bool,
     status: bool,
 ) -> None:
-    """Stream a motion to the three drives over CANopen and record every SYNC, answer and frame to an MCAP file.
+    """Stream a motion to the three drives over CANopen or serial lines; record every cycle and frame to an MCAP file.
 
     Without --rig, or with a rig on the `virtual` interface, three simulated drives around a simulated robot answer.
     Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.

@@ -20,7 +20,7 @@ _FILE = click.Path(path_type=Path)
 @click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed.")
 @click.option("--truth", type=_FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
 def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden: int | None, truth: Path) -> None:
-    """Serve three simulated drives around a simulated robot, until SIGINT or SIGTERM.
+    """Serve three simulated drives around a simulated robot, until SIGINT, SIGTERM or SIGHUP.
 
     The rig file names the bus: `udp_multicast` reaches other programs on this machine, `socketcan` a real or virtual
     CAN interface; serial ports are links to pseudo-terminals, made here and removed at the end. Record from another
@@ -38,9 +38,10 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
             "a bus that other programs can reach expected, one that ends at this program found; set bus.interface to "
             "udp_multicast or socketcan, or bus.ports to names in the file system"
         )
+    simulations.of(rig).refuse_taken(rig)
     config = configured(rig, sim_file, hidden, truth)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: machine.stop())
     nodes = ", ".join(str(drive.node_id) for drive in rig.drives)
     click.echo(f"simulated drives (nodes {nodes}) on {simulations.of(rig).place(rig)}, {pace}; Ctrl-C ends")

@@ -424,9 +424,9 @@ def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cyc
     assert sample.position == pytest.approx((0.0, 0.499, 0.002))
     assert sample.voltage_stamp is not None
     assert sample.position_stamp is not None
-    for position, voltage in zip(sample.position_stamp, sample.voltage_stamp, strict=True):
-        # The port takes no time, so what the characters take on a wire is as much too early as it is too late.
-        assert before - 1_000_000 < position < voltage < time.time_ns()
+    # The scripted port takes no time, so what the characters would take on a wire may show.
+    for stamp in (*sample.position_stamp, *sample.voltage_stamp):
+        assert before - 2_000_000 < stamp < time.time_ns() + 2_000_000
     for port in ports.values():
         port.assert_finished()
 

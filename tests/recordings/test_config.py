@@ -32,7 +32,12 @@ def test_integers_are_floats_and_arrays_are_tuples(tmp_path: Path) -> None:
     [
         (b"[inner]\nsise = 2\n", "unknown key 'inner.sise'"),
         (b"[inner]\nsize = '2'\n", "'inner.size': .*found '2'"),
-        (b"[inner]\nsize = inf\n", "'inner.size'"),
+        (b"[inner]\nsize = inf\n", r"'inner.size': a number of at most 1e\+12 in size expected, found inf"),
+        (b"[inner]\nsize = nan\n", "'inner.size': .*found nan"),
+        (b"[inner]\nsize = -1e300\n", r"'inner.size': .*found -1e\+300"),
+        (b"pair = [1, 1" + 400 * b"0" + b"]", "'pair.1': .*found a number of many digits"),
+        (b"pair = " + 100_000 * b"[", "nested too deeply"),
+        (b"#" * 2_000_000, "at most 1000 kB of TOML expected"),
         (b"pair = [1]\n", r"'pair(\.1)?'"),
         (b"pair = [1.5, 'x']\n[inner]\nsise = 1\n", r"\(and 2 more\)"),
         (b"pair = 1979-05-27\n", "'pair'"),
@@ -64,3 +69,8 @@ def test_descriptions_cannot_be_changed() -> None:
 def test_validated_names_where_the_content_is_from() -> None:
     with pytest.raises(BadInput, match=r"^the answer: 'pair'"):
         validated({"pair": "12"}, Outer, "the answer")
+
+
+def test_a_device_without_an_end_is_refused() -> None:
+    with pytest.raises(BadInput, match="/dev/zero: at most 1000 kB of TOML expected"):
+        read(Path("/dev/zero"))

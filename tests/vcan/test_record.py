@@ -11,6 +11,9 @@ from tests.vcan.conftest import Bench, Frames
 
 pytestmark = pytest.mark.vcan
 
+ASKED = "4000100000000000"
+"""What is object 1000?"""
+
 
 def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path, out: Path) -> None:
     bench = Bench(tmp_path, rate=500)
@@ -25,8 +28,9 @@ def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path,
     assert recording.run.exit_status == 0
     assert len(recording.time) == figures["cycles"] > 11_000
     assert not np.isnan(recording.position).any()
-    # The drives boot before the recorder comes.
-    assert _recorded(file) == seen - Frames({(0x700 + node, "00"): 1 for node in (1, 2, 3)})
+    # Before the recorder comes, the simulated rig asks for others under its node ids, and the drives boot.
+    before = {(0x700 + node, "00"): 1 for node in (1, 2, 3)} | {(0x600 + node, ASKED): 1 for node in (1, 2, 3)}
+    assert _recorded(file) == seen - Frames(before)
 
 
 def test_real_time_accounts_for_every_frame(tmp_path: Path) -> None:
@@ -44,7 +48,14 @@ def test_real_time_accounts_for_every_frame(tmp_path: Path) -> None:
         assert (frames.id == 0x180 + node).sum() == figures["cycles"]
     # The drives' heartbeats go on when the recorder has left the bus, and began before it came.
     assert not _recorded(file) - seen
-    assert {arbitration_id for arbitration_id, _ in seen - _recorded(file)} <= {0x701, 0x702, 0x703}
+    assert {arbitration_id for arbitration_id, _ in seen - _recorded(file)} <= {
+        0x701,
+        0x702,
+        0x703,
+        0x601,
+        0x602,
+        0x603,
+    }
 
 
 def _recorded(file: Path) -> Frames:

@@ -22,6 +22,10 @@ class Simulation(Protocol):
         """
         ...
 
+    def refuse_taken(self, rig: Rig) -> None:
+        """Raise BadInput where somebody answers in the place of these drives already, as far as that can be seen."""
+        ...
+
     def place(self, rig: Rig) -> str:
         """Where they can be reached, for a person."""
         ...

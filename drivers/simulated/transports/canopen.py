@@ -1,15 +1,41 @@
 """CANopen: simulated CiA 402 drives on a CAN bus."""
 
-from drivers.bus import open_bus
+import time
+
+from drivers.bus import Link, open_bus
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.service import Pace, Service
+from recordings.errors import BadInput
 from recordings.rig import Rig
+
+_DEVICE_TYPE = bytes.fromhex("4000100000000000")
+"""SDO request: object 1000 is to be read."""
+_PATIENCE = 0.3
+"""How long a drive may take to answer [s]."""
 
 
 def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     """See `Simulation`."""
     return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)
+
+
+def refuse_taken(rig: Rig) -> None:
+    """See `Simulation`: all node ids are asked for their device type."""
+    link = Link(open_bus(rig.can))
+    try:
+        for drive in rig.drives:
+            link.send(0x600 + drive.node_id, _DEVICE_TYPE)
+        answers = {0x580 + drive.node_id: drive.node_id for drive in rig.drives}
+        deadline = time.monotonic() + _PATIENCE
+        while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
+            if frame[0] in answers:
+                raise BadInput(
+                    f"node ids that are free expected on {place(rig)}, node {answers[frame[0]]} answers; end the "
+                    "other `daq sim`, or take that drive off the bus"
+                )
+    finally:
+        link.close()
 
 
 def place(rig: Rig) -> str:

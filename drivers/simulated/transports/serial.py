@@ -11,6 +11,10 @@ def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     return SerialRig(rig, config, pace=pace, seed=seed)
 
 
+def refuse_taken(rig: Rig) -> None:
+    """See `Simulation`: a name that is taken cannot be made, which `serve` says."""
+
+
 def place(rig: Rig) -> str:
     """See `Simulation`."""
     return ", ".join(rig.serial.ports)

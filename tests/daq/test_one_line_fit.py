@@ -1,0 +1,44 @@
+"""Drives on one line are read one after the other: told when each value was measured, a fit is the better for it."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from recordings import blocks
+from recordings.buses import SerialBus
+from recordings.reader import read
+from recordings.rig import Drive, Rig
+from tests.conftest import Runner
+from tests.daq.listening import SAMPLE
+from tests.daq.wire_time import OneLine
+from trajectories import load
+
+RIG = Rig(name="one line", rate=80.0, bus=SerialBus(baud=460800), drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
+
+
+def fitted(ident: Runner, file: Path) -> dict[str, Any]:
+    done = ident("fit", file, "--method", "ls")
+    assert done.code == 0, done.err
+    model: dict[str, Any] = json.loads(file.with_suffix(".model.json").read_text())
+    return model
+
+
+@pytest.mark.slow
+def test_instants_of_their_own_make_the_residual_smaller(ident: Runner, tmp_path: Path) -> None:
+    trajectory = load("fig5a", RIG, 4)
+    samples = OneLine(RIG).run(trajectory)
+    update = {"rate": RIG.rate, "cycles": 4, "pace": "realtime"}
+    run = read(SAMPLE).run.model_copy(update=update)
+    residual = {}
+    for name, made in (("told", samples), ("not_told", replace(samples, extra={}))):
+        blocks.write(tmp_path / f"{name}.mcap", RIG, run, made)
+        model = fitted(ident, tmp_path / f"{name}.mcap")
+        residual[name] = model["train"]["fitted"]["rms"]
+        inertia = [parameter["value"] for parameter in model["parameters"] if parameter["name"].startswith("I_")]
+        assert inertia == pytest.approx([0.225] * 3, rel=0.05)
+    assert all(told < other for told, other in zip(residual["told"], residual["not_told"], strict=True))
+    # The one that is read last.
+    assert residual["told"][2] < 0.75 * residual["not_told"][2]

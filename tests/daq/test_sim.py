@@ -1,0 +1,51 @@
+"""`daq sim` on its own: how it ends, and what it does not begin."""
+
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Runner, launcher
+
+DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
+
+
+def serve(folder: Path, rig: str) -> subprocess.Popen[str]:
+    """`daq sim` once it is ready."""
+    process = subprocess.Popen(
+        [*launcher("daq"), "sim", "--rig", rig],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert "simulated drives" in process.stdout.readline()
+    return process
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_ends_it_in_order(number: signal.Signals, tmp_path: Path) -> None:
+    ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
+    (tmp_path / "lines.toml").write_text(f'name = "b"\n[bus]\ntransport = "serial"\nports = {ports}\n{DRIVES}')
+    process = serve(tmp_path, "lines.toml")
+    assert Path(ports[0]).is_symlink()
+    process.send_signal(number)
+    _, error = process.communicate(timeout=20)
+    assert (process.returncode, error) == (0, "")
+    assert not any(Path(port).is_symlink() for port in ports)
+
+
+def test_a_second_one_under_the_same_node_ids_is_refused(daq: Runner, tmp_path: Path) -> None:
+    bus = '[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\n'
+    (tmp_path / "bus.toml").write_text(f'name = "b"\n{bus}{DRIVES}')
+    process = serve(tmp_path, "bus.toml")
+    try:
+        done = daq("sim", "--rig", "bus.toml", "--hidden", 1)
+        assert done.code == 2
+        assert "node 1 answers; end the other `daq sim`" in done.err
+        assert not (tmp_path / "sim.sealed.json").exists()
+    finally:
+        process.terminate()
+        process.communicate(timeout=20)

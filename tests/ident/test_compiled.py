@@ -1,0 +1,27 @@
+"""numba without the noise of its own surroundings."""
+
+import subprocess
+import sys
+
+_WITHOUT_SEMAPHORES = """
+import multiprocessing.context
+
+asked = []
+
+def refuse(self):
+    asked.append(self)
+    raise OSError(30, "Read-only file system")
+
+multiprocessing.context.BaseContext.RLock = refuse
+import numpy
+from ident.l1_kernel import L1Objective
+assert L1Objective(numpy.ones((9, 2)), numpy.zeros(9))(numpy.ones((3, 2))).tolist() == [18.0] * 3
+assert asked
+"""
+
+
+def test_a_machine_without_shared_memory_is_nothing_to_warn_about() -> None:
+    done = subprocess.run(
+        [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stderr) == (0, "")
