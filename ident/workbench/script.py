@@ -7,14 +7,24 @@ from ident.workbench.views import LadderView
 
 def script(ladder: LadderView, model: str) -> str:
     """A shell script that ends with the present model in the file `model`."""
-    recordings = [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
     lines = [
         "#!/bin/sh",
         "set -eu",
-        _line("ident", *_fitted(ladder, recordings), "-o", model),
+        _line("ident", *_fitted(ladder, _recordings(ladder)), "-o", model),
         _line("ident", "compare", model, ladder.validate or ladder.train),
+        _line(*report_command(ladder, model)),
     ]
     return "\n".join(lines) + "\n"
+
+
+def report_command(ladder: LadderView, model: str) -> list[str]:
+    """One HTML file about the model in the file `model`."""
+    out = model.removesuffix(".json").removesuffix(".model") + ".report.html"
+    return ["ident", "report", model, *_recordings(ladder), "-o", out]
+
+
+def _recordings(ladder: LadderView) -> list[str]:
+    return [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
 
 
 def _fitted(ladder: LadderView, recordings: list[str]) -> list[str]:
