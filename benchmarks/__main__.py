@@ -1,9 +1,10 @@
 """`make bench`: every benchmark, one after the other."""
 
-from benchmarks import certificate, commands, cycle, reading, swarm
+from benchmarks import certificate, commands, cycle, reading, swarm, workbench
 
 reading.main()
 cycle.main()
 certificate.main()
 swarm.main()
 commands.main()
+workbench.main()

@@ -129,6 +129,7 @@ def _recordings(page: Page) -> None:
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _keep(page, upload)
+        box.run_method("removeUploadedFiles")  # the list above is where they are now
 
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=LONGEST_BODY)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
