@@ -62,9 +62,8 @@ def _look(browser: str, address: str, server: int) -> None:
         print(f"all of it {time.perf_counter() - began:.1f} s")
         page.evaluate(_WATCH)
         print(f"zoom: {', '.join(f'{_zoom(page):.0f} ms' for _ in range(ZOOMS))}")
-        print(
-            f"memory at most: page {_peak(server):.0f} MB, working process {max(map(_peak, _children(server))):.0f} MB"
-        )
+        working = max(map(_peak, _children(server)))
+        print(f"memory at most: page {_peak(server):.0f} MB, working process {working:.0f} MB")
         launched.close()
 
 

@@ -32,8 +32,7 @@ _STYLE = """
 .figures th { font-weight: 600; opacity: 0.75; }
 .ladder tr:last-child td { font-weight: 600; }
 .figures td.words, .figures th.words { text-align: left; }
-.body--dark .q-btn--outline, .body--dark .q-btn--flat { color: #8cc8f2 !important; }
-.body--dark .q-header .q-btn { color: #fff !important; }
+.body--dark .q-btn--outline, .body--dark .q-btn--flat { --q-primary: #8cc8f2; }
 .q-tab-panels { background: transparent !important; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
