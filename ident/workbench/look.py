@@ -10,6 +10,7 @@ from ident.workbench.views import RecordingView, Small
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
+_NAMES = {"V": "voltage", "N": "force"}
 _LOUD = ("warning", "error", "fatal")
 BEGINNING = 12_000_000
 """Bytes of a longer recording that are shown while the rest is read: about a minute at 500 Hz."""
@@ -41,7 +42,7 @@ def _view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
         signals={
             "position": (rig.position_units[0], _small(recording.position)),
             "following error": (f"m{rig.position_units[0]}", _small(1e3 * (recording.command - recording.position))),
-            "torque" if unit != "V" else "voltage": (unit, _small(drive_signal(recording))),
+            _NAMES.get(unit, "torque"): (unit, _small(drive_signal(recording))),
             "lateness": ("ms", _small(1e3 * recording.lateness[:, None])),
         },
     )

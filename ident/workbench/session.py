@@ -49,6 +49,8 @@ class Session:
         self.choice: views.Choice | None = None
         self.failing: views.Failing | None = None
         self.answer: views.Answer | None = None
+        self.saved: tuple[str, views.Failing] | None = None
+        """The model that was saved last, and where."""
         self.recorder = Recorder(folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"))
         self._work = Work(self._said, effect_files)
         self._asked = 0

@@ -1,12 +1,12 @@
 """What to take away: the model, and the commands that do the same."""
 
-import json
 import subprocess
 import sys
 
 from nicegui import run as background
 from nicegui import ui
 
+from ident import model
 from ident.workbench.pages.page import Page, name
 from ident.workbench.script import report_command, script
 from ident.workbench.session import Session
@@ -47,14 +47,14 @@ def _draw(page: Page) -> None:
     _parameters(session)
 
 
-def _report(session: Session, model: str) -> str:
+def _report(session: Session, wanted: str) -> str:
     """Let `ident report` make it, as anybody would; what came of it."""
     assert session.ladder is not None
     try:
-        if not (session.folder.root / model).exists():
-            _write(session, model)
-        command = report_command(session.ladder, session.folder.path(model).name)
-    except BadInput as error:
+        if session.saved is None or session.saved[0] != wanted or session.saved[1] is not session.failing:
+            _write(session, wanted)
+        command = report_command(session.ladder, session.folder.path(wanted).name)
+    except (BadInput, OSError) as error:
         return str(error)
     done = subprocess.run(
         [sys.executable, "-c", "from ident.cli import main; main()", *command[1:]],
@@ -74,8 +74,9 @@ def _save(session: Session, wanted: str) -> None:
 
 def _write(session: Session, wanted: str) -> None:
     assert session.failing is not None
-    path = session.folder.new(wanted, ".json")
-    path.write_text(json.dumps(session.failing.model, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    model.save(session.failing.model, session.folder.new(wanted, ".json"))
+    session.saved = wanted, session.failing
+    session.changed("folder")
 
 
 def _parameters(session: Session) -> None:

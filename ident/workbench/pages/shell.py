@@ -87,7 +87,9 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
             dark.set_value(session.dark)
             session.changed("recording", "ladder", "series", "failing", "answer", "run")
 
-        ui.button(icon="contrast", on_click=darken).props("flat round color=white").tooltip("Dark or light")
+        contrast = ui.button(icon="contrast", on_click=darken).tooltip("Dark or light")
+        contrast.props('flat round color=white aria-label="Dark or light"')
+        name(contrast, "contrast")
 
     def look() -> None:
         going = session.job is not None

@@ -44,6 +44,8 @@ def test_the_missing_effect_is_found_added_and_the_errors_fall(
     for kind in ("train", "held"):
         assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
     browser.shot("what-is-missing")
+    browser.click("contrast")
+    browser.shot("what-is-missing-dark")
 
     _the_terminal_says_the_same(browser, hidden, ident)
 
