@@ -51,7 +51,7 @@ def correlation(model: Model) -> go.Figure:
     names = [theme.plain(one.name) for one in model.parameters]
     rows = model.trust.correlation if model.trust else ()
     values = np.array([[np.nan if one is None else one for one in row] for row in rows])
-    figure = theme.subplots(1, 1, 22 * len(names) + 56)
+    figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
     blue, orange = theme.JOINTS[:2]
     figure.add_trace(
         go.Heatmap(
@@ -61,7 +61,7 @@ def correlation(model: Model) -> go.Figure:
             zmin=-1,
             zmax=1,
             colorscale=[[0, orange], [0.5, theme.faded(theme.MEASURED, 0.08)], [1, blue]],
-            colorbar={"title": {"text": "correlation"}, "thickness": 12},
+            colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
             hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
         )
     )

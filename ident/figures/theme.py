@@ -145,9 +145,11 @@ def effort(unit: str) -> str:
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
 
 
-def thinned(x: Floats, y: Floats, points: int = POINTS) -> tuple[Floats, Floats]:
-    """`y` (n,) over ascending `x` (n,), by the extremes in each pixel: peaks and gaps are kept."""
+def thinned(x: Floats, y: Floats, points: int = POINTS, whole: slice | None = None) -> tuple[Floats, Floats]:
+    """`y` (n,) over ascending `x` (n,), by the extremes in each pixel, and all of `whole`: peaks and gaps stay."""
     chosen = _extremes(y, points)
+    if whole is not None:
+        chosen = np.union1d(chosen, np.arange(len(y))[whole])
     return x[chosen], y[chosen]
 
 

@@ -30,14 +30,14 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
     figure = theme.subplots(
         2 * dof,
         1,
-        theme.LEGEND + theme.FOOTER + 180 * dof,
+        theme.LEGEND + theme.FOOTER + 160 * dof,
         shared_xaxes=True,
         row_heights=[2, 1] * dof,
         vertical_spacing=0.08 / dof,
     )
     for joint, about in enumerate(first.joints):
         row = 2 * joint + 1
-        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint])
+        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], whole=first_repetition(dataset))
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
         for number, (name, comparison) in enumerate(models.items()):
@@ -54,14 +54,16 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
 
 
 def _model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str) -> None:
-    time = prediction.dataset.time
-    known = np.isfinite(prediction.dataset.torque[:, joint])
+    dataset = prediction.dataset
+    whole = first_repetition(dataset)
+    known = np.isfinite(dataset.torque[:, joint])
     line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
     computed = np.where(known, prediction.computed[:, joint], np.nan)
     row = 2 * joint + 1
-    _line(figure, *theme.thinned(time, computed), row, label, joint == 0, line)
+    _line(figure, *theme.thinned(dataset.time, computed, whole=whole), row, label, joint == 0, line)
     left = line | {"width": 1.1}
-    _line(figure, *theme.thinned(time, prediction.residual[:, joint]), row + 1, f"{label}: left", False, left)
+    residual = theme.thinned(dataset.time, prediction.residual[:, joint], whole=whole)
+    _line(figure, *residual, row + 1, f"{label}: left", False, left)
 
 
 def _line(

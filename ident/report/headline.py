@@ -54,10 +54,10 @@ def _fall(document: Document) -> Iterator[str]:
     if len(document.rungs) == 1 or not before[joint]:
         return
     unit = document.effort_units[joint].replace(" ", "\u00a0")
+    first, last, floor = (number(value, 2) for value in (before[joint], after[joint], document.noise_rms[joint]))
     yield (
-        f"On rows that no fit saw, the error of joint {joint + 1} falls from {number(before[joint], 2)} to "
-        f"{number(after[joint], 2)}\u00a0{unit} RMS, by {percent(1 - after[joint] / before[joint])}; the noise is "
-        f"at {number(document.noise_rms[joint], 2)}\u00a0{unit}."
+        f"On rows that no fit saw, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
+        f"{percent(1 - after[joint] / before[joint])}; the noise floor is at {floor}\u00a0{unit}."
     )
 
 

@@ -45,13 +45,14 @@ def _noise(material: Material) -> list[Block]:
             left = (f"{number(summary.rms)} {joint.unit}", percent(summary.share), floor, above)
             rows.append((*([name] if several else []), f"joint {summary.number}", *left))
     head = ("joint", "residual, RMS", "of the torque", "noise floor", "above the noise")
-    caption = (
-        "The motion repeats, so what differs between repetitions is noise; no model can explain it. Residual: "
-        f"measured minus computed, of {'the recordings held out' if material.held_out else 'all recordings'}."
-    )
+    known = any(joint.split for one in material.judged.values() for joint in one.joints)
+    of = "the recordings held out" if material.held_out else "all recordings"
+    caption = f"Residual: measured minus computed, of {of}."
+    if known:
+        caption += " The motion repeats, so what differs between repetitions is noise; no model can explain it."
     words = (0, 1) if several else (0,)
     blocks: list[Block] = [Table((*(["model"] if several else []), *head), tuple(rows), caption, words)]
-    if any(joint.split for one in material.judged.values() for joint in one.joints):
+    if known:
         blocks.append(
             Plot("split", quality.split(material.judged), "What the mean square of the residual consists of.")
         )

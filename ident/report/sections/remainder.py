@@ -8,6 +8,11 @@ from ident.figures.theme import percent
 from ident.report.blocks import Block, Code, Plot, Section, Text
 from ident.report.material import Material
 
+_CAPTION = (
+    "Noise, what encoder steps leave, and what is structured in all rows (their squares add up), beside the error on "
+    "rows held out."
+)
+
 
 def remains(material: Material) -> Section | None:
     """What the last model leaves; None where nobody asked."""
@@ -21,7 +26,7 @@ def remains(material: Material) -> Section | None:
     )
     blocks: list[Block] = [
         Text(sentences),
-        Plot("remainder", remainder.shares(found, document), "What the held-out error consists of."),
+        Plot("remainder", remainder.shares(found, document), _CAPTION),
         Plot("left", remainder.left(found, document), "What the last model leaves, over what it may depend on."),
     ]
     return Section("remains", "What remains", tuple(blocks))

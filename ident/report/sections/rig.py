@@ -3,6 +3,7 @@
 from ident.figures import quality
 from ident.report.blocks import Block, Fold, Plot, Section, Table
 from ident.report.material import Material
+from ident.samples import holds_torque
 from recordings.recording import Recording
 
 
@@ -10,7 +11,7 @@ def section(material: Material) -> Section:
     """What machine, what motion."""
     blocks: list[Block] = [_rig(material.recordings[0]), _runs(material)]
     for place, recording in enumerate(material.recordings, start=1):
-        caption = "Position, following error and what was measured of the drives. Click a joint to hide it."
+        caption = "The whole run. Click a joint in the legend to hide it."
         plot = Plot(f"motion-{place}", quality.motion(recording), caption)
         blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=place == 1))
     return Section("rig", "Rig and run", tuple(blocks))
@@ -20,13 +21,15 @@ def _rig(recording: Recording) -> Table:
     rig = recording.rig
     rows = [
         ("rig", rig.name),
-        ("mechanism", f"{rig.mechanism}, {rig.dof} joints"),
+        ("mechanism", f"{rig.mechanism}, {rig.dof} joint{'s' if rig.dof > 1 else ''}"),
         ("drives", "simulated: no real robot moved" if recording.run.simulated else "real"),
     ]
     if rig.mechanism == "delta":
         length = rig.geometry
         lengths = f"L1 {length.L1:g} m, L2 {length.L2:g} m ({length.L2_source}), R {length.R:g} m, r {length.r:g} m"
         rows.append(("geometry", lengths))
+    if holds_torque(recording):
+        return Table(("", ""), (*rows, ("torque", "measured, no voltage")), words=(0, 1))
     gains = ", ".join(f"{gain:g}" for gain in rig.torque.gain)
     law = "gain v |v|" if rig.torque.map == "square" else "gain v"
     rows.append(("torque from voltage", f"{law}, gain {gains} ({rig.torque.gain_source})"))

@@ -18,6 +18,13 @@ def test_thinning_keeps_peaks_gaps_and_ends() -> None:
     assert (np.diff(thin_x) > 0).all()
 
 
+def test_a_part_can_be_kept_whole() -> None:
+    x = np.arange(100_000.0)
+    thin_x, _ = theme.thinned(x, np.sin(x), 100, whole=slice(500, 700))
+    assert set(x[500:700]) <= set(thin_x)
+    assert len(thin_x) < 400
+
+
 def test_short_traces_are_left_as_they_are() -> None:
     x = np.arange(50.0)
     thin_x, thin_y = theme.thinned(x, x**2, 100)

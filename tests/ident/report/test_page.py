@@ -102,7 +102,7 @@ def test_only_our_scripts_may_run(elements: Elements) -> None:
 def test_hostile_names_are_plain_text(case: Case, text: str, elements: Elements) -> None:
     assert HOSTILE not in text
     assert "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&amp;amp;" in text
-    assert case.train.name not in text.replace(json.dumps(case.train.name), "")
+    assert case.train.name not in text
     names = {tag for tag, _ in elements.found}
     assert "b" not in names
     assert "i" not in names
