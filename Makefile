@@ -5,7 +5,7 @@ READY := .venv/.ready
 # As the programs do for themselves: matrices here are too narrow for BLAS's threads.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz hidden-effects readme bench samples lock
+.PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz hidden-effects readme pictures bench samples lock
 
 setup: $(READY)
 
@@ -65,6 +65,12 @@ hidden-effects: $(READY)
 # Runs the commands of README.md and writes what they print into it.
 readme: $(READY)
 	$(BIN)/python -m tests.readme
+
+# The pictures of the workbench in README.md, taken by its own test in a real browser.
+PICTURES := what-is-missing where-it-fails
+pictures: $(READY)
+	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py -k missing_effect
+	mkdir -p docs/pictures && cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 
 bench: $(READY) .venv/.bench
 	$(BIN)/python -m benchmarks

@@ -1,6 +1,6 @@
 """`make bench`: every benchmark, one after the other."""
 
-from benchmarks import certificate, commands, coverage, cycle, reading, swarm
+from benchmarks import certificate, commands, coverage, cycle, reading, swarm, workbench
 
 reading.main()
 cycle.main()
@@ -8,3 +8,4 @@ certificate.main()
 coverage.main()
 swarm.main()
 commands.main()
+workbench.main()

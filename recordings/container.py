@@ -62,21 +62,27 @@ def _as_it_is(batch: Batch) -> Batch:
     return batch
 
 
-def load(path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _as_it_is) -> Container:
+def load(
+    path: Path,
+    topics: Collection[str],
+    condense: Callable[[Batch], Batch] = _as_it_is,
+    most: int | None = None,
+) -> Container:
     """Read the messages of `topics` and all metadata. Of a file that is cut off, everything intact.
 
     Every batch is kept as `condense` returns it: a long recording's messages may not fit into memory as they are.
+    most: bytes of the file to look at, as if it were cut off there.
 
     Raises:
         BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
     """
     loader = _Loader(path, topics, condense)
-    loader.take(contents(path))
+    loader.take(contents(path, most))
     return loader.container
 
 
-def contents(path: Path) -> bytes:
-    """The bytes of an MCAP file.
+def contents(path: Path, most: int | None = None) -> bytes:
+    """The bytes of an MCAP file, or the first `most` of them.
 
     Raises:
         BadInput: there is no such file, it cannot be read, or is not MCAP.
@@ -86,7 +92,7 @@ def contents(path: Path) -> bytes:
             data = file.read(len(MAGIC))
             if data == MAGIC:  # only then all of it: much of anything may be in a file of this name
                 file.seek(0)
-                data = file.read()
+                data = file.read(-1 if most is None else most)
     except FileNotFoundError:
         raise BadInput(f"recording {path} does not exist; check the path") from None
     except IsADirectoryError:

@@ -27,8 +27,10 @@ _WANTED = {
 _LEVELS = {number: name for name, number in schemas.LEVELS.items()}
 
 
-def read(path: Path) -> Recording:
+def read(path: Path, most: int | None = None) -> Recording:
     """Read a recording; of an interrupted one, everything that is intact.
+
+    most: bytes of the file to look at, for a quick look at the beginning of a long one.
 
     The messages of one SYNC are joined by their stamp; what is missing is a gap: NaN, statusword and error code 0,
     repeat -1.
@@ -36,7 +38,7 @@ def read(path: Path) -> Recording:
     Raises:
         BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
     """
-    container = _load(path, (*_SYNCED, "/events"), _condensed, optional=("/extra",))
+    container = _load(path, (*_SYNCED, "/events"), _condensed, optional=("/extra",), most=most)
     run = _run(container)
     grid = _Grid(container, _rig(container), _stamps(container, run))
     return Recording(
@@ -157,9 +159,13 @@ class _Grid:
 
 
 def _load(
-    path: Path, topics: Collection[str], condense: Callable[[Batch], Batch], optional: Collection[str] = ()
+    path: Path,
+    topics: Collection[str],
+    condense: Callable[[Batch], Batch],
+    optional: Collection[str] = (),
+    most: int | None = None,
 ) -> Container:
-    container = load(path, (*topics, *optional), condense)
+    container = load(path, (*topics, *optional), condense, most)
     lacking = [name for name in ("rig", "run") if name not in container.metadata]
     lacking += [topic for topic in topics if topic not in container.fields]
     if lacking and container.cut_off:

@@ -43,6 +43,7 @@ def serve(session: Session, port: int | None, browser: bool) -> None:
         guarded(session, token, port), log_level="warning", access_log=False, timeout_graceful_shutdown=1
     )
     print(f"workbench: {address}\nOnly this machine can open it. Ctrl-C ends.", flush=True)
+    session.prepare()
     if browser:
         webbrowser.open(address)
     try:

@@ -21,7 +21,7 @@ from ident.figures.finding import before_after
 from ident.samples import holds_torque
 from ident.workbench import plots, views
 from ident.workbench.failing import failing
-from ident.workbench.look import look
+from ident.workbench.look import looks
 from recordings.errors import BadInput
 
 Shown = (
@@ -82,7 +82,7 @@ class Engine:
     def look(self, path: Path) -> Iterator[Shown]:
         """A recording as it is."""
         self._progress(f"reading {path.name}")
-        yield look(path)
+        yield from looks(path)
 
     def fit(self, train: Path, validate: Path | None) -> Iterator[Shown]:
         """The base model, with what is true of any such machine."""
@@ -101,6 +101,8 @@ class Engine:
     def add(self, name: str) -> Iterator[Shown]:
         """One effect more, everything refitted."""
         climb = self._climbing()
+        if not self._candidates:  # this process has taken the place of another
+            self._choice(climb)
         if name not in self._candidates:
             raise BadInput(f"an effect that this motion shows expected, '{name}' found; choose another card")
         self._progress(f"fitting everything with {name}")
@@ -163,6 +165,7 @@ class Engine:
         return self._climb
 
     def _show(self, climb: _Climb) -> Iterator[Shown]:
+        self._candidates = {}
         yield self._ladder(climb)
         yield _series(climb)
         self._progress("looking at every effect of the library")

@@ -26,7 +26,7 @@ def failing(
     choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
     model = identification.identify([train], validate, choices, _silent, settled).model
     found = comparison.compare(model, prediction.predict(model, [validate or train], library))
-    return Failing(dict(model.as_json()), found.sentences, comparison.as_json(found), _figures(found))
+    return Failing(model, found.sentences, comparison.as_json(found), _figures(found))
 
 
 def _figures(found: Comparison) -> dict[str, plots.Figure]:

@@ -10,18 +10,31 @@ from ident.workbench.views import RecordingView, Small
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
+_NAMES = {"V": "voltage", "N": "force"}
 _LOUD = ("warning", "error", "fatal")
+BEGINNING = 12_000_000
+"""Bytes of a longer recording that are shown while the rest is read: about a minute at 500 Hz."""
 
 
-def look(path: Path) -> RecordingView:
-    """Raises BadInput where the file is no recording."""
+def looks(path: Path) -> Iterator[RecordingView]:
+    """A recording; of a long one first its beginning.
+
+    Raises:
+        BadInput: the file is no recording.
+    """
+    if path.stat().st_size > 2 * BEGINNING:
+        yield _view(read(path, BEGINNING), ("The beginning; the rest is being read.",))
     recording = read(path)
+    yield _view(recording, tuple(_warnings(recording)))
+
+
+def _view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
     rig = recording.rig
     unit = rig.effort_units[0] if holds_torque(recording) else "V"
     return RecordingView(
-        name=path.name,
+        name=recording.path.name,
         quality=tuple(_quality(recording)),
-        warnings=tuple(_warnings(recording)),
+        warnings=warnings,
         events=tuple((event.time, event.level, event.source, event.message) for event in recording.events),
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         position_units=rig.position_units,
@@ -29,7 +42,7 @@ def look(path: Path) -> RecordingView:
         signals={
             "position": (rig.position_units[0], _small(recording.position)),
             "following error": (f"m{rig.position_units[0]}", _small(1e3 * (recording.command - recording.position))),
-            "torque" if unit != "V" else "voltage": (unit, _small(drive_signal(recording))),
+            _NAMES.get(unit, "torque"): (unit, _small(drive_signal(recording))),
             "lateness": ("ms", _small(1e3 * recording.lateness[:, None])),
         },
     )

@@ -76,8 +76,9 @@ class Recorder:
             text=True,
             start_new_session=True,
         )
-        for work in (self._watch, self._hear):
-            threading.Thread(target=work, args=(process, run), daemon=True).start()
+        hearing = threading.Thread(target=_hear, args=(process, run), daemon=True)
+        hearing.start()
+        threading.Thread(target=self._watch, args=(process, run, hearing), daemon=True).start()
         self._changed()
 
     def stop(self) -> None:
@@ -97,7 +98,7 @@ class Recorder:
         except subprocess.TimeoutExpired:
             self.stop()
 
-    def _watch(self, process: "subprocess.Popen[str]", run: Run) -> None:
+    def _watch(self, process: "subprocess.Popen[str]", run: Run, hearing: threading.Thread) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             said = _parsed(line)
@@ -108,13 +109,16 @@ class Recorder:
                     run.lateness.append((rows[-1]["time"], said["lateness"]))
             run.status = {**run.status, **said}
             self._told()
-        run.code = process.wait()
+        code = process.wait()
+        hearing.join()  # why it ended is said before that it has
+        run.code = code
         self._changed()
 
-    def _hear(self, process: "subprocess.Popen[str]", run: Run) -> None:
-        assert process.stderr is not None
-        for line in process.stderr:
-            run.said.append(line.rstrip())
+
+def _hear(process: "subprocess.Popen[str]", run: Run) -> None:
+    assert process.stderr is not None
+    for line in process.stderr:
+        run.said.append(line.rstrip())
 
 
 def program() -> list[str]:

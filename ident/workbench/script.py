@@ -7,26 +7,46 @@ from ident.workbench.views import LadderView
 
 def script(ladder: LadderView, model: str) -> str:
     """A shell script that ends with the present model in the file `model`."""
-    recordings = [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
     lines = [
         "#!/bin/sh",
         "set -eu",
-        _line("ident", *_fitted(ladder, recordings), "-o", model),
+        _line("ident", *_fitted(ladder, _recordings(ladder)), "-o", model),
         _line("ident", "compare", model, ladder.validate or ladder.train),
+        _line(*report_command(ladder, model)),
     ]
     return "\n".join(lines) + "\n"
 
 
+def report_command(ladder: LadderView, model: str) -> list[str]:
+    """One HTML file about the model in the file `model`."""
+    out = model.removesuffix(".json").removesuffix(".model") + ".report.html"
+    return ["ident", "report", model, *_recordings(ladder), "-o", out]
+
+
+def _recordings(ladder: LadderView) -> list[str]:
+    return [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
+
+
 def _fitted(ladder: LadderView, recordings: list[str]) -> list[str]:
-    """As the program climbed by itself, or what was added by hand; `ident fit` where that is nothing."""
-    names = [name for name, _ in ladder.rungs[-1].terms]
-    added = [name for name in names if name not in ladder.always]
+    """As the program climbed by itself, or what was added by hand.
+
+    `ident diagnose` always has what is true of any machine; a model from which that was taken away, or to which
+    nothing was added, is one for `ident fit`.
+    """
+    present = ladder.rungs[-1].terms
+    names = [name for name, _ in present]
+    true = {name for rung in ladder.rungs for name, _ in rung.terms if name in ladder.always}
+    added = [name for name in names if name not in true]
     if ladder.diagnosed:
         return ["diagnose", *recordings, "--apply"]
-    if added:
+    if added and true <= set(names):
         return ["diagnose", *recordings, *(part for name in added for part in ("--only", name)), "--apply"]
-    effects = [part for name in names for part in ("--with", name)]
+    effects = [part for name, joints in present for part in ("--with", _on(name, joints, len(ladder.joints)))]
     return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *effects]
+
+
+def _on(name: str, joints: tuple[int, ...], dof: int) -> str:
+    return name if len(joints) == dof else f"{name}:{','.join(map(str, joints))}"
 
 
 def _line(*words: str) -> str:

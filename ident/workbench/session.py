@@ -49,14 +49,22 @@ class Session:
         self.choice: views.Choice | None = None
         self.failing: views.Failing | None = None
         self.answer: views.Answer | None = None
+        self.saved: tuple[str, views.Failing] | None = None
+        """The model that was saved last, and where."""
         self.recorder = Recorder(folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"))
         self._work = Work(self._said, effect_files)
         self._asked = 0
         """Tasks that the working process has not finished."""
+        self._lost = False
+        """Whether a new working process has to be told of the ladder first."""
 
     def changed(self, *parts: Part) -> None:
         """Whoever shows one of `parts` shall draw it again."""
         self.versions.update(parts)
+
+    def prepare(self) -> None:
+        """Get ready for the first click."""
+        self._work.prepare()
 
     def close(self) -> None:
         """Stop what runs."""
@@ -75,7 +83,8 @@ class Session:
                 "another recording expected for validation: on the training data every model looks better than it is"
             )
         self.train, self.validate = train, validate
-        self._stop_work()
+        if self.job:
+            self._stop_work()
         self.recording = self.ladder = self.choice = self.failing = self.answer = None
         self.series = ()
         self.changed("folder", "job", "recording", "ladder", "series", "choice", "failing", "answer")
@@ -125,9 +134,10 @@ class Session:
         if self.job and self.job.urgent:
             raise BadInput(f"one thing at a time: {self.job.what} is going on; wait for it, or cancel it")
         self._begin(task, urgent=True)
-        if self._work.fresh and self.ladder and task != "fit":
+        if self._lost and self.ladder and task != "fit":
             kept = [(rung.label, rung.terms, rung.x) for rung in self.ladder.rungs]
             self._send("restore", *self._files(), kept)
+        self._lost = False
         self._send(task, *arguments)
 
     def _send(self, task: str, *arguments: Any) -> None:
@@ -136,7 +146,7 @@ class Session:
 
     def _stop_work(self) -> None:
         self._work.cancel()
-        self._asked, self.job = 0, None
+        self._asked, self.job, self._lost = 0, None, True
 
     def _begin(self, what: str, urgent: bool) -> None:
         self.message = ""
@@ -154,6 +164,7 @@ class Session:
             self._asked -= 1
             if self._asked <= 0:
                 self._asked, self.job = 0, None
+            self._lost = self._lost or self._work.fresh
             if kind == "failed":
                 self._say(value)
         self.changed("job")

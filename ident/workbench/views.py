@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.diagnose.document import RungEntry
+from ident.model import Model
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
 
@@ -130,8 +131,8 @@ class Choice:
 class Failing:
     """Where the present model fails."""
 
-    model: dict[str, Any]
-    """As it stands in a model file."""
+    model: Model
+    """The present model as `ident fit` would describe it."""
     sentences: tuple[str, ...]
     document: dict[str, Any]
     """As docs/compare.md describes it."""

@@ -38,6 +38,12 @@ class Work:
             assert self._connection is not None
             self._connection.send((task, arguments))
 
+    def prepare(self) -> None:
+        """Start the process before it is needed: its libraries take a moment."""
+        with self._lock:
+            if self.fresh:
+                self._start()
+
     def cancel(self) -> None:
         """End it, whatever it does."""
         with self._lock:

@@ -1,12 +1,16 @@
 """What to take away: the model, and the commands that do the same."""
 
-import json
+import subprocess
+import sys
 
+from nicegui import run as background
 from nicegui import ui
 
+from ident import model
 from ident.workbench.pages.page import Page, name
-from ident.workbench.script import script
+from ident.workbench.script import report_command, script
 from ident.workbench.session import Session
+from recordings.errors import BadInput
 
 
 def draw(page: Page) -> None:
@@ -26,17 +30,53 @@ def _draw(page: Page) -> None:
         save = ui.button("Save beside the recording", icon="save").props("no-caps")
         save.on_click(page.does(lambda: _save(session, out.value)))
         name(save, "save")
+        report = ui.button("Save, and make the report", icon="description").props("no-caps outline")
+        report.tooltip("One HTML file to send to a colleague; takes a minute or two")
+        name(report, "report")
+    told = ui.label().classes("quiet")
+    name(told, "report-state")
+
+    async def make() -> None:
+        told.text = "making the report …"
+        told.text = await background.io_bound(_report, session, str(out.value)) or ""
+
+    report.on_click(make)
     ui.label("The same in a terminal").classes("head q-mt-md")
     text = script(session.ladder, file)
     name(ui.code(text, language="bash").classes("w-full"), "script")
     _parameters(session)
 
 
+def _report(session: Session, wanted: str) -> str:
+    """Let `ident report` make it, as anybody would; what came of it."""
+    assert session.ladder is not None
+    try:
+        if session.saved is None or session.saved[0] != wanted or session.saved[1] is not session.failing:
+            _write(session, wanted)
+        command = report_command(session.ladder, session.folder.path(wanted).name)
+    except (BadInput, OSError) as error:
+        return str(error)
+    done = subprocess.run(
+        [sys.executable, "-c", "from ident.cli import main; main()", *command[1:]],
+        cwd=session.folder.root,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+    )
+    errors = [line for line in done.stderr.splitlines() if line.startswith("error")]
+    return f"Made {command[-1]} beside the recording." if done.returncode == 0 else " ".join(errors)
+
+
 def _save(session: Session, wanted: str) -> None:
+    _write(session, wanted)
+    ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="top")
+
+
+def _write(session: Session, wanted: str) -> None:
     assert session.failing is not None
-    path = session.folder.new(wanted, ".json")
-    path.write_text(json.dumps(session.failing.model, indent=2, allow_nan=False) + "\n", encoding="utf-8")
-    ui.notify(f"Saved {path.name} beside the recording.", type="positive", position="top")
+    model.save(session.failing.model, session.folder.new(wanted, ".json"))
+    session.saved = wanted, session.failing
+    session.changed("folder")
 
 
 def _parameters(session: Session) -> None:

@@ -62,7 +62,7 @@ class Page:
         def handle() -> None:
             try:
                 act(*arguments)
-            except BadInput as error:
+            except (BadInput, OSError) as error:
                 ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
 
         return handle

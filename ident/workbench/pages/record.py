@@ -135,7 +135,15 @@ def _state(run: Run | None) -> str:
         return f"{run.out.name}: {word}"
     if run.code == 0:
         return f"{run.out.name}: done. Choose it with Fit or Check on the left."
-    return f"{run.out.name}: ended early (exit status {run.code}); the drives were disabled and the file closed."
+    if run.code < 0:
+        return (
+            f"{run.out.name}: daq was killed (signal {-run.code}). LOOK AT THE DRIVES: only their watchdogs act now."
+        )
+    why = next((line for line in reversed(run.said) if line.startswith("error")), f"exit status {run.code}")
+    if run.code == 2:
+        return f"{run.out.name}: did not begin. {why}"
+    disabled = "" if "NOT CONFIRMED" in why else " The drives were disabled and the file closed."
+    return f"{run.out.name}: ended early, {why}.{disabled}"
 
 
 def _figures(run: Run) -> str:

@@ -32,8 +32,7 @@ _STYLE = """
 .figures th { font-weight: 600; opacity: 0.75; }
 .ladder tr:last-child td { font-weight: 600; }
 .figures td.words, .figures th.words { text-align: left; }
-.body--dark .q-btn--outline, .body--dark .q-btn--flat { color: #8cc8f2 !important; }
-.body--dark .q-header .q-btn { color: #fff !important; }
+.body--dark .q-btn--outline, .body--dark .q-btn--flat { --q-primary: #8cc8f2; }
 .q-tab-panels { background: transparent !important; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
@@ -88,7 +87,9 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
             dark.set_value(session.dark)
             session.changed("recording", "ladder", "series", "failing", "answer", "run")
 
-        ui.button(icon="contrast", on_click=darken).props("flat round color=white").tooltip("Dark or light")
+        contrast = ui.button(icon="contrast", on_click=darken).tooltip("Dark or light")
+        contrast.props('flat round color=white aria-label="Dark or light"')
+        name(contrast, "contrast")
 
     def look() -> None:
         going = session.job is not None
@@ -129,6 +130,7 @@ def _recordings(page: Page) -> None:
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _keep(page, upload)
+        box.run_method("removeUploadedFiles")  # the list above is where they are now
 
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=LONGEST_BODY)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")

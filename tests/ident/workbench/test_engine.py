@@ -54,6 +54,12 @@ def test_fit_add_undo(engine: Engine) -> None:
     assert len(added.rungs) == 3
     assert np.sum(np.square(added.rungs[2].entry.train_rms)) < np.sum(np.square(added.rungs[1].entry.train_rms))
     assert f"--only {choice.candidates[0].name}" in script(added, "m.json")
+    assert "ident fit" in script(ladder, "m.json")
+    assert "--with rod_inertia" in script(ladder, "m.json")
+    bare = ladder_of(engine.remove(0))
+    assert bare.rungs[-1].label == "− rod_inertia"
+    assert "--with rod_inertia" not in script(bare, "m.json")
+    next(engine.undo())
     assert added.can_undo
     assert ladder_of(engine.undo()).rungs == ladder.rungs
 

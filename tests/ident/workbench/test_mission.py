@@ -44,6 +44,8 @@ def test_the_missing_effect_is_found_added_and_the_errors_fall(
     for kind in ("train", "held"):
         assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
     browser.shot("what-is-missing")
+    browser.click("contrast")
+    browser.shot("what-is-missing-dark")
 
     _the_terminal_says_the_same(browser, hidden, ident)
 
@@ -77,6 +79,10 @@ def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) 
     browser.open(served.address)
     browser.click("tab-missing")
     browser.click("fit")
+    browser.at("add-stribeck").wait_for(timeout=120_000)
+    browser.click("diagnose")
+    browser.click("cancel")
+    browser.page.get_by_text("nothing has changed").wait_for(timeout=30_000)
     browser.click("add-stribeck", patience=120)
     browser.at("rung-2").wait_for(timeout=120_000)
     browser.page.reload()
@@ -96,3 +102,18 @@ def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) 
     browser.page.get_by_text("Saved").wait_for(timeout=30_000)
     saved = json.loads((hidden / "fig5a.model.json").read_text())
     assert saved["effects"] == ["rod_inertia", "stribeck"]
+
+
+def test_a_dropped_file_is_one_more_recording_and_never_replaces_one(
+    tmp_path: Path, serve: Serve, browser: Browser
+) -> None:
+    source = Path("recordings/samples/fig5a.mcap")
+    browser.open(serve(tmp_path).address)
+    chooser = browser.page.locator('input[type="file"]')
+    chooser.set_input_files(source)
+    browser.at("fit-0").wait_for(timeout=60_000)
+    assert (tmp_path / "fig5a.mcap").read_bytes() == source.read_bytes()
+    (tmp_path / "fig5a.mcap").write_bytes(b"mine")
+    chooser.set_input_files(source)
+    browser.page.get_by_text("nothing is overwritten").wait_for(timeout=60_000)
+    assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"

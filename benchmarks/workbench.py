@@ -1,0 +1,95 @@
+"""How long the page takes to show an hour at 500 Hz, in a real browser: `python -m benchmarks.workbench`."""
+
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from benchmarks import long_recording
+
+HOUR = 3600.0
+ZOOMS = 5
+_PLOT = ".js-plotly-plot"
+_WATCH = (
+    f"() => document.querySelector('{_PLOT}').on('plotly_afterplot', () => {{ window.drawn = performance.now() }})"
+)
+
+
+def main() -> None:
+    """Print first view, whole view, zoom, and memory."""
+    browser = shutil.which("chromium")
+    if browser is None:
+        print("workbench: needs Debian's chromium")
+        return
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        made = folder / "made.mcap"
+        daq = [sys.executable, "-c", "from daq.cli import main; main()"]
+        subprocess.run(
+            [*daq, "record", "--traj", "fig5a", "--cycles", "2", "--out", str(made)], check=True, capture_output=True
+        )
+        long_recording.make(made, folder / "hour.mcap", HOUR)
+        made.unlink()
+        ident = [sys.executable, "-c", "from ident.cli import main; main()"]
+        server = subprocess.Popen(
+            [*ident, "workbench", str(folder), "--no-browser"], stdout=subprocess.PIPE, text=True
+        )
+        try:
+            assert server.stdout is not None
+            _look(browser, server.stdout.readline().split()[1], server.pid)
+        finally:
+            server.terminate()
+            server.wait(timeout=30)
+
+
+def _look(browser: str, address: str, server: int) -> None:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=browser, args=["--no-sandbox"])
+        page = launched.new_page(viewport={"width": 1280, "height": 800})
+        page.goto(address)
+        page.locator('[data-test="fit-0"]').wait_for(timeout=60_000)
+        time.sleep(5)  # a person reads the page before the first click
+        began = time.perf_counter()
+        page.locator('[data-test="fit-0"]').click()
+        page.locator(f"{_PLOT} .scatterlayer").first.wait_for(timeout=120_000)
+        print(f"workbench, one hour at 500 Hz: first view {time.perf_counter() - began:.1f} s")
+        page.get_by_text("the rest is being read").wait_for(state="detached", timeout=300_000)
+        print(f"all of it {time.perf_counter() - began:.1f} s")
+        page.evaluate(_WATCH)
+        print(f"zoom: {', '.join(f'{_zoom(page):.0f} ms' for _ in range(ZOOMS))}")
+        working = max(map(_peak, _children(server)))
+        print(f"memory at most: page {_peak(server):.0f} MB, working process {working:.0f} MB")
+        launched.close()
+
+
+def _zoom(page: Any) -> float:
+    """Milliseconds from letting go of the mouse until the detail is drawn."""
+    page.mouse.move(500, 480)
+    page.mouse.down()
+    page.mouse.move(700, 485, steps=5)
+    released: float = page.evaluate("performance.now()")
+    page.mouse.up()
+    time.sleep(1.5)
+    drawn: float = page.evaluate("window.drawn")
+    return drawn - released
+
+
+def _children(process: int) -> list[int]:
+    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return [int(one) for one in found]
+
+
+def _peak(process: int) -> float:
+    """Largest memory so far [MB]."""
+    status = Path(f"/proc/{process}/status").read_text()
+    kilobytes = next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]
+    return int(kilobytes) / 1e3
+
+
+if __name__ == "__main__":
+    main()

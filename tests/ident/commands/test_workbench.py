@@ -1,0 +1,53 @@
+"""`ident workbench` as a user starts it; what the page does is tested in tests/ident/workbench."""
+
+import signal
+import socket
+import subprocess
+import urllib.error
+import urllib.request
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Runner, launcher
+
+
+@pytest.mark.parametrize("places", [["nowhere"], ["a.mcap"], ["."] * 2, ["text.txt"]])
+def test_what_cannot_be_opened_is_said(places: list[str], ident: Runner, tmp_path: Path) -> None:
+    (tmp_path / "text.txt").write_text("no recording")
+    done = ident("workbench", *places, "--no-browser")
+    assert done.code == 2
+    assert "expected" in done.err
+
+
+def test_a_port_that_is_taken(ident: Runner) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as other:
+        done = ident("workbench", "--no-browser", "--port", other.getsockname()[1])
+    assert done.code == 2
+    assert "a free port expected" in done.err
+
+
+@pytest.mark.slow
+def test_it_serves_this_machine_only_and_ends_with_ctrl_c(tmp_path: Path) -> None:
+    command = [*launcher("ident"), "workbench", "--no-browser"]
+    process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert process.stdout is not None
+    address = process.stdout.readline().split()[1]
+    bare = address.partition("?")[0]
+    with pytest.raises(urllib.error.HTTPError, match="403"):
+        urllib.request.urlopen(bare, timeout=60)
+    port = int(bare.rstrip("/").rpartition(":")[2])
+    for own in {found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}:
+        if not str(own).startswith("127."):
+            with pytest.raises(OSError, match="refused"):
+                socket.create_connection((own, port), timeout=5)
+    cookies = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
+    with cookies.open(address, timeout=60) as page:
+        text = page.read().decode()
+    assert "delta-workbench" in text
+    for attribute in ('src="http', 'href="http', 'from "http', "import('http"):
+        assert attribute not in text, "everything comes from here"
+    process.send_signal(signal.SIGINT)
+    out, _ = process.communicate(timeout=30)
+    assert process.returncode == 0, out
+    assert "Traceback" not in out
