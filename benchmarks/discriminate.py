@@ -1,7 +1,7 @@
 """Does the motion of `ident design --discriminate` settle what one recording could not? As a user would do it.
 
-An effect is hidden in the simulated rig, fig5a is recorded and diagnosed. Where the finding could be something else, the
-motion that tells the two apart is designed and recorded, and both recordings are diagnosed together.
+An effect is hidden in the simulated rig, fig5a is recorded and diagnosed. Where the finding could be something else,
+the motion that tells the two apart is designed and recorded, and both recordings are diagnosed together.
 """
 
 import json
