@@ -135,8 +135,10 @@ class Climber:
         return None
 
     def _simplest(self, state: State, options: Sequence[State]) -> State:
+        """Of those that explain as much as the best, unless held-out rows clearly speak for another of them."""
         alike = self._alike(state.solution.loss, options)
-        return min(alike, key=lambda one: (len(one.solution.x), one.solution.loss))
+        simplest = min(alike, key=lambda one: (len(one.solution.x), one.solution.loss))
+        return next((one for one in alike if self._settles(simplest, one)), simplest)
 
     def _alike(self, without: float, options: Sequence[State]) -> list[State]:
         """Those that leave no more than the best, but for chance and a small share of what there is to gain."""
