@@ -63,7 +63,7 @@ class Page:
             try:
                 act(*arguments)
             except (BadInput, OSError) as error:
-                ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
+                ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
 
         return handle
 
