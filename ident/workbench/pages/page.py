@@ -49,6 +49,7 @@ class Page:
 
     def poll(self) -> None:
         """Look for changes."""
+        self.session.seen()
         now = time.monotonic()
         for one in self._watched:
             version = self._version(one.parts)
