@@ -45,9 +45,17 @@ class Run:
 class Recorder:
     """At most one `daq record` at a time, in the folder `root`."""
 
-    def __init__(self, root: Path, told: Callable[[], None], changed: Callable[[], None]) -> None:
-        """`told`: called with every line of its status; `changed`: when a run begins and ends."""
-        self._root, self._told, self._changed = root, told, changed
+    def __init__(
+        self,
+        root: Path,
+        told: Callable[[], None],
+        changed: Callable[[], None],
+        attended: Callable[[], bool] = lambda: True,
+    ) -> None:
+        """`told`: called with every line of its status; `changed`: when a run begins and ends; `attended`: whether
+        somebody has a stop button before them.
+        """
+        self._root, self._told, self._changed, self._attended = root, told, changed, attended
         self._process: subprocess.Popen[str] | None = None
         self.run: Run | None = None
 
@@ -108,6 +116,9 @@ class Recorder:
                 if rows:
                     run.lateness.append((rows[-1]["time"], said["lateness"]))
             run.status = {**run.status, **said}
+            if not run.stops and not self._attended():
+                run.said.append("nobody has the page open any more: stopping")
+                self.stop()
             self._told()
         code = process.wait()
         hearing.join()  # why it ended is said before that it has

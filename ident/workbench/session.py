@@ -14,6 +14,9 @@ from ident.workbench.recorder import Recorder
 from ident.workbench.work import Work
 from recordings.errors import BadInput
 
+UNATTENDED = 20.0
+"""So long no browser may show the page while drives move: time to load it again [s]."""
+
 Part = Literal["folder", "job", "recording", "ladder", "series", "choice", "failing", "answer", "run", "message"]
 
 
@@ -51,7 +54,10 @@ class Session:
         self.answer: views.Answer | None = None
         self.saved: tuple[str, views.Failing] | None = None
         """The model that was saved last, and where."""
-        self.recorder = Recorder(folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"))
+        self._seen = 0.0
+        self.recorder = Recorder(
+            folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"), self._attended
+        )
         self._work = Work(self._said, effect_files)
         self._asked = 0
         """Tasks that the working process has not finished."""
@@ -61,6 +67,13 @@ class Session:
     def changed(self, *parts: Part) -> None:
         """Whoever shows one of `parts` shall draw it again."""
         self.versions.update(parts)
+
+    def seen(self) -> None:
+        """A browser shows the page now."""
+        self._seen = time.monotonic()
+
+    def _attended(self) -> bool:
+        return time.monotonic() - self._seen < UNATTENDED
 
     def prepare(self) -> None:
         """Get ready for the first click."""

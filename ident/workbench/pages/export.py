@@ -69,7 +69,7 @@ def _report(session: Session, wanted: str) -> str:
 
 def _save(session: Session, wanted: str) -> None:
     _write(session, wanted)
-    ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="top")
+    ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="bottom")
 
 
 def _write(session: Session, wanted: str) -> None:

@@ -49,6 +49,7 @@ class Page:
 
     def poll(self) -> None:
         """Look for changes."""
+        self.session.seen()
         now = time.monotonic()
         for one in self._watched:
             version = self._version(one.parts)
@@ -63,7 +64,7 @@ class Page:
             try:
                 act(*arguments)
             except (BadInput, OSError) as error:
-                ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
+                ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
 
         return handle
 

@@ -40,7 +40,8 @@ def _draw(page: Page) -> None:
     def at() -> None:
         bodies.move(slider.value)
         clock.text = f"{moving.time[slider.value]:.2f} s"
-        _tell(told, series, moving.time[slider.value])
+        units = session.ladder.units if session.ladder else ()
+        _tell(told, series, units, moving.time[slider.value])
 
     def step() -> None:
         slider.value = (slider.value + 1) % len(moving.time)
@@ -78,7 +79,7 @@ class _Bodies:
                 body.move(*((start + end) / 2 + _LIFT)).rotate_R(moving.turned(start, end)).material(colour)
 
 
-def _tell(place: ui.column, series: Series | None, time: float) -> None:
+def _tell(place: ui.column, series: Series | None, units: tuple[str, ...], time: float) -> None:
     place.clear()
     with place:
         if series is None:
@@ -86,6 +87,6 @@ def _tell(place: ui.column, series: Series | None, time: float) -> None:
             return
         at = int(abs(series.time - time).argmin())
         ui.label("Residual of each limb").classes("head")
-        for joint, left in enumerate(series.residual[at]):
-            ui.label(f"joint {joint + 1}: {left:+.3f}" if left == left else f"joint {joint + 1}: not judged here")
+        for joint, (left, unit) in enumerate(zip(series.residual[at], units, strict=True), start=1):
+            ui.label(f"joint {joint}: {left:+.3f} {unit}" if np.isfinite(left) else f"joint {joint}: not judged here")
         ui.label("Grey: as small as usual. Orange: the largest there is.").classes("quiet")

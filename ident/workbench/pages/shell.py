@@ -42,7 +42,14 @@ _STYLE = """
 def build(session: Session) -> None:
     """The whole page for one tab of a browser."""
     page = Page(session)
-    ui.colors(primary="#0b5c8c", secondary="#4a5560", accent="#D55E00", positive="#00805c", negative="#b3261e")
+    ui.colors(
+        primary="#0b5c8c",
+        secondary="#4a5560",
+        accent="#D55E00",
+        info="#4a5560",
+        positive="#00805c",
+        negative="#b3261e",
+    )
     ui.add_css(_STYLE)
     dark = ui.dark_mode(session.dark)
     _header(page, dark)
@@ -117,7 +124,7 @@ def _about(session: Session) -> str:
 
 def _announce(session: Session) -> None:
     if session.message:
-        ui.notify(session.message, type="info", position="top", timeout=8000, close_button=True)
+        ui.notify(session.message, type="info", position="bottom", timeout=8000, close_button=True)
 
 
 def _recordings(page: Page) -> None:
@@ -146,7 +153,7 @@ async def _keep(page: Page, upload: events.UploadEventArguments) -> None:
         path = session.folder.new(upload.file.name, SUFFIX)
         await upload.file.save(path)
     except BadInput as error:
-        ui.notify(str(error), type="warning", position="top", timeout=8000, close_button=True)
+        ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
     session.changed("folder")
 
 

@@ -43,6 +43,7 @@ def test_the_missing_effect_is_found_added_and_the_errors_fall(
     assert "stribeck" in browser.text("rung-2")
     for kind in ("train", "held"):
         assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
+    suggested.wait_for(timeout=120_000)
     browser.shot("what-is-missing")
     browser.click("contrast")
     browser.shot("what-is-missing-dark")
