@@ -107,6 +107,11 @@ class Composition:
         """(K,) which entries are those of the term `index`; -1: the mechanism."""
         return np.array([entry.term == index for entry in self.named])
 
+    def load(self, x: Floats) -> Floats:
+        """(k or k + 1,) by what effects reckon the load: the mechanism's parameters, and the forearms' mass."""
+        truths = [x[self.entries(index)] for index, term in enumerate(self.terms) if term.effect.always_true]
+        return np.concatenate([x[self.entries(-1)], *truths])
+
     def own(self, index: int, x: Floats) -> Floats:
         """(owners, c) what the owners of the term `index` have, in the vector `x` (K,)."""
         term = self.terms[index]

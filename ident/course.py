@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident import mechanisms, preprocess
+from ident import forearms, mechanisms, preprocess
 from ident.dataset import Dataset, assemble
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
@@ -45,21 +45,23 @@ class Path:
             found[name] = np.stack([(self.mechanism.regressor(one) - self.regressor) / step for one in moved])
         return found
 
-    def view(self, course: "Course", parameters: Floats) -> View:
-        """What effects see of it, with the mechanism's `parameters` (k,)."""
+    def view(self, course: "Course", load: Floats) -> View:
+        """What effects see of it, with the `load` of a composition (k or k + 1,)."""
+        parameters, m_d = load[: len(self.mechanism.parameters)], float(load[len(self.mechanism.parameters) :].sum())
         rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
         known = np.where(rigid, parameters, 0.0)
 
         def rigid_at(motion: Motion) -> Floats:
             regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
             torque: Floats = regressor @ known
-            return torque
+            return torque + m_d * forearms.torque(self.rig.geometry, motion) if m_d else torque
 
         def slope(name: Rate) -> Floats:
             slopes: Floats = np.moveaxis(self._slopes[name] @ known, 0, 2)
             return slopes
 
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
+        by_name["m_d"] = m_d
         return View(self.rig, course.samples.rate, course.time, self.motion, rigid_at, slope, by_name)
 
 

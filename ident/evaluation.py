@@ -35,20 +35,20 @@ class Evaluator:
     def torque(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
         """Reported torque (m, dof) [N m], conditioned as the measured one was, for the parameters `x` (K,).
 
-        rigid: (k,) the mechanism's parameters by which effects reckon the load; those in `x` if None.
+        rigid: (k or k + 1,) by what effects reckon the load; as in `x` if None.
         """
         return self.course.condition(self._reported(composition, x, self._own(composition, x, rigid)))
 
     def unfiltered(self, composition: Composition, x: Floats) -> Floats:
         """The same (n, dof) as `torque`, before it is conditioned."""
-        return self._reported(composition, x, x[composition.entries(-1)])
+        return self._reported(composition, x, composition.load(x))
 
     def linearised(self, composition: Composition, x: Floats, searched: bool = True) -> tuple[Floats, Floats]:
         """Reported torque (m, dof) at `x` (K,), and its derivatives (m, dof, K).
 
         searched: whether those by the searched parameters are wanted, which take longest; else they are 0.
         """
-        own = x[composition.entries(-1)]
+        own = composition.load(x)
         here = self._reported(composition, x, own)
         derivatives = np.zeros((*self.course.dataset.torque.shape, len(x)))
         derivatives[:, :, composition.linear] = self._solved(composition, x, own)
@@ -72,7 +72,7 @@ class Evaluator:
         return spread.reshape(n, dof, -1)
 
     def view(self, path: Path, rigid: Floats) -> View:
-        """What effects see, with the mechanism's parameters `rigid` (k,)."""
+        """What effects see, with the load `rigid` (k or k + 1,) of a composition."""
         return self._remembered(("view", path, rigid.tobytes()), lambda: path.view(self.course, rigid))
 
     def path(self, composition: Composition, x: Floats) -> Path:
@@ -112,7 +112,7 @@ class Evaluator:
         return {**own, **{one.name: shapes[i : i + 1] for i, one in enumerate(term.effect.shapes)}}
 
     def _own(self, composition: Composition, x: Floats, rigid: Floats | None) -> Floats:
-        return x[composition.entries(-1)] if rigid is None else rigid
+        return composition.load(x) if rigid is None else rigid
 
     def _all_columns(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
         """(n, dof, K_linear) in the order of the vector."""

@@ -130,7 +130,9 @@ def settle(courses: Sequence[Course], chosen: Sequence[Term]) -> Frozen:
     solution = refine(evaluators, bare, np.zeros(len(bare.named)), weights)
     for term in chosen:
         composition = solution.composition.plus(term)
-        view = evaluators[0].view(evaluators[0].path(solution.composition, solution.x), solution.x[: len(bare.named)])
+        view = evaluators[0].view(
+            evaluators[0].path(solution.composition, solution.x), solution.composition.load(solution.x)
+        )
         residual = solution.residuals[0]
         starts = list(_starts(term, [*_suggested(term.effect, view, residual, courses[0])]))
         tried = [refine(evaluators, composition, np.concatenate([solution.x, start]), weights) for start in starts]

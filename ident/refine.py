@@ -111,7 +111,7 @@ def _state(
 
 def _loss(evaluators: Sequence[Evaluator], composition: Composition, x: Floats, before: Solution) -> float:
     """Weighted sum of squares at `x` (K,), the load and the rows being those of the solution `before`."""
-    rigid = before.x[composition.entries(-1)]
+    rigid = composition.load(before.x)
     total = 0.0
     for evaluator, weight in zip(evaluators, before.weights, strict=True):
         left = weight * (evaluator.course.dataset.torque - evaluator.torque(composition, x, rigid))

@@ -36,7 +36,7 @@ class View:
     slope: Callable[[Rate], Floats]
     """(n, dof, dof) derivative of that torque by the position or the acceleration of each joint."""
     parameters: Mapping[str, float]
-    """Of the mechanism's own parameters by name, as the model has them now."""
+    """Of the mechanism's own parameters by name, as the model has them now; m_d: of uniform forearms, 0 without."""
 
     @cached_property
     def rigid(self) -> Floats:

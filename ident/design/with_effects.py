@@ -89,7 +89,7 @@ class _With:
 def view_of(rig: Rig, mechanism: Mechanism, motion: Motion) -> View:
     """What effects see of a `motion` that nobody has recorded: with the load of the manufacturer's model, or none."""
     mass = rig.nominal
-    known = {"m_p": mass.m_p + 3 * mass.m_d, "T_g": mass.m_a * mass.L1c * GRAVITY}
+    known = {"m_p": mass.m_p + 3 * mass.m_d, "T_g": mass.m_a * mass.L1c * GRAVITY, "m_d": 0.0}
 
     def load_at(other: Motion) -> Floats:
         torque = mechanism.nominal_torque(other)

@@ -131,7 +131,7 @@ def _learned(material: Material, solution: Solution, blank: Sequence[Curve]) -> 
 
 def _view(evaluator: Evaluator, solution: Solution) -> View:
     composition, x = solution.composition, solution.x
-    return evaluator.view(evaluator.path(composition, x), x[composition.entries(-1)])
+    return evaluator.view(evaluator.path(composition, x), composition.load(x))
 
 
 def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:

@@ -76,10 +76,7 @@ class Material:
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed, of every recording [N m]."""
         composition, x = solution.composition, solution.x
-        return tuple(
-            one.course.dataset.torque - one.torque(composition, x, x[composition.entries(-1)])
-            for one in self.evaluators
-        )
+        return tuple(one.course.dataset.torque - one.torque(composition, x) for one in self.evaluators)
 
 
 def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:

@@ -111,14 +111,14 @@ class Screen:
         x, composition = self._solution.x, self._solution.composition
         pairs = zip(self._evaluators, self._solution.weights, self._solution.residuals, strict=True)
         for evaluator, weight, residual in pairs:
-            view = evaluator.view(evaluator.path(composition, x), x[composition.entries(-1)])
+            view = evaluator.view(evaluator.path(composition, x), composition.load(x))
             left = np.where(weight > 0, residual, np.nan)
             found += effect.suggest(view.every(evaluator.course.prepared.step), left)
         return found
 
     def _additive(self, term: Term, shapes: Floats) -> Floats:
         x, composition = self._solution.x, self._solution.composition
-        rigid = x[composition.entries(-1)]
+        rigid = composition.load(x)
         parts = []
         for evaluator, weight in zip(self._evaluators, self._solution.weights, strict=True):
             columns = evaluator.columns(term, shapes, evaluator.path(composition, x), rigid)
@@ -139,7 +139,7 @@ class Screen:
         solution = self._solution
         composition = solution.composition.plus(term)
         x = np.concatenate([solution.x, own, shapes])
-        rigid = solution.x[solution.composition.entries(-1)]
+        rigid = solution.composition.load(solution.x)
         parts = []
         for evaluator, weight, residual in zip(self._evaluators, solution.weights, solution.residuals, strict=True):
             before = evaluator.course.dataset.torque - residual

@@ -2,19 +2,21 @@
 
 import numpy as np
 
+from ident import forearms
 from ident.effects import Additive, Quantity, Shapes
 from ident.view import GRAVITY, View
 from recordings.recording import Floats
 
 
 def columns(view: View, shapes: Shapes) -> Floats:
-    """Torque per horizontal gravity along x and y (n, dof, 2), on what hangs at the platform and on the arms."""
+    """Torque per horizontal gravity along x and y (n, dof, 2), on platform, arms and, where it is known, forearms."""
     mass, moment = view.parameters["m_p"], view.parameters["T_g"] / GRAVITY
     platform = -mass * view.platform.jacobian[:, :2]
     # An arm's centre of mass moves by -sin q along its limb's direction when the arm turns.
     along = np.stack([np.cos(view.rig.geometry.phi), np.sin(view.rig.geometry.phi)])
     arms = moment * np.sin(view.motion.position)[:, None, :] * along
-    both: Floats = (platform + arms).swapaxes(1, 2)
+    rods = view.parameters["m_d"] * forearms.pull(view.rig.geometry, view.motion)
+    both: Floats = (platform + arms + rods).swapaxes(1, 2)
     return both
 
 

@@ -169,7 +169,7 @@ class Plant:
     def _motor_torque(self, hidden: "_Hidden", q: Floats, v: Floats, a: Floats, load: Floats) -> Floats:
         """(n, 3) inertia and friction of the motors, and what is hidden there."""
         friction, links = self.robot.friction, self.robot.links
-        state = self._state(q, v, a, load)
+        state = self._state(q, v, a, load + links.motor_inertia * a)
         own = links.motor_inertia * a + friction.viscous * v + state.coulomb * state.direction
         for effect in hidden.effects:
             if name(effect) == "tangled_cables":

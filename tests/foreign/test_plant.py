@@ -91,8 +91,7 @@ def test_additive_effects_are_their_formulas_on_their_joints(plant: Plant, effec
 
 def test_friction_grows_with_the_load(plant: Plant) -> None:
     course, robot = plant.course, plant.robot
-    links = robot.links.model_copy(update={"motor_inertia": 0.0})
-    rigid = exact_torque(robot.rig.geometry, links, course.theta, course.rate, course.acceleration)
+    rigid = exact_torque(robot.rig.geometry, robot.links, course.theta, course.rate, course.acceleration)
     bare, more = added(plant, hidden("load_dependent_friction", a=0.1))
     close(more, 0.1 * np.abs(rigid[course.rows[:: course.per_sample]]) * np.sign(bare.velocity), 0.01)
 
