@@ -73,7 +73,7 @@ pictures: $(READY)
 	mkdir -p docs/pictures && cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 
 bench: $(READY) .venv/.bench
-	$(BIN)/python -m benchmarks
+	env -u OPENBLAS_NUM_THREADS $(BIN)/python -m benchmarks
 
 # What the benchmarks compare with.
 .venv/.bench: requirements-bench.lock $(READY)
