@@ -1,4 +1,4 @@
-"""The run for a program that watches it: JSON lines on stdout, ten a second."""
+"""The run for programs that watch it: JSON lines, ten a second."""
 
 import json
 import math
@@ -6,7 +6,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Any, Self
 
@@ -22,14 +22,27 @@ _ROWS = 25
 """Cycles that a line tells of at most, spread evenly over those since the last one."""
 
 
-class StatusLines:
-    """Tells of a run that is going on, from its own thread, so the cycle never waits for the reader.
+Tell = Callable[[str], None]
+"""Takes one line."""
 
-    Whoever watches holds the stop button. If it has gone, the motion is ended as by Ctrl-C.
+
+def to_stdout(line: str) -> None:
+    """For a program that has started this one. It holds the stop button: if it has gone, the motion is ended as by
+    Ctrl-C.
     """
+    try:
+        print(line, flush=True)
+    except BrokenPipeError:
+        # What is still in the buffer must not break the last words of the program either.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.kill(os.getpid(), signal.SIGTERM)
 
-    def __init__(self, progress: Progress, rate: float) -> None:
-        self._progress, self._rate = progress, rate
+
+class StatusLines:
+    """Tells of a run that is going on, from its own thread, so the cycle never waits for those who are told."""
+
+    def __init__(self, progress: Progress, rate: float, told: Sequence[Tell]) -> None:
+        self._progress, self._rate, self._told = progress, rate, told
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, name="status", daemon=True)
 
@@ -44,20 +57,15 @@ class StatusLines:
         self._thread.join()
 
     def _work(self) -> None:
-        try:
-            while not self._over.wait(_INTERVAL):
-                self._say()
+        while not self._over.wait(_INTERVAL):
             self._say()
-        except BrokenPipeError:
-            # What is still in the buffer must not break the last words of the program either.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            os.kill(os.getpid(), signal.SIGTERM)
+        self._say()
 
     def _say(self) -> None:
         progress = self._progress
         recent = [progress.recent.popleft() for _ in range(len(progress.recent))]
         late = progress.lateness[-max(1, len(recent)) :]
-        line = {
+        status = {
             "status": progress.phase,
             "done": progress.done,
             "total": progress.total,
@@ -68,7 +76,9 @@ class StatusLines:
             "lateness": max(late, default=0.0),
             "rows": [_row(*one, self._rate) for one in recent[:: -(-len(recent) // _ROWS) or 1]],
         }
-        print(json.dumps(line, allow_nan=False), flush=True)
+        line = json.dumps(status, allow_nan=False)
+        for tell in self._told:
+            tell(line)
 
 
 def _row(index: int, command: NDArray[np.float64], sample: Sample, rate: float) -> dict[str, Any]:

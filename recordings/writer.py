@@ -33,6 +33,14 @@ class RecordingFailed(RunFailed, BadInput):
     """
 
 
+def joint_state_encoder(names: Sequence[str], velocity: bool = False, effort: bool = False) -> Encoder:
+    """Packs sensor_msgs/msg/JointState of the joints `names`: time, positions, then what else is measured."""
+    dof = len(names)
+    texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(names)}
+    lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
+    return Encoder(_FIELDS["/joint_states"], texts, lengths)
+
+
 class RecordingWriter:
     """Writes one recording; a context manager. Not to be shared between threads.
 
@@ -204,10 +212,7 @@ class RecordingWriter:
     def _joint_encoder(self, topic: str, velocity: bool, effort: bool) -> Encoder:
         key = (topic, velocity, effort)
         if key not in self._encoders:
-            dof = len(self._joints)
-            texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(self._joints)}
-            lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
-            self._encoders[key] = Encoder(_FIELDS[topic], texts, lengths)
+            self._encoders[key] = joint_state_encoder(self._joints, velocity, effort)
         return self._encoders[key]
 
     def _add(self, topic: str, stamp_ns: int, log_ns: int, payload: bytes) -> None:

@@ -1,14 +1,16 @@
 """`daq record`: stream a motion and record what happened."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
-    from daq.session import Order, Result
+    from daq.session import Display, Order, Result
+    from daq.status import Tell
     from recordings.rig import Rig
 
 _FILE = click.Path(path_type=Path)
@@ -40,6 +42,15 @@ _FILE = click.Path(path_type=Path)
     help="For a program that watches: the run as JSON lines on stdout while it goes on. It is stopped when nobody "
     "reads them any more.",
 )
+@click.option("--live", is_flag=True, help="Show the run in the browser of this machine while it goes on.")
+@click.option(
+    "--foxglove",
+    type=click.IntRange(1, 65535),
+    is_flag=False,
+    flag_value=8765,
+    metavar="[PORT]",
+    help="Serve the run over the Foxglove WebSocket.  [port: 8765]",
+)
 def command(
     trajectory: str | None,
     rig_file: Path | None,
@@ -55,6 +66,8 @@ def command(
     duration: float | None,
     as_json: bool,
     status: bool,
+    live: bool,
+    foxglove: int | None,
 ) -> None:
     """Stream a motion to the three drives over CANopen or serial lines; record every cycle and frame to an MCAP file.
 
@@ -64,13 +77,16 @@ def command(
     With --listen nothing is sent: it ends with Ctrl-C, after --duration, or five seconds after the last SYNC. --traj
     then names the motion that the other master runs, if it is known.
     """
+    from daq.live.viewers import viewers
     from daq.session import check_beforehand, rig_from
     from drivers import transports
     from recordings.errors import BadInput
 
     rig = rig_from(rig_file, rate)
-    if status and (listen or dry_run or as_json):
-        raise BadInput("--status watches a motion and ends with its figures; drop --listen, --dry-run and --json")
+    if (status or live or foxglove) and (listen or dry_run):
+        raise BadInput("--status, --live and --foxglove show a motion; drop --listen and --dry-run")
+    if status and as_json:
+        raise BadInput("--status ends with the figures of --json; drop one of them")
     if listen:
         if rig_file is None or pace or sim_file or hidden is not None or dry_run:
             raise BadInput("--listen needs --rig, and no --pace, --sim, --hidden or --dry-run")
@@ -87,11 +103,13 @@ def command(
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
     order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
     check_beforehand(order)
-    run = _rehearse if dry_run else (_record_watched if status else _record)
-    if simulated:
-        _simulate(order, sim_file, hidden, lambda: run(order, as_json))
-    else:
-        run(order, as_json)
+    with viewers(order, live, foxglove, _say) as told:
+        _on_machine(
+            order,
+            sim_file,
+            hidden,
+            lambda: _rehearse(order, as_json) if dry_run else _record(order, as_json, status, told),
+        )
 
 
 def _order(
@@ -112,14 +130,18 @@ def _order(
     )
 
 
-def _simulate(order: "Order", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
+def _on_machine(order: "Order", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
+    """`run` with the real drives, or with simulated ones beside it."""
     from daq.simulation import configured, simulated
     from drivers.simulated.seal import sealed_path
     from recordings.errors import RunFailed
 
+    if order.seed is None:
+        run()
+        return
     _say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
     config = configured(order.rig, sim_file, hidden, sealed_path(order.out))
-    with simulated(order.rig, config, order.pace, order.seed or 0) as machine:
+    with simulated(order.rig, config, order.pace, order.seed) as machine:
         try:
             run()
         except RunFailed as error:
@@ -161,20 +183,30 @@ def _listen(
     click.echo(f"recorded {out} (listened); next: ident fit {out}")
 
 
-def _record(order: "Order", as_json: bool) -> None:
+def _record(order: "Order", as_json: bool, status: bool, told: "list[Tell]") -> None:
+    from daq.session import Session
+    from daq.status import to_stdout
+
+    _announce(order)
+    display = _display(order.rig.rate, not status, [*told, to_stdout] if status else told)
+    _show(order, Session(order, _log).run(display), as_json or status)
+
+
+def _display(rate: float, bar: bool, told: "Sequence[Tell]") -> "Display":
     from daq.display import ProgressBar
-    from daq.session import Session
-
-    _announce(order)
-    _show(order, Session(order, _log).run(ProgressBar), as_json)
-
-
-def _record_watched(order: "Order", as_json: bool) -> None:
-    from daq.session import Session
     from daq.status import StatusLines
+    from daq.watched import Progress
 
-    _announce(order)
-    _show(order, Session(order, _log).run(lambda progress: StatusLines(progress, order.rig.rate)), True)
+    @contextmanager
+    def shown(progress: Progress) -> Iterator[None]:
+        with ExitStack() as stack:
+            if bar:
+                stack.enter_context(ProgressBar(progress))
+            if told:
+                stack.enter_context(StatusLines(progress, rate, told))
+            yield
+
+    return shown
 
 
 def _rehearse(order: "Order", as_json: bool) -> None:

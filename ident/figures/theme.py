@@ -10,12 +10,9 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from recordings.recording import Floats, Ints
-
-# Okabe and Ito's palette, which stays distinct for colour-blind readers; each joint has the same colour everywhere.
-JOINTS = ("#0072B2", "#D55E00", "#CC79A7", "#E69F00", "#56B4E9")
-NOISE = "#009E73"
-MEASURED = "#8A9099"
-"""What was measured, or how it was before: stands back behind the colours, on light and dark ground."""
+from web.palette import JOINTS as JOINTS
+from web.palette import MEASURED as MEASURED
+from web.palette import NOISE as NOISE
 
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Of the first model, the second, and so on."""

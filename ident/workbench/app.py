@@ -1,7 +1,6 @@
 """The server behind the page: on this machine only, for whoever has the token."""
 
 import secrets
-import socket
 import webbrowser
 
 import uvicorn
@@ -9,11 +8,9 @@ from fastapi import FastAPI
 from nicegui import ui
 
 from ident.workbench.pages.shell import build
-from ident.workbench.security import Guard
 from ident.workbench.session import Session
-from recordings.errors import BadInput
-
-HOST = "127.0.0.1"
+from web import local
+from web.security import Guard
 
 
 def guarded(session: Session, token: str, port: int) -> Guard:
@@ -35,13 +32,11 @@ def serve(session: Session, port: int | None, browser: bool) -> None:
     Raises:
         BadInput: the port is taken.
     """
-    listening = _bound(port)
-    port = listening.getsockname()[1]
+    listening = local.bound(port)
     token = secrets.token_urlsafe(24)
-    address = f"http://{HOST}:{port}/?token={token}"
-    config = uvicorn.Config(
-        guarded(session, token, port), log_level="warning", access_log=False, timeout_graceful_shutdown=1
-    )
+    address = local.address(listening, token)
+    app = guarded(session, token, listening.getsockname()[1])
+    config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=1)
     print(f"workbench: {address}\nOnly this machine can open it. Ctrl-C ends.", flush=True)
     session.prepare()
     if browser:
@@ -52,15 +47,3 @@ def serve(session: Session, port: int | None, browser: bool) -> None:
         pass
     finally:
         session.close()
-
-
-def _bound(port: int | None) -> socket.socket:
-    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        listening.bind((HOST, port or 0))
-        listening.listen()  # a browser that comes before the server is ready waits
-    except OSError as error:
-        listening.close()
-        raise BadInput(f"a free port expected, {port} found taken ({error.strerror}); leave --port out") from None
-    return listening

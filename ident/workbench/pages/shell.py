@@ -8,8 +8,8 @@ from nicegui import events, ui
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import data, export, failing, missing, model, record, robot
 from ident.workbench.pages.page import Page, name
-from ident.workbench.security import LONGEST_BODY
 from ident.workbench.session import Session
+from web.security import LONGEST_BODY
 
 TABS = (
     ("data", "Recording", "show_chart", data.draw),

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.security import LONGEST_BODY
 from ident.workbench.session import Session
 from ident.workbench.work import Work
 from recordings.recording import Recording
 from tests.ident.workbench.conftest import Browser, Serve
+from web.security import LONGEST_BODY
 
 IMAGE = "<img src=x onerror=window.hacked=1>"
 SCRIPT = "<script>window.hacked=1</script>"

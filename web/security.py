@@ -39,7 +39,7 @@ class Guard:
     def __init__(self, app: App, token: str, port: int, longest: int = LONGEST_BODY) -> None:
         self._app, self._token, self._longest = app, token, longest
         self._hosts = {f"127.0.0.1:{port}", f"localhost:{port}"}
-        self._cookie = f"workbench_{port}"
+        self._cookie = f"token_{port}"
 
     async def __call__(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
         if scope["type"] == "lifespan":
@@ -51,7 +51,7 @@ class Guard:
             if scope["type"] == "http" and scope["method"] == "GET" and self._shown(scope):
                 await self._welcome(scope, send)
                 return
-            refused = 403, "Open the address that `ident workbench` printed: it holds the token."
+            refused = 403, "Open the address that was printed: it holds the token."
         if refused is not None:
             await _refuse(scope, send, *refused)
         elif scope["type"] == "websocket":

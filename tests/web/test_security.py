@@ -12,11 +12,11 @@ from starlette.responses import PlainTextResponse
 from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
-from ident.workbench.security import Guard
+from web.security import Guard
 
 TOKEN, PORT = "the-token", 8123
 HERE = f"http://127.0.0.1:{PORT}"
-COOKIE = {"cookie": f"workbench_{PORT}={TOKEN}"}
+COOKIE = {"cookie": f"token_{PORT}={TOKEN}"}
 
 Ask = Callable[..., httpx.Response]
 
@@ -74,7 +74,7 @@ def test_the_token_becomes_a_cookie_and_leaves_the_address(ask: Ask) -> None:
 
 @pytest.mark.parametrize("path", ["/", "/?token=", "/?token=wrong", "/_nicegui/anything", f"/?token={TOKEN}x"])
 def test_without_the_token_nothing_is_shown(path: str, ask: Ask) -> None:
-    answer = ask("GET", path, headers={"cookie": f"workbench_{PORT}=wrong"})
+    answer = ask("GET", path, headers={"cookie": f"token_{PORT}=wrong"})
     assert answer.status_code == 403
     assert "inside" not in answer.text
     assert answer.headers["content-type"].startswith("text/plain")

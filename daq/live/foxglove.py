@@ -1,0 +1,71 @@
+"""The run over the Foxglove WebSocket, for Foxglove and other programs that speak its protocol.
+
+/joint_states and /joint_commands as in a recording, so that a layout serves both; /live and /run as JSON. A process
+of its own (`python -m daq.live.foxglove`), fed by `daq.live.viewer`.
+"""
+
+import json
+import os
+import sys
+from typing import Any
+
+import foxglove
+import numpy as np
+
+from recordings import schemas
+from recordings.writer import joint_state_encoder
+from web.local import HOST
+
+_NUMBERS = {"type": "array", "items": {"type": ["number", "null"]}}
+_LIVE = {"type": "object", "properties": {"following_error": _NUMBERS, "voltage": _NUMBERS}}
+_FIGURES = ("done", "total", "cycles", "answers_lost", "cycles_missed", "following_error_max", "lateness")
+_RUN = {
+    "type": "object",
+    "properties": {"status": {"type": "string"}} | {name: {"type": "number"} for name in _FIGURES},
+}
+
+
+class Publisher:
+    """Gives the run's lines to whoever is connected."""
+
+    def __init__(self, run: dict[str, Any]) -> None:
+        self._start: int = run["start_ns"]
+        self._encoder = joint_state_encoder(run["joints"])
+        self._states, self._commands = (_joint_channel(topic) for topic in ("/joint_states", "/joint_commands"))
+        self._live = foxglove.Channel("/live", schema=_LIVE | {"title": "live"})
+        self._run = foxglove.Channel("/run", schema=_RUN | {"title": "run"})
+
+    def publish(self, status: dict[str, Any]) -> None:
+        """One line: its rows, each at the SYNC instant, and its figures."""
+        for row in status["rows"]:
+            stamp = self._start + round(1e9 * row["time"])
+            command, position = (np.array(row[name], dtype=float) for name in ("command", "position"))
+            for channel, values in ((self._states, position), (self._commands, command)):
+                channel.log(self._encoder.pack([*divmod(stamp, 10**9), *values.tolist()]), log_time=stamp)
+            error = [None if np.isnan(one) else one for one in (command - position).tolist()]
+            self._live.log({"following_error": error, "voltage": row["voltage"]}, log_time=stamp)
+        if status["rows"]:
+            self._run.log({name: status[name] for name in ("status", *_FIGURES)}, log_time=stamp)
+
+
+def _joint_channel(topic: str) -> foxglove.Channel:
+    name, text = schemas.TOPICS[topic]
+    schema = foxglove.Schema(name=name, encoding="ros2msg", data=text.encode())
+    return foxglove.Channel(topic, schema=schema, message_encoding="cdr")
+
+
+def main() -> None:
+    """Publish the run on stdin."""
+    os.nice(5)  # the cycle comes first
+    first = json.loads(sys.stdin.readline())
+    publisher = Publisher(first["run"])
+    # No capabilities: clients may look, nothing else.
+    server = foxglove.start_server(name="delta-workbench", host=HOST, port=first["port"])
+    for line in sys.stdin:
+        if "rows" in (status := json.loads(line)):
+            publisher.publish(status)
+    server.stop()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,136 @@
+"""The live view in the browser: a server that shows the run it is told of, and cannot touch it.
+
+A process of its own (`python -m daq.live.page`), fed by `daq.live.viewer`.
+"""
+
+import asyncio
+import importlib.resources
+import json
+import os
+import socket
+import sys
+import threading
+import webbrowser
+from collections import deque
+from collections.abc import AsyncIterator, Iterable
+from typing import Any
+
+import uvicorn
+from fastapi import FastAPI, Response
+from fastapi.responses import StreamingResponse
+
+from daq.live.viewer import PATIENCE
+from web import local
+from web.palette import JOINTS, MEASURED
+from web.security import Guard
+
+_KEPT = 300
+"""Lines that a page gets which is opened late."""
+_INTERVAL = 0.1
+"""Between two looks for what is new [s]."""
+_ASSETS = {
+    "/": ("page.html", "text/html"),
+    "/page.js": ("page.js", "text/javascript"),
+    "/page.css": ("page.css", "text/css"),
+}
+_KILLED = {"killed": True}
+
+
+class Told:
+    """What the run has said so far, for any number of pages; each takes it at its own speed."""
+
+    def __init__(self, run: dict[str, Any]) -> None:
+        self._first = json.dumps({"run": run, "colours": JOINTS, "grey": MEASURED})
+        self._lines: deque[str] = deque(maxlen=_KEPT)
+        self._count = 0
+        self.over = False
+        self.pages = 0
+        """How many are open."""
+        self.served = 0
+        """How many have seen the end."""
+
+    def listen(self, lines: Iterable[str]) -> None:
+        """Take in all that comes, until the end."""
+        last = "{}"
+        for line in lines:
+            last = line.strip()
+            self._add(last)
+        if "ended" not in json.loads(last):
+            self._add(json.dumps(_KILLED))
+        self.over = True
+
+    def _add(self, line: str) -> None:
+        self._lines.append(line)
+        self._count += 1
+
+    async def events(self) -> AsyncIterator[str]:
+        """Server-sent events: how the run began, what has been said lately, then line by line until its end."""
+        self.pages += 1
+        try:
+            yield f"data: {self._first}\n\n"
+            sent, over = 0, False
+            while not over:
+                over, count = self.over, self._count
+                new = list(self._lines)[-(count - sent) :] if count > sent else []
+                yield "".join(f"data: {line}\n\n" for line in new)
+                sent = count
+                await asyncio.sleep(_INTERVAL)
+            self.served += 1
+        finally:
+            self.pages -= 1
+
+
+def application(told: Told) -> FastAPI:
+    """The page, what it needs, and its events."""
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+
+    def offer(path: str, content: str, kind: str) -> None:
+        app.add_api_route(path, lambda: Response(content, media_type=kind), methods=["GET"])
+
+    assets = importlib.resources.files("daq.live") / "assets"
+    for path, (name, kind) in _ASSETS.items():
+        offer(path, (assets / name).read_text(encoding="utf-8"), kind)
+    plotly = importlib.resources.files("plotly") / "package_data" / "plotly.min.js"
+    offer("/plotly.js", plotly.read_text(encoding="utf-8"), "text/javascript")
+
+    @app.get("/events")
+    async def events() -> StreamingResponse:
+        return StreamingResponse(told.events(), media_type="text/event-stream", headers={"cache-control": "no-store"})
+
+    return app
+
+
+async def serve(told: Told, token: str, listening: socket.socket, awaited: bool) -> None:
+    """Until the run is over and all open pages have shown that; `awaited`: a page is on its way."""
+    app = Guard(application(told), token, listening.getsockname()[1])
+    server = uvicorn.Server(
+        uvicorn.Config(app, log_level="error", access_log=False, lifespan="off", timeout_graceful_shutdown=1)
+    )
+
+    async def end() -> None:
+        while not told.over:
+            await asyncio.sleep(_INTERVAL)
+        until = asyncio.get_running_loop().time() + PATIENCE
+        while (told.pages or (awaited and not told.served)) and asyncio.get_running_loop().time() < until:
+            await asyncio.sleep(_INTERVAL)
+        server.should_exit = True
+
+    await asyncio.gather(server.serve(sockets=[listening]), end())
+
+
+def main() -> None:
+    """Show the run on stdin."""
+    os.nice(5)  # the cycle comes first
+    # A browser that is started from here must not read these lines.
+    lines = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), sys.stdin.fileno())
+    first = json.loads(lines.readline())
+    told = Told(first["run"])
+    threading.Thread(target=told.listen, args=(lines,), daemon=True).start()
+    with socket.socket(fileno=first["listening"]) as listening:
+        awaited = webbrowser.open(local.address(listening, first["token"]))
+        asyncio.run(serve(told, first["token"], listening, awaited))
+
+
+if __name__ == "__main__":
+    main()

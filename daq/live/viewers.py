@@ -1,0 +1,63 @@
+"""Which programs show a run, and what they are told of it at first."""
+
+import importlib.util
+import secrets
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from typing import Any
+
+from daq.live.viewer import Viewer
+from daq.session import Order
+from daq.status import Tell
+from recordings.errors import BadInput
+from web import local
+
+
+@contextmanager
+def viewers(order: Order, page: bool, foxglove: int | None, say: Callable[[str], None]) -> Iterator[list[Tell]]:
+    """Show the run of `order`: on a page in the browser, and over the Foxglove WebSocket on the port `foxglove`.
+
+    Yields those who want to be told of it. `say` gets the addresses.
+
+    Raises:
+        BadInput: the port is taken, or the package for Foxglove is missing.
+    """
+    with ExitStack() as stack:
+        shown = []
+        if foxglove is not None:
+            shown.append(stack.enter_context(_foxglove(order, foxglove)))
+            say(f"foxglove: ws://{local.HOST}:{foxglove}")
+        if page:
+            viewer, address = _page(order)
+            shown.append(stack.enter_context(viewer))
+            say(f"live view: {address}")
+        yield [viewer.tell for viewer in shown]
+
+
+def _page(order: Order) -> tuple[Viewer, str]:
+    token = secrets.token_urlsafe(24)
+    with local.bound() as listening:
+        first = {"listening": listening.fileno(), "token": token, "run": _run(order)}
+        return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
+
+
+def _foxglove(order: Order, port: int) -> Viewer:
+    if importlib.util.find_spec("foxglove") is None:
+        raise BadInput(
+            "--foxglove needs the package foxglove-sdk, which is not installed; install it with "
+            "`pip install 'delta-workbench[foxglove]'`, or use --live"
+        )
+    local.bound(port).close()
+    return Viewer("daq.live.foxglove", {"port": port, "run": _run(order)})
+
+
+def _run(order: Order) -> dict[str, Any]:
+    return {
+        "rig": order.rig.name,
+        "joints": order.rig.joint_names,
+        "motion": order.trajectory.name,
+        "out": order.out.name,
+        "simulated": order.seed is not None,
+        "start_ns": time.time_ns(),
+    }
