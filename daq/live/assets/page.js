@@ -89,7 +89,7 @@
       title: { text: PLOTS[id].title, font: { size: 14 }, x: 0.02, y: 0.98, yanchor: "top", pad: { t: 6 } },
       font: { color: css("--ink"), size: 12, family: getComputedStyle(document.body).fontFamily },
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
-      margin: { l: 56, r: 14, t: 36, b: 40 },
+      margin: { l: 56, r: 14, t: 36, b: 48 },
       xaxis: { ...axis, title: { text: "time since the first SYNC [s]", font: { size: 12 } } },
       yaxis: axis,
       showlegend: id !== "lateness",

@@ -1,7 +1,5 @@
 """The workbench as a user has it: a server of its own, and Debian's browser in front of it."""
 
-import os
-import shutil
 import signal
 import subprocess
 import time
@@ -13,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests import chromium
 from tests.conftest import launcher
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
@@ -118,18 +117,7 @@ class Browser:
 
 @pytest.fixture
 def browser() -> Iterator[Browser]:
-    """Skipped where there is none, except on CI, where a missing one is a failure."""
-    found = shutil.which("chromium")
-    if found is None:
-        if os.environ.get("CI") == "true":
-            pytest.fail("chromium expected on CI, none found; apt-get install chromium")
-        pytest.skip("needs Debian's chromium")
-    from playwright.sync_api import sync_playwright
-
-    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-    with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=found, args=flags)
-        tab = Browser(launched.new_page(viewport={"width": 1280, "height": 800}))
+    with chromium.tab() as page:
+        tab = Browser(page)
         yield tab
-        launched.close()
     assert not tab.errors

@@ -1,0 +1,26 @@
+"""Debian's browser, driven by Playwright."""
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import pytest
+
+
+@contextmanager
+def tab() -> Iterator[Any]:
+    """An empty tab. The test is skipped where there is no browser, except on CI, where a missing one is a failure."""
+    found = shutil.which("chromium")
+    if found is None:
+        if os.environ.get("CI") == "true":
+            pytest.fail("chromium expected on CI, none found; apt-get install chromium")
+        pytest.skip("needs Debian's chromium")
+    from playwright.sync_api import sync_playwright
+
+    flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+    with sync_playwright() as playwright:
+        launched = playwright.chromium.launch(executable_path=found, args=flags)
+        yield launched.new_page(viewport={"width": 1280, "height": 800})
+        launched.close()

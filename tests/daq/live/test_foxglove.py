@@ -1,0 +1,117 @@
+"""The run over the Foxglove WebSocket, heard by a client that knows nothing but the protocol."""
+
+import json
+import socket
+import struct
+import subprocess
+import sys
+import time
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from websockets.sync.client import ClientConnection, connect
+
+from recordings import schemas
+from recordings.cdr import Layout, parse_schema
+from recordings.reader import read
+from tests.conftest import Runner, launcher
+
+Heard = dict[str, list[tuple[int, bytes]]]
+"""Of each topic: log time [ns] and payload."""
+
+
+def free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port: int = one.getsockname()[1]
+        return port
+
+
+def connected(port: int, patience: float = 30.0) -> ClientConnection:
+    until = time.monotonic() + patience
+    while True:
+        try:
+            return connect(f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None)  # type: ignore[list-item]
+        except OSError:
+            if time.monotonic() > until:
+                raise
+            time.sleep(0.1)
+
+
+def listen(client: ClientConnection) -> Heard:
+    """Subscribe to everything that is offered, and take it in until the server goes."""
+    heard: Heard = defaultdict(list)
+    topics: dict[int, str] = {}
+    for message in client:
+        if isinstance(message, str):
+            said = json.loads(message)
+            for channel in said.get("channels", []) if said["op"] == "advertise" else []:
+                topics[channel["id"]] = channel["topic"]
+                wanted = {"op": "subscribe", "subscriptions": [{"id": channel["id"], "channelId": channel["id"]}]}
+                client.send(json.dumps(wanted))
+        elif message[0] == 1:  # MessageData: subscription, log time, payload
+            subscription, stamp = struct.unpack_from("<IQ", message, 1)
+            heard[topics[subscription]].append((stamp, message[13:]))
+    return heard
+
+
+def positions(messages: list[tuple[int, bytes]]) -> np.ndarray:
+    """(n, 1 + dof) log time [ns] and positions of JointState messages."""
+    fields = parse_schema(schemas.JOINT_STATE)
+    layout = Layout.of(fields, messages[0][1])
+    found = np.frombuffer(b"".join(payload for _, payload in messages), layout.dtype)
+    assert layout.fits(found).all()
+    stamps = [stamp for stamp, _ in messages]
+    header = found["header.stamp"]
+    assert (header["sec"] * 10**9 + header["nanosec"].astype(np.int64)).tolist() == stamps
+    return np.column_stack([stamps, found["position"]])
+
+
+@pytest.mark.slow
+def test_a_client_gets_what_is_recorded(tmp_path: Path) -> None:
+    pytest.importorskip("foxglove")
+    port = free_port()
+    command = ["record", "--traj", "fig5a", "--cycles", "1", "--rate", "100", "--pace", "realtime", "--out", "a.mcap"]
+    with subprocess.Popen([*launcher("daq"), *command, "--foxglove", str(port)], cwd=tmp_path) as process:
+        with connected(port) as client:
+            heard = listen(client)
+        assert process.wait(30) == 0
+    assert set(heard) == {"/joint_states", "/joint_commands", "/live", "/run"}
+    recording = read(tmp_path / "a.mcap")
+    for topic, recorded in (("/joint_states", recording.position), ("/joint_commands", recording.command)):
+        found = positions(heard[topic])
+        assert len(found) > 300
+        rows = np.round((found[:, 0] - found[0, 0]) / 1e7).astype(int)
+        # The first that was heard is somewhere in the recording; all others follow from their stamps.
+        starts = [first for first in range(len(recorded) - rows[-1]) if _same(recorded[first + rows], found[:, 1:])]
+        assert len(starts) == 1, topic
+    live = [json.loads(payload) for _, payload in heard["/live"]]
+    errors = [one["following_error"][0] for one in live if one["following_error"][0] is not None]
+    worst = max(json.loads(payload)["following_error_max"] for _, payload in heard["/run"])
+    assert 0 < max(map(abs, errors)) <= worst + 1e-9
+
+
+def _same(a: np.ndarray, b: np.ndarray) -> bool:
+    return np.allclose(a, b, rtol=0, atol=2e-9, equal_nan=True)
+
+
+def test_without_the_package_it_says_what_to_install(tmp_path: Path) -> None:
+    hidden = "import sys; sys.modules['foxglove'] = None; from daq.cli import main; main()"
+    command = [sys.executable, "-c", hidden, "record", "--traj", "fig5a", "--foxglove"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "pip install 'delta-workbench[foxglove]'" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_port_that_is_taken_is_said_before_anything_begins(daq: Runner, tmp_path: Path) -> None:
+    pytest.importorskip("foxglove")
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = daq("record", "--traj", "fig5a", "--hidden", 3, "--foxglove", port)
+    assert done.code == 2
+    assert str(port) in done.err
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,168 @@
+"""`daq record --live` as a user has it: a motion in real time, and a browser in front of it."""
+
+import os
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from recordings.reader import read
+from tests import chromium
+from tests.conftest import Runner, launcher
+
+EVIL = "<img src=x onerror=window.hacked=1>"
+SLOW = f'name = "{EVIL}"\nrate = 100.0\n[bus]\ninterface = "virtual"\nchannel = "live"\n' + "".join(
+    f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3)
+)
+"""A rig whose rate can be held on a busy machine."""
+
+Record = Callable[..., "subprocess.Popen[str]"]
+
+
+@pytest.fixture
+def record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Record]:
+    """Start `daq record --live` on the simulated rig in real time; no browser is opened by itself."""
+    monkeypatch.setenv("BROWSER", "false")
+    (tmp_path / "rig.toml").write_text(SLOW)
+    with ExitStack() as stack:
+
+        def start(*arguments: str) -> "subprocess.Popen[str]":
+            command = ["record", "--traj", "fig5a", "--rig", "rig.toml", "--pace", "realtime", "--out", "a.mcap"]
+            process = stack.enter_context(
+                subprocess.Popen(
+                    [*launcher("daq"), *command, "--live", *arguments],
+                    cwd=tmp_path,
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                    start_new_session=True,  # as in a terminal of its own
+                )
+            )
+            stack.callback(process.kill)
+            return process
+
+        yield start
+
+
+def address(process: "subprocess.Popen[str]") -> str:
+    assert process.stderr is not None
+    line = process.stderr.readline()
+    assert line.startswith("live view: http://127.0.0.1:"), line
+    return line.split()[-1]
+
+
+def wait_for(page: Any, state: str) -> str:
+    """Until the state on the page begins so; returns it."""
+    page.wait_for_function(f"document.getElementById('state').textContent.startsWith('{state}')", timeout=60_000)
+    return str(page.inner_text("#state"))
+
+
+@pytest.fixture
+def page() -> Iterator[Any]:
+    with chromium.tab() as tab:
+        errors: list[str] = []
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+        yield tab
+        assert not errors
+
+
+@pytest.mark.slow
+def test_the_run_is_seen_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
+    process = record("--cycles", "1")
+    page.goto(address(process))
+    wait_for(page, "stream")
+    # The same numbers as in the file, once there is one.
+    page.wait_for_function("document.getElementById('position').data?.[0]?.x.length > 50")
+    names = ["position", "error", "voltage", "lateness"]
+    lines = page.evaluate(f"Object.fromEntries({names}.map((id) => [id, document.getElementById(id).data]))")
+    assert wait_for(page, "done") == "done: a.mcap is whole"
+    page.screenshot(path=_artefact("live"))
+    assert process.wait(30) == 0
+    recording = read(tmp_path / "a.mcap")
+    for j in range(3):
+        shown, commanded = lines["position"][2 * j : 2 * j + 2]
+        rows = [round(100 * time) for time in shown["x"]]
+        assert shown["y"] == [_known(one) for one in recording.position[rows, j]]
+        assert commanded["y"] == pytest.approx([_known(one) for one in recording.command[rows, j]], abs=1e-8)
+        assert lines["voltage"][j]["y"] == [_known(one) for one in recording.voltage[rows, j]]
+        error = [_known(one) for one in 1e3 * (recording.command - recording.position)[rows, j]]
+        assert lines["error"][j]["y"] == pytest.approx(error, abs=1e-5)
+    assert max(lines["lateness"][0]["y"]) <= 1e3 * recording.lateness.max() + 1e-9
+    assert page.inner_text("h1").startswith(f"fig5a on {EVIL}"), "names are text"
+    assert page.evaluate("window.hacked") is None
+    assert page.is_visible("text=SIMULATED RIG")
+
+
+def _known(value: float) -> float | None:
+    return None if value != value else float(value)
+
+
+def _artefact(name: str) -> Path:
+    folder = Path("runs") / "live-screenshots"
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder / f"{name}.png"
+
+
+@pytest.mark.slow
+def test_ctrl_c_stops_orderly_and_the_page_says_so(record: Record, page: Any, tmp_path: Path) -> None:
+    process = record("--cycles", "20")
+    page.goto(address(process))
+    wait_for(page, "stream")
+    os.killpg(process.pid, signal.SIGINT)
+    assert "SIGINT" in wait_for(page, "ended early")
+    assert process.wait(30) == 1
+    recording = read(tmp_path / "a.mcap")
+    assert "SIGINT" in str(recording.run.reason)
+    assert "quick stop" not in str(recording.run.reason)
+
+
+@pytest.mark.slow
+def test_a_page_that_hangs_and_a_server_that_dies_leave_the_run_alone(
+    record: Record, page: Any, tmp_path: Path
+) -> None:
+    process = record("--cycles", "1")
+    page.goto(address(process))
+    wait_for(page, "stream")
+    [viewer] = _children(process.pid)
+    os.kill(viewer, signal.SIGKILL)
+    assert "lost" in wait_for(page, "The view has lost the run")
+    assert process.wait(60) == 0
+    assert read(tmp_path / "a.mcap").run.exit_status == 0
+    page.close()
+
+
+def _children(pid: int) -> list[int]:
+    return [int(child) for child in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+@pytest.mark.slow
+def test_a_killed_recorder_is_named_on_the_page(record: Record, page: Any) -> None:
+    process = record("--cycles", "20")
+    page.goto(address(process))
+    wait_for(page, "stream")
+    process.kill()
+    assert "LOOK AT THE DRIVES" in wait_for(page, "daq record was killed")
+
+
+@pytest.mark.slow
+def test_a_recording_is_the_same_with_and_without(
+    daq: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BROWSER", "false")
+    for more in ([], ["--live"]):
+        done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--out", f"{len(more)}.mcap", *more)
+        assert done.code == 0, done.err
+    assert (tmp_path / "0.mcap").read_bytes() == (tmp_path / "1.mcap").read_bytes()
+
+
+@pytest.mark.parametrize("option", ["--live", "--foxglove", "--status"])
+@pytest.mark.parametrize("other", ["--dry-run", "--listen"])
+def test_there_must_be_a_motion_to_show(daq: Runner, option: str, other: str) -> None:
+    done = daq("record", "--traj", "fig5a", option, other)
+    assert done.code == 2
+    assert option in done.err

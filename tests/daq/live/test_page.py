@@ -1,0 +1,107 @@
+"""What pages get to see, without a server."""
+
+import asyncio
+import json
+from itertools import islice
+from typing import Any
+
+import httpx
+import pytest
+
+from daq.live import page
+from daq.live.page import Told, application
+from web.security import Guard
+
+RUN = {"motion": "fig5a", "joints": ["joint_1"]}
+DONE = json.dumps({"ended": None})
+
+
+def line(number: int) -> str:
+    return json.dumps({"rows": [], "cycles": number})
+
+
+def seen(told: Told) -> list[dict[str, Any]]:
+    """By a page that opens now and stays until the end."""
+
+    async def look() -> str:
+        return "".join([text async for text in told.events()])
+
+    events = asyncio.run(look()).split("\n\n")
+    assert events.pop() == ""
+    return [json.loads(event.removeprefix("data: ")) for event in events]
+
+
+def test_a_page_hears_how_it_began_what_happened_and_how_it_ended() -> None:
+    told = Told(RUN)
+    told.listen(f"{text}\n" for text in [line(1), line(2), DONE])
+    first, *lines = seen(told)
+    assert first["run"] == RUN
+    assert lines == [{"rows": [], "cycles": 1}, {"rows": [], "cycles": 2}, {"ended": None}]
+    assert (told.pages, told.served) == (0, 1)
+
+
+def test_a_page_that_comes_late_gets_the_last_lines() -> None:
+    told = Told(RUN)
+    told.listen([*map(line, range(1000)), DONE])
+    _, *lines = seen(told)
+    assert [one.get("cycles") for one in lines] == [*range(1000 - page._KEPT + 1, 1000), None]
+
+
+def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(page, "_INTERVAL", 0.0)
+    told = Told(RUN)
+    sent = iter([*map(line, range(7)), DONE])
+
+    async def look() -> list[str]:
+        found = []
+        async for text in told.events():
+            found.append(text)
+            for one in islice(sent, 3):
+                told._add(one)
+                told.over = one == DONE
+        return found
+
+    heard = "".join(asyncio.run(look())).split("\n\n")
+    assert [json.loads(one[6:]).get("cycles") for one in heard[1:-1]] == [*range(7), None]
+
+
+def test_a_run_without_a_last_word_was_killed() -> None:
+    told = Told(RUN)
+    told.listen([line(1)])
+    assert seen(told)[-1] == {"killed": True}
+
+
+def ask(path: str, **headers: str) -> httpx.Response:
+    async def sent() -> httpx.Response:
+        told = Told(RUN)
+        told.listen([DONE])
+        guarded = Guard(application(told), "token", 8123)
+        transport = httpx.ASGITransport(guarded)
+        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8123") as client:
+            return await client.get(path, headers=headers)
+
+    return asyncio.run(sent())
+
+
+PATHS = {
+    "/": "html",
+    "/page.js": "javascript",
+    "/page.css": "css",
+    "/plotly.js": "javascript",
+    "/events": "event-stream",
+}
+
+
+@pytest.mark.parametrize("path", PATHS)
+def test_all_of_it_needs_the_token(path: str) -> None:
+    assert ask(path).status_code == 403
+    answer = ask(path, cookie="token_8123=token")
+    assert answer.status_code == 200
+    assert PATHS[path] in answer.headers["content-type"]
+    assert "default-src 'self'" in answer.headers["content-security-policy"]
+    assert ask(path, cookie="token_8123=token", origin="http://elsewhere").status_code == 403
+
+
+def test_the_page_asks_nothing_of_others() -> None:
+    for path in ("/", "/page.js", "/page.css"):
+        assert "//" not in ask(path, cookie="token_8123=token").text.replace("// ", "")

@@ -1,0 +1,85 @@
+"""A program that shows the run can do nothing to it: neither by reading slowly, nor by dying."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from daq.live import viewer
+from daq.live.viewer import Viewer
+
+READS = """
+import json, sys, pathlib
+first = json.loads(sys.stdin.readline())
+pathlib.Path(first["into"]).write_text(sys.stdin.read())
+"""
+STUCK = "import time\ntime.sleep(60)"
+DEAD = ""
+
+LINE = "x" * 10_000
+
+
+@pytest.fixture
+def shown_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> "type[Viewer]":
+    """Viewers of these modules, which are less patient."""
+    for name, text in (("reads", READS), ("stuck", STUCK), ("dead", DEAD)):
+        (tmp_path / f"{name}.py").write_text(text)
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path))
+    monkeypatch.setattr(viewer, "PATIENCE", 0.1)
+    return Viewer
+
+
+def told(file: Path) -> list[str]:
+    return file.read_text().splitlines()
+
+
+def test_all_lines_arrive_in_order_and_the_end_is_the_last(
+    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    sent = [f"{number} {LINE}" for number in range(50)]
+    with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
+        for line in sent:
+            one.tell(line)
+    assert told(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
+
+
+def test_how_a_run_failed_is_told(shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    with pytest.raises(RuntimeError), shown_by("reads", {"into": str(tmp_path / "lines")}):
+        raise RuntimeError("joint 2: following error")
+    assert [json.loads(line) for line in told(tmp_path / "lines")] == [{"ended": "joint 2: following error"}]
+
+
+def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
+    shown_by: "type[Viewer]", monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A write that waits would hang here for a minute."""
+    monkeypatch.setattr(viewer, "_LAST", 0.1)
+    with shown_by("stuck", {}) as one:
+        for _ in range(1000):
+            one.tell(LINE)
+        assert len(one._unsent) < 2_000_000
+    assert one._process.returncode == -9
+
+
+def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
+    with shown_by("dead", {}) as one:
+        one._process.wait(30)
+        for _ in range(1000):
+            one.tell(LINE)
+        assert not one._unsent
+    assert one._process.returncode == 0
+
+
+def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
+    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Modules in the folder in which somebody works are not executed."""
+    (tmp_path / "work").mkdir()
+    (tmp_path / "work" / "json.py").write_text("raise SystemExit(7)")
+    monkeypatch.chdir(tmp_path / "work")
+    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
+        pass
+    assert one._process.returncode == 0
