@@ -43,6 +43,8 @@ class StatusLines:
 
     def __init__(self, progress: Progress, rate: float, told: Sequence[Tell]) -> None:
         self._progress, self._rate, self._told = progress, rate, told
+        self._due: NDArray[np.float64] = np.array(math.nan)
+        """The command of the cycle before: what a drive has to follow now [rad]."""
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, name="status", daemon=True)
 
@@ -64,7 +66,10 @@ class StatusLines:
     def _say(self) -> None:
         progress = self._progress
         recent = [progress.recent.popleft() for _ in range(len(progress.recent))]
+        dues = [self._due, *(command for _, command, _ in recent)]
+        self._due = dues.pop()
         late = progress.lateness[-max(1, len(recent)) :]
+        shown = list(zip(dues, recent, strict=True))[:: -(-len(recent) // _ROWS) or 1]
         status = {
             "status": progress.phase,
             "done": progress.done,
@@ -74,19 +79,23 @@ class StatusLines:
             "cycles_missed": progress.missed,
             "following_error_max": progress.following_error,
             "lateness": max(late, default=0.0),
-            "rows": [_row(*one, self._rate) for one in recent[:: -(-len(recent) // _ROWS) or 1]],
+            "rows": [_row(self._rate, due, *one) for due, one in shown],
         }
         line = json.dumps(status, allow_nan=False)
         for tell in self._told:
             tell(line)
 
 
-def _row(index: int, command: NDArray[np.float64], sample: Sample, rate: float) -> dict[str, Any]:
-    """One cycle; null where nothing was commanded or no answer came."""
+def _row(
+    rate: float, due: NDArray[np.float64], index: int, command: NDArray[np.float64], sample: Sample
+) -> dict[str, Any]:
+    """One cycle, in which the drives had to be where the cycle before told them; null where nothing was commanded or
+    no answer came."""
     return {
         "time": index / rate,
         "command": _numbers(command.tolist()),
         "position": _numbers(sample.position),
+        "following_error": _numbers((due - sample.position).tolist()),
         "voltage": _numbers(sample.voltage),
     }
 

@@ -5,19 +5,20 @@ of its own (`python -m daq.live.foxglove`), fed by `daq.live.viewer`.
 """
 
 import json
+import math
 import os
 import sys
 from typing import Any
 
 import foxglove
-import numpy as np
 
 from recordings import schemas
 from recordings.writer import joint_state_encoder
 from web.local import HOST
 
 _NUMBERS = {"type": "array", "items": {"type": ["number", "null"]}}
-_LIVE = {"type": "object", "properties": {"following_error": _NUMBERS, "voltage": _NUMBERS}}
+_QUANTITIES = ("following_error", "voltage")
+_LIVE = {"type": "object", "properties": dict.fromkeys(_QUANTITIES, _NUMBERS)}
 _FIGURES = ("done", "total", "cycles", "answers_lost", "cycles_missed", "following_error_max", "lateness")
 _RUN = {
     "type": "object",
@@ -39,11 +40,10 @@ class Publisher:
         """One line: its rows, each at the SYNC instant, and its figures."""
         for row in status["rows"]:
             stamp = self._start + round(1e9 * row["time"])
-            command, position = (np.array(row[name], dtype=float) for name in ("command", "position"))
-            for channel, values in ((self._states, position), (self._commands, command)):
-                channel.log(self._encoder.pack([*divmod(stamp, 10**9), *values.tolist()]), log_time=stamp)
-            error = [None if np.isnan(one) else one for one in (command - position).tolist()]
-            self._live.log({"following_error": error, "voltage": row["voltage"]}, log_time=stamp)
+            for channel, values in ((self._states, row["position"]), (self._commands, row["command"])):
+                numbers = [math.nan if value is None else value for value in values]
+                channel.log(self._encoder.pack([*divmod(stamp, 10**9), *numbers]), log_time=stamp)
+            self._live.log({name: row[name] for name in _QUANTITIES}, log_time=stamp)
         if status["rows"]:
             self._run.log({name: status[name] for name in ("status", *_FIGURES)}, log_time=stamp)
 

@@ -127,5 +127,4 @@ def _values(row: dict[str, Any], kind: str) -> list[float | None]:
     if kind != "following error":
         found: list[float | None] = row[kind]
         return found
-    pairs = zip(row["command"], row["position"], strict=True)
-    return [None if a is None or b is None else 1e3 * (a - b) for a, b in pairs]
+    return [None if value is None else 1e3 * value for value in row["following_error"]]

@@ -22,6 +22,8 @@ def test_lines_tell_of_the_run_and_end_with_its_figures(daq: Runner, tmp_path: P
     sample = round(row["time"] * recording.run.rate)
     assert row["position"] == recording.position[sample].tolist()
     assert row["voltage"] == recording.voltage[sample].tolist()
+    errors = [abs(error) for row in rows for error in row["following_error"] if error is not None]
+    assert 0 < max(errors) <= figures["following_error_max"], "the supervisor's own error"
 
 
 def test_the_motion_ends_when_nobody_reads_any_more(tmp_path: Path) -> None:

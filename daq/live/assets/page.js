@@ -69,7 +69,7 @@
       const name = `joint ${j + 1}`;
       const line = { color, width: 1.2 };
       if (id === "voltage") return [{ x, y: shown.map((row) => row.voltage[j]), name, line }];
-      if (id === "error") return [{ x, y: shown.map((row) => difference(row, j)), name, line }];
+      if (id === "error") return [{ x, y: shown.map((row) => milli(row.following_error[j])), name, line }];
       return [
         { x, y: shown.map((row) => row.position[j]), name, line },
         { x, y: shown.map((row) => row.command[j]), name: `${name}, commanded`, showlegend: false,
@@ -78,9 +78,8 @@
     });
   }
 
-  function difference(row, j) {
-    const [due, is] = [row.command[j], row.position[j]];
-    return due === null || is === null ? null : 1e3 * (due - is);
+  function milli(value) {
+    return value === null ? null : 1e3 * value; // a gap stays one
   }
 
   function layout(id) {
@@ -90,8 +89,8 @@
       font: { color: css("--ink"), size: 12, family: getComputedStyle(document.body).fontFamily },
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
       margin: { l: 56, r: 14, t: 36, b: 48 },
-      xaxis: { ...axis, title: { text: "time since the first SYNC [s]", font: { size: 12 } } },
-      yaxis: axis,
+      xaxis: { ...axis, title: { text: "time since the first SYNC [s]", font: { size: 12 }, standoff: 4 } },
+      yaxis: { ...axis, rangemode: PLOTS[id].rows ? "normal" : "tozero" },
       showlegend: id !== "lateness",
       legend: { orientation: "h", x: 1, xanchor: "right", y: 1, yanchor: "bottom" },
       uirevision: "kept",
