@@ -44,6 +44,8 @@ class Told:
         self._lines: deque[str] = deque(maxlen=_KEPT)
         self._count = 0
         self.over = False
+        self.awaited = False
+        """A page is on its way."""
         self.pages = 0
         """How many are open."""
         self.served = 0
@@ -100,8 +102,8 @@ def application(told: Told) -> FastAPI:
     return app
 
 
-async def serve(told: Told, token: str, listening: socket.socket, awaited: bool) -> None:
-    """Until the run is over and all open pages have shown that; `awaited`: a page is on its way."""
+async def serve(told: Told, token: str, listening: socket.socket) -> None:
+    """Until the run is over, and all open pages have shown that."""
     app = Guard(application(told), token, listening.getsockname()[1])
     server = uvicorn.Server(
         uvicorn.Config(app, log_level="error", access_log=False, lifespan="off", timeout_graceful_shutdown=1)
@@ -111,7 +113,7 @@ async def serve(told: Told, token: str, listening: socket.socket, awaited: bool)
         while not told.over:
             await asyncio.sleep(_INTERVAL)
         until = asyncio.get_running_loop().time() + PATIENCE
-        while (told.pages or (awaited and not told.served)) and asyncio.get_running_loop().time() < until:
+        while (told.pages or (told.awaited and not told.served)) and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(_INTERVAL)
         server.should_exit = True
 
@@ -128,8 +130,13 @@ def main() -> None:
     told = Told(first["run"])
     threading.Thread(target=told.listen, args=(lines,), daemon=True).start()
     with socket.socket(fileno=first["listening"]) as listening:
-        awaited = webbrowser.open(local.address(listening, first["token"]))
-        asyncio.run(serve(told, first["token"], listening, awaited))
+
+        def browse() -> None:
+            told.awaited = webbrowser.open(local.address(listening, first["token"]))
+
+        # In a thread: some browsers do not let go before they are closed.
+        threading.Thread(target=browse, daemon=True).start()
+        asyncio.run(serve(told, first["token"], listening))
 
 
 if __name__ == "__main__":
