@@ -84,7 +84,9 @@
 
   function layout(id) {
     const axis = { gridcolor: css("--line"), linecolor: css("--line"), zeroline: false, automargin: true };
+    const { clientWidth: width, clientHeight: height } = at(id);
     return {
+      width, height,
       title: { text: PLOTS[id].title, font: { size: 14 }, x: 0.02, y: 0.98, yanchor: "top", pad: { t: 6 } },
       font: { color: css("--ink"), size: 12, family: getComputedStyle(document.body).fontFamily },
       paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
@@ -102,7 +104,7 @@
       changed = false;
       for (const id of Object.keys(PLOTS)) {
         const lines = traces(id).map((one) => ({ mode: "lines", ...one }));
-        Plotly.react(at(id), lines, layout(id), { responsive: true, displaylogo: false });
+        Plotly.react(at(id), lines, layout(id), { displayModeBar: false });
       }
     }
     setTimeout(draw, PAUSE);
@@ -111,6 +113,7 @@
   const source = new EventSource("/events");
   source.onmessage = heard;
   source.onerror = () => ended("The view has lost the run; look at the terminal of daq record.");
+  addEventListener("resize", () => { changed = true; });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { changed = true; });
   draw();
 })();
