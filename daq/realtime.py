@@ -2,20 +2,26 @@
 
 import ctypes
 import os
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from pathlib import Path
 
 from drivers.protocol import Report
 
 _PRIORITY = 10
 """Of SCHED_FIFO: above all ordinary programs, below the kernel's own interrupt threads."""
+_HELPERS = 1
+"""Of this program's other threads. They hold Python's lock at times: if another program came before them just then,
+the cycle would wait for that program."""
 _CURRENT_ON_FAULT = 1 | 4
 """For mlockall: what is in memory, and what comes to be of that which is mapped; no limit of later allocations."""
 
 
 @contextmanager
 def precedence(report: Report) -> Iterator[None]:
-    """Meanwhile the calling thread goes first (SCHED_FIFO) and this program's memory is not swapped.
+    """Meanwhile the calling thread goes first (SCHED_FIFO), this program's other threads come next, and its memory is
+    not swapped.
 
     Neither is needed: `report` gets which of both this computer permits. Threads begun meanwhile are ordinary ones.
     """
@@ -25,7 +31,7 @@ def precedence(report: Report) -> Iterator[None]:
         yield
     finally:
         if first:
-            os.sched_setscheduler(0, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
+            _schedule(os.SCHED_OTHER, 0, 0)
         if locked:
             ctypes.CDLL(None).munlockall()
 
@@ -36,10 +42,22 @@ def _words(name: str, permitted: bool) -> str:
 
 def _go_first() -> bool:
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(_PRIORITY))
+        _schedule(os.SCHED_FIFO, _PRIORITY, _HELPERS)
     except (AttributeError, OSError):  # another system, no permission
         return False
     return True
+
+
+def _schedule(policy: int, own: int, others: int) -> None:
+    """Give the calling thread and all others of this program these priorities; if it may not, none of them."""
+    me = threading.get_native_id()
+    # The calling thread, which asks for the most, is the first.
+    for thread in sorted(
+        (int(one.name) for one in Path("/proc/self/task").iterdir()), key=lambda thread: thread != me
+    ):
+        with suppress(ProcessLookupError):  # it has ended meanwhile
+            parameters = os.sched_param(own if thread == me else others)
+            os.sched_setscheduler(thread, policy | os.SCHED_RESET_ON_FORK, parameters)
 
 
 def _lock_memory() -> bool:

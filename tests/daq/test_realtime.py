@@ -21,14 +21,23 @@ from daq.realtime import precedence
 def locked():
     return next(line.split()[1] for line in Path("/proc/self/status").read_text().splitlines() if "VmLck" in line)
 
-lines = []
+lines, helper, over = [], [], threading.Event()
+begun = threading.Thread(target=over.wait)
+begun.start()
+def helping():
+    thread = begun.native_id
+    return os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(thread).sched_priority
 with precedence(lambda *line: lines.append(line)):
     others = []
     thread = threading.Thread(target=lambda: others.append(os.sched_getscheduler(0)))
     thread.start()
     thread.join()
     print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, locked() != "0", others)
+    helper.append(helping())
+helper.append(helping())
+over.set()
 print(os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK, locked() != "0", lines)
+print(*helper, sep="; ")
 """
 _NOBODY = """
 resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0))
@@ -50,13 +59,15 @@ def test_without_permission_nothing_changes_and_it_is_said() -> None:
     assert _run(_NOBODY) == [
         "0 False [0]",
         "0 False [('info', 'host', 'no real-time priority (not permitted), no locked memory (not permitted)')]",
+        "(0, 0); (0, 0)",
     ]
 
 
 def test_what_is_said_is_what_is_done_and_it_ends_with_the_block() -> None:
-    inside, after = _run("")
+    inside, after, helper = _run("")
     scheduler, locked, others = inside.split(" ", 2)
     assert others == "[0]", "threads of the block are ordinary ones"
+    assert helper == ("(0, 0); (0, 0)" if scheduler == "0" else "(1, 1); (0, 0)"), "those begun before come with it"
     assert after.startswith("0 False ")
     assert ("no real-time priority" in after) == (scheduler == "0")
     assert ("no locked memory" in after) == (locked == "False")
