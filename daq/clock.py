@@ -3,6 +3,11 @@
 import time
 from typing import Protocol
 
+_OWN_SHARE = 0.15
+"""Of the period, for the host's own work ..."""
+_OWN_TIME = 1e-3
+"""... but no more than that work takes [s]: at the low rates of serial lines, answers get the rest."""
+
 
 class Clock(Protocol):
     """The time base of one run."""
@@ -63,8 +68,7 @@ class HostClock:
         self._lead_ns = round(lead * 1e9)
         self._start: float | None = None
         self._epoch = time.time_ns()
-        # What is left of the period is for the host's own work.
-        self.answer_timeout = 0.85 * self._period
+        self.answer_timeout = self._period - min(_OWN_SHARE * self._period, _OWN_TIME)
 
     def wait(self, index: int) -> float:
         """See `Clock`."""

@@ -8,7 +8,7 @@
 | statusword, error_code | (n, dof) |
 | cycle | (n, 1) repetition of the motion, -1 outside of all |
 | lateness | (n, 1) of the host [s] |
-| extra, extra_names | (n, k) and their k names: what was imported with the samples |
+| extra, extra_names | (n, k) and their k names: what came with the samples, as in the topic /extra |
 | joint_names, rig, run | names; rig description and run as JSON (`jsondecode`) |
 """
 

@@ -42,3 +42,8 @@ def test_a_cycle_begins_before_its_sync_by_the_lead() -> None:
 
 def test_nothing_is_overdue_before_the_first_cycle() -> None:
     assert HostClock(500.0).overdue(0) == 0.0
+
+
+@pytest.mark.parametrize(("rate", "timeout"), [(1000.0, 0.85e-3), (100.0, 9e-3), (30.0, 1 / 30 - 1e-3)])
+def test_answers_get_what_the_host_does_not_need(rate: float, timeout: float) -> None:
+    assert HostClock(rate).answer_timeout == pytest.approx(timeout)

@@ -52,6 +52,22 @@ def test_rosbags_reads_every_topic(made: SimpleNamespace) -> None:
     assert (event.level, event.name, event.msg) == (30, "cycle", "Überlänge: missed 1")
 
 
+def test_rosbags_reads_delays_and_all_else_as_ever(tmp_path: Path, rig: Rig, run: Run) -> None:
+    """A program that knows nothing of /extra may leave it out; one that looks finds the names in the message."""
+    with RecordingWriter(tmp_path / "serial.mcap", rig, run) as writer:
+        writer.joint_states(7, 9, (0.1, 0.2, 0.3))
+        writer.extra(7, 9, {"position_delay_1": 0.004, "voltage_delay_1": np.nan})
+    with AnyReader([tmp_path / "serial.mcap"]) as reader:
+        assert {one.topic for one in reader.connections} == {*schemas.TOPICS, "/extra"}
+        found = {one.topic: reader.deserialize(data, one.msgtype) for one, _, data in reader.messages()}
+    assert found["/joint_states"].position.tolist() == [0.1, 0.2, 0.3]
+    assert (found["/extra"].header.stamp.nanosec, found["/extra"].name) == (
+        7,
+        ["position_delay_1", "voltage_delay_1"],
+    )
+    np.testing.assert_array_equal(found["/extra"].value, [0.004, np.nan])
+
+
 def test_the_file_opens_by_its_index_and_carries_its_metadata(made: SimpleNamespace, rig: Rig) -> None:
     with made.path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
