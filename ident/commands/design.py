@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import click
 
 from ident import discovery
 from recordings.errors import BadInput
-
-if TYPE_CHECKING:
-    from ident.design.problem import Criterion
-    from ident.design.table import Outcome
-    from ident.mechanisms import Mechanism
-    from trajectories.fourier import FourierSeries
 
 FILE = click.Path(path_type=Path)
 
@@ -33,9 +27,27 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--discriminate",
+    "pairs",
     nargs=2,
+    multiple=True,
     metavar="A B",
-    help="Instead: the motion that tells the effects A and B apart best (ident effects lists them).",
+    help="Instead: the motion that tells the effects A and B apart best (ident effects lists them). May be repeated.",
+)
+@click.option(
+    "--joint",
+    "joints",
+    type=click.IntRange(min=1),
+    multiple=True,
+    help="Where the effect is, of which it is unknown what it is. May be repeated.  [default: any]",
+)
+@click.option(
+    "--recording",
+    type=FILE,
+    metavar="FILE",
+    help="That cannot tell A from B: the motion is to do it together with this one. Its rig is taken, too.",
+)
+@click.option(
+    "--effect-file", "effect_files", type=FILE, multiple=True, metavar="FILE", help="An effect of your own (.py)."
 )
 @click.option("--period", type=click.FloatRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
@@ -66,7 +78,10 @@ def command(
     rig_file: Path | None,
     criterion: Literal["d", "e"],
     effects: tuple[str, ...],
-    discriminate: tuple[str, str] | None,
+    pairs: tuple[tuple[str, str], ...],
+    joints: tuple[int, ...],
+    recording: Path | None,
+    effect_files: tuple[Path, ...],
     period: float,
     harmonics: int,
     against: str | None,
@@ -81,8 +96,10 @@ def command(
     Writes a trajectory file for `daq record --traj`, a Fourier series of every joint, and shows which standard errors
     to expect of it, and how much of the limits it uses.
     """
-    if discriminate and effects:
+    if pairs and effects:
         raise BadInput("--with or --discriminate expected, both found; leave one out")
+    if rig_file and recording:
+        raise BadInput("--rig or --recording, which has its rig with it, expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
     if out.exists() and not force:
@@ -94,63 +111,25 @@ def command(
 
     from ident.design import table
 
-    outcome, series = _designed(
-        rig_file, criterion, effects, discriminate, period, harmonics, against, noise, seed, out.name
-    )
+    from ident.design.designs import Order, discrimination, excitation
+    from ident.design.recorded import recorded as from_recording
+    from ident.design.with_effects import with_effects
+    from ident.effects import library
+    from ident.progress import progress_bar
+    from recordings.rig import load_rig, simulated_rig
+
+    recorded = from_recording(recording) if recording else None
+    rig = recorded.rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
+    order = Order(out.name, rig, period, harmonics, against, noise, seed)
+    with progress_bar("searching", "searching") as progress:
+        if pairs:
+            places = [joint - 1 for joint in joints]
+            outcome, series = discrimination(order, pairs, library(effect_files), places, recorded, progress)
+        else:
+            outcome, series = excitation(order, with_effects(rig, effects), criterion, progress)
     out.write_text(series.as_toml(), encoding="utf-8")
     if as_json:
         click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))
     else:
         table.show(outcome, Console())
     click.echo(f"trajectory: {out}; next: daq record --traj {out}", err=True)
-
-
-def _designed(
-    rig_file: Path | None,
-    criterion: Literal["d", "e"],
-    effects: tuple[str, ...],
-    discriminate: tuple[str, str] | None,
-    period: float,
-    harmonics: int,
-    against: str | None,
-    noise: float,
-    seed: int,
-    name: str,
-) -> tuple[Outcome, FourierSeries]:
-    import numpy as np
-
-    from ident.cutoff import USUAL
-    from ident.design.quality import judge
-    from ident.design.rivals import rivals
-    from ident.design.search import search
-    from ident.design.table import Outcome
-    from ident.design.with_effects import with_effects
-    from ident.effects import load as load_effect
-    from ident.progress import progress_bar
-    from recordings.rig import load_rig, simulated_rig
-    from trajectories import load
-    from trajectories.trajectory import assemble
-
-    rig = load_rig(rig_file, driven=False) if rig_file else simulated_rig()
-    against = against or ("excitation" if rig.mechanism == "delta" else None)
-    mechanism: Mechanism = with_effects(rig, effects)
-    chosen: Criterion = criterion
-    if discriminate:
-        first, second = discriminate
-        mechanism, chosen = rivals(rig, (first, second), (load_effect(first), load_effect(second))), "t"
-    before = load(against, rig) if against else None
-    with progress_bar("searching", "searching") as progress:
-        series = search(rig, mechanism, chosen, period, harmonics, np.random.default_rng(seed), progress)
-    after = assemble(series.motion(name), rig)
-    outcome = Outcome(
-        name=name,
-        criterion=chosen,
-        seed=seed,
-        noise=noise,
-        seconds=after.cycles * after.period,
-        parameters=mechanism.parameters,
-        after=judge(after, rig, mechanism, noise, USUAL),
-        against=against,
-        before=judge(before, rig, mechanism, noise, USUAL) if before else None,
-    )
-    return outcome, series

@@ -11,12 +11,13 @@ from typing import Literal
 
 import numpy as np
 
-from ident.design.rivals import Rivals
+from ident.design.motions import trajectory
+from ident.design.rivals import Rivals, products
 from ident.mechanisms import Mechanism
 from ident.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
-from trajectories import Trajectory, checks, kinematics
+from trajectories import checks, kinematics
 from trajectories.fourier import FourierSeries
 
 Criterion = Literal["d", "e", "t"]
@@ -26,7 +27,7 @@ SAMPLES_PER_HARMONIC = 24
 SMOOTH = 0.01
 """Share of the limit of speed below which sgn is smoothed, as the search needs slopes."""
 POWER = 4
-"""The smallest eigenvalue is approached by the mean of this power of all inverse ones, which has slopes."""
+"""The smallest is approached by the mean of this power of all inverse ones, which has slopes."""
 STEP = 1e-6
 """Of differences [rad or m]."""
 FAR = 1e3
@@ -61,15 +62,22 @@ class Problem:
 
     def _description(self) -> str:
         if isinstance(self.mechanism, Rivals):
-            return f"tells {self.mechanism.names[0]} from {self.mechanism.names[1]}"
+            return "tells " + ", ".join(f"{first} from {second}" for first, second in self.mechanism.pairs)
         return f"excitation, {self.criterion.upper()}-optimal"
+
+    def usage(self, coefficients: Floats) -> Floats:
+        """Use of each limit (b, l) of `coefficients` (b, v); FAR where the mechanism does not close."""
+        try:
+            return self._usage(coefficients)
+        except kinematics.Unreachable:
+            return np.full((len(coefficients), self._limits), FAR)
 
     def evaluate(self, coefficients: Floats) -> tuple[Floats, Floats]:
         """Objective (b,), the smaller the better, and use of each limit (b, l), of `coefficients` (b, v)."""
         try:
             return self._objective(self._rows(coefficients) / self.scale), self._usage(coefficients)
         except kinematics.Unreachable:
-            return np.full(len(coefficients), FAR), np.full((len(coefficients), self._limits), FAR)
+            return np.full(len(coefficients), FAR), self.usage(coefficients)
 
     def sizes(self, coefficients: Floats) -> Floats:
         """RMS (k,) of the regressor's columns at `coefficients` (v,)."""
@@ -80,26 +88,16 @@ class Problem:
         """The regressor (b, rows, k), not scaled."""
         position, velocity, acceleration = self._motions(coefficients)
         direction = np.tanh(velocity / (SMOOTH * self.rig.limits.speed))
-        columns = self.mechanism.regressor(Motion(position, velocity, acceleration, direction))
+        mechanism = self.mechanism
+        if isinstance(mechanism, Rivals):
+            mechanism = mechanism.sampled(self._samples / self.period)
+        columns = mechanism.regressor(Motion(position, velocity, acceleration, direction))
         return columns.reshape(len(coefficients), -1, columns.shape[2])
 
     def _usage(self, coefficients: Floats) -> Floats:
         """(b, l)."""
-        position, velocity, acceleration = self._motions(coefficients)
-        trajectory = Trajectory(
-            name="candidate",
-            description="",
-            digest="",
-            rate=self._samples / self.period,
-            period=self.period,
-            cycles=1,
-            platform=self._platform(position),
-            joint_position=position,
-            joint_velocity=velocity,
-            joint_acceleration=acceleration,
-            repeat=np.zeros(len(position), np.int64),
-        )
-        used = np.stack(list(checks.usage(trajectory, self.rig).values()), axis=1)
+        candidate = trajectory("candidate", self.rig, self._samples / self.period, *self._motions(coefficients))
+        used = np.stack(list(checks.usage(candidate, self.rig).values()), axis=1)
         most: Floats = used.reshape(len(coefficients), self._samples, -1).max(axis=1)
         return most
 
@@ -111,14 +109,14 @@ class Problem:
 
     def _objective(self, rows: Floats) -> Floats:
         if isinstance(self.mechanism, Rivals):
-            told: Floats = -np.log(self.mechanism.told(rows))
-            return told
+            told = np.concatenate(list(self.mechanism.told(products(rows)).values()), axis=1)
+            return _least(told)
         information = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
         eigenvalues = np.maximum(np.linalg.eigvalsh(information), 1e-12)
         if self.criterion == "d":
             objective: Floats = -np.log(eigenvalues).mean(axis=1)
         else:
-            objective = np.log(np.mean(eigenvalues**-POWER, axis=1)) / POWER
+            objective = _least(eigenvalues)
         return objective
 
     @property
@@ -149,7 +147,8 @@ class Problem:
         position, velocity, acceleration = (x.transpose(0, 2, 1).reshape(-1, self.rig.dof) for x in curves)
         return position, velocity, acceleration
 
-    def _platform(self, position: Floats) -> Floats:
-        if self.rig.mechanism == "delta":
-            return kinematics.forward(self.rig.geometry, position)
-        return np.full((len(position), 3), np.nan)
+
+def _least(values: Floats) -> Floats:
+    """(b,) minus the logarithm of about the smallest of `values` (b, q)."""
+    least: Floats = np.log(np.mean(values**-POWER, axis=1)) / POWER
+    return least

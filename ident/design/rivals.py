@@ -1,45 +1,65 @@
-"""Two effects that could explain the same, beside a mechanism: which motion tells them apart.
+"""Effects that could explain the same, beside a mechanism: which motion tells them apart.
 
-The torque that one effect makes is fitted by the mechanism's parameters and the other effect together; what is left
-of it is all that can speak against the other one. A motion is the better, the more is left (T-optimality).
+The torque that one effect makes is fitted by the mechanism's parameters and a rival effect together; what is left of
+it is all that can speak against the rival. A motion is the better, the more is left (T-optimality). How strong an
+effect is, nobody knows: each is taken to be so strong that the mechanism alone leaves 1 N m of it on a motion of
+reference. Where there is a recording, the new one will be looked at together with it, and so it is here.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
-from ident import mechanisms
-from ident.design.with_effects import view_of
-from ident.effects import Additive, Effect, Signal
+from ident.design.columns import Setting
+from ident.design.with_effects import nominal_load, with_effects
+from ident.effects import Effect, load, names
 from ident.mechanisms import Mechanism, Parameter
 from ident.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 from recordings.rig import Rig
 
+LEAST = 1e-3
+"""Share of an effect's torque that no rival may imitate; with less, no motion tells them apart."""
+_SHOWN = 1e-3
+"""Share of its torque that an effect leaves on the motion of reference, or it is taken to be no stronger."""
 _RIDGE = 1e-9
 """Of the mean square of a column; makes matrices invertible."""
 
+Pair = tuple[str, str]
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Rivals:
-    """The mechanism of `rig` and two effects on all joints, as columns one behind the other."""
+    """A mechanism, and effects on all joints, as columns one behind the other."""
 
-    rig: Rig
-    base: Mechanism
-    names: tuple[str, str]
-    effects: tuple[Effect, Effect]
+    setting: Setting
+    """With what is true of any such machine in its mechanism."""
+    effects: Mapping[str, Effect]
+    pairs: tuple[Pair, ...]
+    """Which effects are to be told apart."""
+    joints: tuple[int, ...]
+    """Where the true one is, from 0; its rivals may be anywhere."""
+    strengths: Mapping[str, Floats] = field(default_factory=dict)
+    """(owners,) of each effect; 1 where it is missing."""
+    recorded: Floats | float = 0.0
+    """(k, k) mean products of the columns on motions that are recorded already."""
 
     @property
+    def base(self) -> Mechanism:
+        """Without the effects."""
+        return self.setting.mechanism
+
+    @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Of the mechanism, then a scale for each column of the effects."""
-        pairs = zip(self.names, self.effects, strict=True)
-        own = [
-            Parameter(f"{name}.{number}", "1", f"strength of {name}")
-            for name, effect in pairs
-            for number in range(1, _count(effect, self.rig) + 1)
-        ]
-        return *self.base.parameters, *own
+        return *self.base.parameters, *(
+            Parameter(f"{name}.{number + 1}", "1", f"strength of {name}")
+            for name, effect in self.effects.items()
+            for number in range(self.setting.count(effect))
+        )
 
     @property
     def pointwise(self) -> bool:
@@ -47,114 +67,157 @@ class Rivals:
         return False
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, dof, k) of the mechanism, the first effect and the second."""
-        rivals = [_columns(effect, motion, self.base, self.rig) for effect in self.effects]
-        return np.concatenate([self.base.regressor(motion), *rivals], axis=2)
+        """Columns (n, dof, k) of the mechanism, then of one effect after the other."""
+        own = [
+            self.setting.columns(effect, motion) * np.repeat(self._strength(name), self.setting.each(effect))
+            for name, effect in self.effects.items()
+        ]
+        return np.concatenate([self.base.regressor(motion), *own], axis=2)
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         """The manufacturer's model knows no effects."""
         return self.base.nominal_torque(motion)
 
-    def separation(self, rows: Floats) -> Floats:
-        """(b, 2) for regressors (b, rows, k): share of each effect's torque that the rest cannot imitate.
+    def sampled(self, rate: float) -> "Rivals":
+        """For motions at `rate` [Hz]."""
+        return replace(self, setting=replace(self.setting, rate=rate))
 
-        That is: of what the mechanism alone cannot imitate of it, what the other effect cannot either.
+    def as_strong_as_on(self, motion: Motion) -> "Rivals":
+        """With effects of which the mechanism leaves 1 N m RMS on `motion`, on whichever joint they are.
+
+        Raises:
+            BadInput: an effect makes no torque there.
         """
-        gram = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
-        own = len(self.base.parameters)
-        first = own + _count(self.effects[0], self.rig)
-        base, one, other = np.arange(own), np.arange(own, first), np.arange(first, rows.shape[2])
-        shares = []
-        for which, rival in ((one, other), (other, one)):
-            alone = _left(gram, which, base)
-            shares.append(_left(gram, which, np.concatenate([base, rival])) / np.maximum(alone, 1e-300))
-        return np.stack(shares, axis=1)
+        gram = products(self.regressor(motion)[None])
+        strengths = {}
+        for name, effect in self.effects.items():
+            owners = [self._entries(name, owner) for owner in range(self.setting.owners(effect))]
+            whole = np.array([gram[0, which, which].sum() for which in owners])
+            if not whole.any():
+                raise BadInput(
+                    f"effect {name}: one that makes a torque in a motion expected, it needs a load, and that of rig "
+                    f"'{self.setting.rig.name}' is not known; name a recording: --recording FILE"
+                )
+            left = np.array([_left(gram, which, self._own)[0] for which in owners])
+            shown = np.sqrt(np.maximum(left, _SHOWN**2 * whole))
+            strengths[name] = self._strength(name) / np.where(shown > 0, shown, 1.0)
+        return replace(self, strengths=strengths)
 
-    def told(self, rows: Floats) -> Floats:
-        """(b,) the smaller of the mean squares of torque that speak for one effect against the other."""
-        gram = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
-        own = len(self.base.parameters)
-        first = own + _count(self.effects[0], self.rig)
-        base, one, other = np.arange(own), np.arange(own, first), np.arange(first, rows.shape[2])
-        both = [_left(gram, a, np.concatenate([base, b])) for a, b in ((one, other), (other, one))]
-        return np.minimum(*both)
+    def beside(self, motion: Motion) -> "Rivals":
+        """For motions that will be looked at together with `motion`, which is recorded already."""
+        return replace(self, recorded=products(self.regressor(motion)[None])[0])
+
+    def told(self, gram: Floats) -> dict[str, Floats]:
+        """(b, q) of each effect: mean squares of torque that speak for it, given mean products (b, k, k) of columns.
+
+        q: against each rival, on each of the joints.
+        """
+        gram = gram + self.recorded
+        found: dict[str, list[Floats]] = {}
+        for name, which, rest in self._questions():
+            found.setdefault(name, []).append(_left(gram, which, rest))
+        return {name: np.stack(values, axis=1) for name, values in found.items()}
+
+    def shares(self, columns: Floats) -> dict[str, float]:
+        """The least RMS of torque that speaks for each effect, of `columns` (n, dof, k) of the regressor."""
+        told = self.told(products(columns[None]))
+        return {name: float(np.sqrt(values.min())) for name, values in told.items()}
+
+    @cached_property
+    def _own(self) -> Ints:
+        """The columns of the mechanism."""
+        return np.arange(len(self.base.parameters))
+
+    def _questions(self) -> Iterator[tuple[str, Ints, Ints]]:
+        """An effect, its columns on one joint, and those of all that may imitate it there.
+
+        Nothing can speak for what its rival contains as a special case, but that it is simpler.
+        """
+        for pair in self.pairs:
+            for true, rival in (pair, pair[::-1]):
+                if true in self.effects[rival].contains:
+                    continue
+                rest = np.concatenate([self._own, self._entries(rival)])
+                for owner in (0,) if self.effects[true].whole_robot else self.joints:
+                    yield true, self._entries(true, owner), rest
+
+    def _entries(self, name: str, owner: int | None = None) -> Ints:
+        """The columns of an effect, all or those of one joint."""
+        first = len(self._own)
+        for other, effect in self.effects.items():
+            if other == name:
+                break
+            first += self.setting.count(effect)
+        effect, each = self.effects[name], self.setting.each(self.effects[name])
+        if owner is None:
+            return np.arange(first, first + self.setting.count(effect))
+        return np.arange(first + owner * each, first + (owner + 1) * each)
+
+    def _strength(self, name: str) -> Floats:
+        return self.strengths.get(name, np.ones(self.setting.owners(self.effects[name])))
 
 
-def rivals(rig: Rig, names: tuple[str, str], effects: tuple[Effect, Effect]) -> Rivals:
-    """The mechanism of `rig` with two effects to tell apart.
+def rivals(
+    rig: Rig,
+    pairs: Sequence[Pair],
+    effects: Mapping[str, Effect],
+    joints: Sequence[int] = (),
+    known: Floats | None = None,
+) -> Rivals:
+    """The mechanism of `rig` with effects of which each of the `pairs` is to be told apart.
+
+    effects: by name, those of the pairs among them.
+    joints: where the true one is, from 0; empty: nobody knows.
+    known: (k,) parameters of the mechanism with what is always true of it; those of the rig file if None.
 
     Raises:
         BadInput: an effect is none of this mechanism, or depends on when something happens.
     """
-    for name, effect in zip(names, effects, strict=True):
-        if rig.mechanism not in effect.mechanisms:
-            raise BadInput(f"effect {name}: one of mechanism {rig.mechanism} expected; choose another")
-        if effect.axis == "time":
-            raise BadInput(
-                f"effect {name}: one that depends on the motion expected, it depends on time; record longer instead"
-            )
-    if names[0] == names[1]:
-        raise BadInput(f"two different effects expected, {names[0]} found twice; name another")
-    return Rivals(rig, mechanisms.create(rig), names, effects)
-
-
-def _count(effect: Effect, rig: Rig) -> int:
-    own = effect.coefficients if isinstance(effect, Additive) else effect.parameters  # type: ignore[attr-defined]
-    return len(own) * (1 if effect.whole_robot else rig.dof)
-
-
-def _shapes(effect: Effect) -> dict[str, float]:
-    return {shape.name: shape.starts[len(shape.starts) // 2] if shape.starts else 40.0 for shape in effect.shapes}
-
-
-def _columns(effect: Effect, motion: Motion, base: Mechanism, rig: Rig) -> Floats:
-    """Torque (n, dof, c) per strength of the effect, joint by joint."""
-    view = view_of(rig, base, motion)
-    if isinstance(effect, Additive):
-        made = effect.columns(view, _shapes(effect))
-        if effect.whole_robot:
-            return made
-        n, dof, c = made.shape
-        spread = np.zeros((n, dof, dof, c))
-        spread[:, range(dof), range(dof)] = made
-        return spread.reshape(n, dof, dof * c)
-    assert isinstance(effect, Signal)
-    owners = [None] if effect.whole_robot else list(range(rig.dof))
-    return np.stack(
-        [
-            _difference(effect, view.rigid, motion, base, rig, owner, i)
-            for owner in owners
-            for i in range(len(effect.parameters))
-        ],
-        axis=2,
+    for first, second in pairs:
+        for name in (first, second):
+            _refuse(name, effects[name], rig)
+        if first == second:
+            raise BadInput(f"two different effects expected, {first} found twice; name another")
+    named = list(dict.fromkeys(name for pair in pairs for name in pair))
+    base = with_effects(rig, [name for name in always_true(rig) if name not in named])
+    values = nominal_load(rig, base) if known is None else known[: len(base.parameters)]
+    return Rivals(
+        Setting(rig, base, values),
+        {name: effects[name] for name in named},
+        tuple(pairs),
+        tuple(joints) or tuple(range(rig.dof)),
     )
 
 
-def _difference(
-    effect: Signal, torque: Floats, motion: Motion, base: Mechanism, rig: Rig, owner: int | None, index: int
-) -> Floats:
-    """Change (n, dof) of what is reported, per strength of one parameter of a distortion, of the weight above all."""
-    start = effect.parameters[index].starts[0]
-    strength = np.zeros(1 if owner is None else rig.dof)
-    strength[owner or 0] = start
-    values = {one.name: np.zeros_like(strength) for one in effect.parameters}
-    values[effect.parameters[index].name] = strength
-    values |= {name: np.array([value]) for name, value in _shapes(effect).items()}
-    true_rig = effect.rig(rig, values) if effect.rig else rig
-    position = effect.position(motion.position, rig, values) if effect.position else motion.position
-    view = view_of(true_rig, mechanisms.create(true_rig) if effect.rig else base, replace(motion, position=position))
-    reported = effect.report(view.rigid, view, values) if effect.report else view.rigid
-    change: Floats = np.nan_to_num((reported - torque) / start)
-    return change
+def always_true(rig: Rig) -> list[str]:
+    """Effects that every machine of this kind shows."""
+    return [name for name in names() if (effect := load(name)).always_true and rig.mechanism in effect.mechanisms]
+
+
+def _refuse(name: str, effect: Effect, rig: Rig) -> None:
+    if rig.mechanism not in effect.mechanisms:
+        raise BadInput(f"effect {name}: one of mechanism {rig.mechanism} expected; choose another")
+    if effect.axis == "time":
+        raise BadInput(
+            f"effect {name}: one that depends on the motion expected, it depends on time; record longer instead"
+        )
+
+
+def products(columns: Floats) -> Floats:
+    """(b, k, k) mean products of columns (b, ..., k)."""
+    rows = columns.reshape(len(columns), -1, columns.shape[-1])
+    gram: Floats = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
+    return gram
 
 
 def _left(gram: Floats, which: Ints, rest: Ints) -> Floats:
     """(b,) mean square of the columns `which` that those of `rest` cannot imitate, given all products (b, k, k)."""
-    own = gram[:, which[:, None], which]
+    whole = gram[:, which, which].sum(axis=1)
     inner = gram[:, rest[:, None], rest]
-    size = np.trace(inner, axis1=1, axis2=2) / len(rest)
-    inner = inner + (_RIDGE * size)[:, None, None] * np.eye(len(rest))
-    cross = gram[:, rest[:, None], which]
-    taken = cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
-    left: Floats = np.maximum(np.trace(own - taken, axis1=1, axis2=2), 1e-12 * np.trace(own, axis1=1, axis2=2))
+    size = np.sqrt(np.diagonal(inner, axis1=1, axis2=2))
+    size = np.where(size > 0, size, 1.0)
+    inner = inner / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(len(rest))
+    cross = gram[:, rest[:, None], which] / size[:, :, None]
+    taken = np.einsum("brw,brw->b", cross, np.linalg.solve(inner, cross))
+    left: Floats = np.maximum(whole - taken, 1e-12 * whole)
     return left

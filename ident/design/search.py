@@ -1,6 +1,7 @@
 """The search for the best excitation: sequential quadratic programming from several random starts."""
 
-from collections.abc import Callable
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import count
@@ -18,14 +19,30 @@ from trajectories import checks, kinematics
 from trajectories.fourier import FourierSeries
 from trajectories.trajectory import assemble
 
-STARTS = 3
-"""Random starts, of which the best result is kept."""
-ITERATIONS = 80
-"""Of each start, at most."""
+DRAWN = 16
+"""Random motions that are looked at."""
+STARTS = 8
+"""The best of them are improved a little,"""
+SHORT = 25
+"""by so many iterations;"""
+KEPT = 3
+"""the best of these"""
+ITERATIONS = 120
+"""by so many more, and the best result is kept."""
+TOTAL = STARTS * SHORT + KEPT * ITERATIONS
+"""Iterations in all, at most."""
+GENTLE = 0.03
+"""Factor of the objective: first steps of the search are as long as its slope, and must not leave the limits by far."""
 MARGIN = 0.95
 """Share of each limit that is used at most."""
-STARTING = 0.5
-"""Share of the limits that is used at the start."""
+SLACK = 0.005
+"""What the search may be beyond that: the result is made smaller in the end."""
+STARTING = (0.3, 0.9)
+"""Share of the limits that is used at the start, from and to."""
+FALLING = (1.0, 3.0)
+"""Power of its number with which a harmonic is smaller at the start, from and to: of equal speed, or hardly there."""
+ASIDE = 0.5
+"""A start's centre may lie beside the middle by so much, over half of what is allowed [of the joints' range]."""
 
 
 def search(
@@ -43,72 +60,96 @@ def search(
         BadInput: there is no motion within the limits.
     """
     problem = Problem(rig, mechanism, criterion, period, harmonics, np.ones(len(mechanism.parameters)))
-    starts = [_start(problem, generator) for _ in range(STARTS)]
-    problem = replace(problem, scale=np.maximum(problem.sizes(starts[0]), 1e-9))
-    found = []
-    for number, start in enumerate(starts):
-        progress(number * ITERATIONS, STARTS * ITERATIONS)
-        found.append(_improved(problem, start, partial(_report, progress, number)))
-    best = min(found, key=lambda one: float(problem.evaluate(one[None])[0][0]))
-    return _within_limits(problem.series(best), rig)
+    starts = _starts(problem, generator)
+    if criterion != "t":  # which has strengths of its own
+        problem = replace(problem, scale=np.maximum(problem.sizes(starts[0]), 1e-9))
+    steps = count(1)
+    for kept, iterations in ((STARTS, SHORT), (KEPT, ITERATIONS)):
+        starts = sorted(starts, key=partial(_objective, problem))[:kept]
+        starts = [_improved(problem, start, iterations, lambda: progress(next(steps), TOTAL)) for start in starts]
+    return _within_limits(problem.series(min(starts, key=partial(_objective, problem))), rig)
 
 
-def _report(progress: Progress, number: int, step: int) -> None:
-    progress(number * ITERATIONS + step, STARTS * ITERATIONS)
+def _objective(problem: Problem, coefficients: Floats) -> float:
+    return float(problem.evaluate(coefficients[None])[0][0])
 
 
-def _start(problem: Problem, generator: Generator) -> Floats:
-    """Random coefficients (v,), of equal speed in all harmonics, that use STARTING of the limits."""
-    dof, harmonics = problem.rig.dof, problem.harmonics
-    waves = generator.normal(size=(2, dof, harmonics)) / np.arange(1, harmonics + 1)
-    still = np.concatenate([_centre(problem.rig), np.zeros(waves.size)])
-    moving = np.concatenate([np.zeros(dof), waves.ravel()])
-    sizes = np.geomspace(1e-3, 10, 60)
-    used = [problem.evaluate((still + size * moving)[None])[1].max() for size in sizes]
-    fitting = [size for size, most in zip(sizes, used, strict=True) if most <= STARTING]
-    if not fitting:
+def _starts(problem: Problem, generator: Generator) -> list[Floats]:
+    """DRAWN random motions (v,), or fewer where there is no room around all of the centres.
+
+    Raises:
+        BadInput: there is none.
+    """
+    starts = [_start(problem, centre, generator) for centre in _centres(problem.rig, generator)]
+    found = [start for start in starts if start is not None]
+    if not found:
         raise BadInput(
             f"rig '{problem.rig.name}': limits that leave room to move around the joint positions "
-            f"{np.round(_centre(problem.rig), 3).tolist()} expected, none found; check the limits in the rig file"
+            f"{np.round(_middle(problem.rig), 3).tolist()} expected, none found; check the limits in the rig file"
         )
-    start: Floats = still + fitting[-1] * moving
-    return start
+    return found
 
 
-def _centre(rig: Rig) -> Floats:
-    """Joint positions (dof,) in the middle of what is allowed."""
-    limits = rig.limits
+def _start(problem: Problem, centre: Floats, generator: Generator) -> Floats | None:
+    """Random coefficients (v,) around joint positions (dof,); None without room."""
+    dof, harmonics = problem.rig.dof, problem.harmonics
+    falling = generator.uniform(*FALLING)
+    waves = generator.normal(size=(2, dof, harmonics)) / np.arange(1, harmonics + 1) ** falling
+    waves *= generator.uniform(0.2, 1.0, (dof, 1))
+    most = generator.uniform(*STARTING)
+    still = np.concatenate([centre, np.zeros(waves.size)])
+    moving = np.concatenate([np.zeros(dof), waves.ravel()])
+    sizes = np.geomspace(1e-3, 10, 60)
+    fitting = bisect_left(sizes, True, key=lambda size: problem.usage((still + size * moving)[None]).max() > most)
+    return still + sizes[fitting - 1] * moving if fitting else None
+
+
+def _centres(rig: Rig, generator: Generator) -> Iterator[Floats]:
+    """DRAWN joint positions (dof,): the middle of what is allowed, and others beside it."""
+    yield _middle(rig)
+    for aside in generator.uniform(-ASIDE, ASIDE, (DRAWN - 1, rig.dof)):
+        yield _middle(rig, aside)
+
+
+def _middle(rig: Rig, aside: Floats | None = None) -> Floats:
+    """Joint positions (dof,) in the middle of what is allowed, or `aside` of it, in shares of the way to the limits."""
+    limits, aside = rig.limits, np.zeros(rig.dof) if aside is None else aside
     if rig.mechanism == "delta":
-        middle: Floats = kinematics.inverse(rig.geometry, np.array([[0.0, 0.0, np.mean(limits.workspace_z)]]))[0]
+        low, high = limits.workspace_z
+        reach = np.array([limits.workspace_radius, limits.workspace_radius, (high - low) / 2])
+        middle: Floats = kinematics.inverse(
+            rig.geometry, [[0.0, 0.0, (low + high) / 2]] + (aside * reach)[None]
+        )[0]
         return middle
-    return np.full(rig.dof, (limits.joint_min + limits.joint_max) / 2)
+    return np.full(rig.dof, (limits.joint_min + limits.joint_max) / 2) + aside * (limits.joint_max - limits.joint_min) / 2
 
 
-def _improved(problem: Problem, start: Floats, report: Callable[[int], None]) -> Floats:
-    """The coefficients (v,) that the search ends with from `start` (v,)."""
+def _improved(problem: Problem, start: Floats, iterations: int, report: Callable[[], None]) -> Floats:
+    """The best coefficients (v,) within the limits that the search has seen from `start` (v,)."""
     from scipy.optimize import NonlinearConstraint, minimize
 
-    steps = count(1)
-    values = _remembered(lambda x: problem.evaluate(x[None]))
     slopes = _remembered(problem.slopes)
+    best = [start]
+    least = [_objective(problem, start)]
 
-    def objective(x: Floats) -> float:
-        return float(values(x)[0][0])
+    def looked_at(x: Floats) -> tuple[Floats, Floats]:
+        value, used = problem.evaluate(x[None])
+        if value[0] < least[0] and used.max() <= MARGIN + SLACK:
+            best[0], least[0] = x.copy(), float(value[0])
+        return value, used
 
-    def slope(x: Floats) -> Floats:
-        return slopes(x)[0]
-
+    values = _remembered(looked_at)
     limits = NonlinearConstraint(lambda x: values(x)[1][0], -np.inf, MARGIN, jac=lambda x: slopes(x)[1])
-    result = minimize(
-        objective,
+    minimize(
+        lambda x: GENTLE * float(values(x)[0][0]),
         start,
-        jac=slope,
+        jac=lambda x: GENTLE * slopes(x)[0],
         method="SLSQP",
         constraints=limits,
-        options={"maxiter": ITERATIONS},
-        callback=lambda _: report(next(steps)),
+        options={"maxiter": iterations},
+        callback=lambda _: report(),
     )
-    return np.asarray(result.x, dtype=np.float64)
+    return best[0]
 
 
 def _remembered(function: Callable[[Floats], tuple[Floats, Floats]]) -> Callable[[Floats], tuple[Floats, Floats]]:

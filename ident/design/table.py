@@ -42,14 +42,18 @@ def show(outcome: Outcome, console: Console) -> None:
 
 
 def _told_apart(outcome: Outcome) -> Table:
-    table = Table(title="Torque of each effect that the other cannot imitate, even with the model's help")
+    table = Table(title="Torque of each effect that the other cannot imitate", title_justify="left")
     table.add_column("")
     motions = _motions(outcome)
     for name, _ in motions:
         table.add_column(name, justify="right")
-    for number, effect in enumerate(("first effect", "second effect")):
-        shares = [quality.told_apart[number] for _, quality in motions if quality.told_apart]
-        table.add_row(effect, *(f"{100 * np.sqrt(share):.2g} %" for share in shares))
+    for effect in outcome.after.told_apart or ():
+        shares = [quality.told_apart[effect] for _, quality in motions if quality.told_apart]
+        table.add_row(effect, *(f"{100 * share:.2g} %" for share in shares))
+    table.caption = (
+        f"Over what the model without it cannot imitate on {outcome.against or 'a random motion'}; on the joint where "
+        "it is least."
+    )
     return table
 
 
@@ -82,8 +86,12 @@ def _limits(outcome: Outcome) -> Table:
     for name, _ in motions:
         table.add_column(name, justify="right")
     for limit in outcome.after.usage:
-        table.add_row(limit, *(f"{100 * quality.usage[limit]:.0f} %" for _, quality in motions))
+        table.add_row(limit, *(_share(quality, limit) for _, quality in motions))
     return table
+
+
+def _share(quality: Quality, limit: str) -> str:
+    return f"{100 * quality.usage[limit]:.0f} %" if limit in quality.usage else ""
 
 
 def _motions(outcome: Outcome) -> list[tuple[str, Quality]]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident import mechanisms
-from ident.effects import Additive, load
+from ident.effects import Additive, Effect, Shapes, load
 from ident.mechanisms import Mechanism, Parameter
 from ident.motion import Motion
 from ident.view import GRAVITY, Rate, View
@@ -15,9 +15,11 @@ from recordings.recording import Floats
 from recordings.rig import Rig
 
 _RATE = 500.0
-"""At which motions are taken to be sampled [Hz]; only effects that remember look at it."""
+"""At which motions are taken to be sampled where nobody says [Hz]; only effects that remember look at it."""
 _STEPS: dict[Rate, float] = {"position": 1e-5, "acceleration": 1.0}
 """Of differences."""
+_SOME = 40.0
+"""For a shape that is never searched blindly, such as a number of periods per turn."""
 
 
 def with_effects(rig: Rig, names: Sequence[str]) -> Mechanism:
@@ -67,38 +69,69 @@ class _With:
         return False
 
     def regressor(self, motion: Motion) -> Floats:
-        base, shapes = (
-            self.base.regressor(motion),
-            self.effect.columns(view_of(self.rig, self.base, motion), self._shapes()),
-        )
-        n, dof, c = shapes.shape
-        if self.effect.whole_robot:
-            return np.concatenate([base, shapes], axis=2)
-        own = np.zeros((n, dof, dof, c))
-        joint = np.arange(dof)
-        own[:, joint, joint] = shapes
-        return np.concatenate([base, own.reshape(n, dof, dof * c)], axis=2)
+        view = view_of(self.rig, self.base, motion, nominal_load(self.rig, self.base))
+        return np.concatenate([self.base.regressor(motion), additive(self.effect, view)], axis=2)
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         return self.base.nominal_torque(motion)
 
-    def _shapes(self) -> dict[str, float]:
-        return {shape.name: shape.starts[len(shape.starts) // 2] for shape in self.effect.shapes if shape.starts}
+
+def remade(mechanism: Mechanism, rig: Rig) -> Mechanism:
+    """The same `mechanism` for another `rig`."""
+    if isinstance(mechanism, _With):
+        return replace(mechanism, base=remade(mechanism.base, rig), rig=rig)
+    return mechanisms.create(rig)
 
 
-def view_of(rig: Rig, mechanism: Mechanism, motion: Motion) -> View:
-    """What effects see of a `motion` that nobody has recorded: with the load of the manufacturer's model, or none."""
-    mass = rig.nominal
-    known = {"m_p": mass.m_p + 3 * mass.m_d, "T_g": mass.m_a * mass.L1c * GRAVITY, "m_d": 0.0}
+def additive(effect: Additive, view: View) -> Floats:
+    """Torque (n, dof, owners * c) per unit of each coefficient of the `effect` on every joint, joint by joint."""
+    made = effect.columns(view, middle(effect))
+    if effect.whole_robot:
+        return made
+    n, dof, c = made.shape
+    own = np.zeros((n, dof, dof, c))
+    joint = np.arange(dof)
+    own[:, joint, joint] = made
+    return own.reshape(n, dof, dof * c)
+
+
+def middle(effect: Effect) -> Shapes:
+    """The middle one of the shapes at which a search for the `effect` begins."""
+    return {one.name: one.starts[len(one.starts) // 2] if one.starts else _SOME for one in effect.shapes}
+
+
+def nominal_load(rig: Rig, mechanism: Mechanism) -> Floats:
+    """(k,) parameters of the `mechanism` with the masses of the rig file, half of each forearm's at either end.
+
+    0 for those that the rig file does not know: friction, and everything of independent axes.
+    """
+    if rig.mechanism != "delta":
+        return np.zeros(len(mechanism.parameters))
+    nominal, arm = rig.nominal, rig.geometry.L1
+    inertia = nominal.motor_inertia + nominal.I_L1 + nominal.m_a * nominal.L1c**2 + nominal.m_d / 2 * arm**2
+    known = {f"I_{joint}": inertia for joint in (1, 2, 3)} | {
+        "m_p": nominal.m_p + 3 * nominal.m_d / 2,
+        "T_g": GRAVITY * (nominal.m_a * nominal.L1c + nominal.m_d / 2 * arm),
+    }
+    return np.array([known.get(parameter.name, 0.0) for parameter in mechanism.parameters])
+
+
+def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: float = _RATE) -> View:
+    """What effects see of a `motion` that nobody has recorded, at `rate` [Hz].
+
+    load: (k,) parameters of the `mechanism`.
+    """
+    rigid = np.array([0.0 if parameter.friction else 1.0 for parameter in mechanism.parameters]) * load
 
     def load_at(other: Motion) -> Floats:
-        torque = mechanism.nominal_torque(other)
-        return np.zeros_like(other.position) if torque is None else torque
+        torque: Floats = mechanism.regressor(other) @ rigid
+        return torque
 
     def slope(name: Rate) -> Floats:
         here, step = getattr(motion, name), _STEPS[name]
         moved = [replace(motion, **{name: here + step * unit}) for unit in np.eye(rig.dof)]
         return np.stack([(load_at(one) - load_at(motion)) / step for one in moved], axis=2)
 
-    time = np.arange(len(motion.position)) / _RATE
-    return View(rig, _RATE, time, motion, load_at, slope, known)
+    known = {one.name: float(value) for one, value in zip(mechanism.parameters, load, strict=True)}
+    known["m_d"] = sum(value for name, value in known.items() if name.endswith(".m_d"))
+    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, slope, known)

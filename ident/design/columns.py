@@ -1,0 +1,90 @@
+"""The torque that an effect makes in a motion that nobody has recorded yet."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ident.design.with_effects import additive, middle, remade, view_of
+from ident.effects import Additive, Effect, Signal, Values
+from ident.mechanisms import Mechanism
+from ident.motion import Motion
+from ident.view import View
+from recordings.recording import Floats
+from recordings.rig import Rig
+from trajectories.kinematics import Unreachable
+
+_SMALLER = 0.25
+"""Where the mechanism does not close with a distortion, one so much smaller is looked at."""
+_LEAST = 1e-3
+"""Over the size at first; then the motion itself is to blame."""
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """In what effects are looked at."""
+
+    rig: Rig
+    mechanism: Mechanism
+    load: Floats
+    """(k,) parameters of the mechanism, by which effects reckon the load."""
+    rate: float = 500.0
+    """Of the motions [Hz]."""
+
+    def owners(self, effect: Effect) -> int:
+        """How many sets of its parameters an effect has on all joints."""
+        return 1 if effect.whole_robot else self.rig.dof
+
+    def each(self, effect: Effect) -> int:
+        """Of so many parameters."""
+        own = effect.coefficients if isinstance(effect, Additive) else effect.parameters  # type: ignore[attr-defined]
+        return len(own)
+
+    def count(self, effect: Effect) -> int:
+        """All of them."""
+        return self.owners(effect) * self.each(effect)
+
+    def columns(self, effect: Effect, motion: Motion) -> Floats:
+        """Torque (n, dof, count) per unit of each parameter, joint by joint.
+
+        Raises:
+            Unreachable: the mechanism does not close in this motion.
+        """
+        if isinstance(effect, Additive):
+            return additive(effect, self.view(motion))
+        assert isinstance(effect, Signal)
+        view = self.view(motion)
+        changes = [
+            self._change(effect, view, owner, index, effect.parameters[index].starts[0])
+            for owner in range(self.owners(effect))
+            for index in range(self.each(effect))
+        ]
+        return np.stack(changes, axis=2)
+
+    def view(self, motion: Motion) -> View:
+        """What effects see of `motion`."""
+        return view_of(self.rig, self.mechanism, motion, self.load, self.rate)
+
+    def _change(self, effect: Signal, view: View, owner: int, index: int, size: float) -> Floats:
+        """Change (n, dof) of what is reported, per unit of one parameter, looked at with that `size` of it."""
+        values = {one.name: np.zeros(self.owners(effect)) for one in effect.parameters}
+        values[effect.parameters[index].name][owner] = size
+        values |= {name: np.array([value]) for name, value in middle(effect).items()}
+        try:
+            change: Floats = np.nan_to_num((self._reported(effect, values, view) - view.rigid) / size)
+        except Unreachable:
+            if abs(size) < _LEAST * abs(effect.parameters[index].starts[0]):
+                raise
+            return self._change(effect, view, owner, index, _SMALLER * size)
+        return change
+
+    def _reported(self, effect: Signal, values: Values, view: View) -> Floats:
+        """Torque (n, dof) that is reported with these `values` of an effect, where `view` is what is measured."""
+        true, motion = self, view.motion
+        if effect.rig:
+            rig = effect.rig(self.rig, values)
+            true = replace(self, rig=rig, mechanism=remade(self.mechanism, rig))
+        if effect.position:
+            motion = replace(motion, position=effect.position(motion.position, self.rig, values))
+        if effect.rig or effect.position:
+            view = true.view(motion)
+        return effect.report(view.rigid, view, values) if effect.report else view.rigid

@@ -1,0 +1,119 @@
+"""The two designs: the motion that shows all parameters best, and the one that tells effects apart best."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.cutoff import USUAL
+from ident.design.problem import Criterion
+from ident.design.motions import repeated
+from ident.design.quality import Quality, judge
+from ident.design.recorded import Recorded
+from ident.design.rivals import LEAST, Pair, rivals
+from ident.design.search import search
+from ident.design.table import Outcome
+from ident.effects import Effect
+from ident.estimators import Progress
+from ident.mechanisms import Mechanism
+from recordings.errors import BadInput
+from recordings.rig import Rig
+from trajectories import Trajectory, load
+from trajectories.fourier import FourierSeries
+from trajectories.trajectory import assemble
+
+
+@dataclass(frozen=True)
+class Order:
+    """What the motion is to be like."""
+
+    name: str
+    """Of the trajectory file."""
+    rig: Rig
+    period: float
+    """[s]"""
+    harmonics: int
+    against: str | None
+    """Trajectory that it is compared with; None: the built-in excitation, for a delta robot."""
+    noise: float
+    """RMS of the torque [N m or N]."""
+    seed: int
+
+    @property
+    def compared(self) -> Trajectory | None:
+        """What it is compared with."""
+        against = self.against or ("excitation" if self.rig.mechanism == "delta" else None)
+        return load(against, self.rig) if against else None
+
+
+Found = tuple[Outcome, FourierSeries]
+
+
+def excitation(order: Order, mechanism: Mechanism, criterion: Criterion, progress: Progress) -> Found:
+    """The motion that shows the parameters of the `mechanism` best.
+
+    Raises:
+        BadInput: there is no motion within the limits.
+    """
+    reference = order.compared
+    before = judge(reference, order.rig, mechanism, order.noise, USUAL) if reference else None
+    return _found(order, mechanism, criterion, reference, before, progress)
+
+
+def discrimination(
+    order: Order,
+    pairs: Sequence[Pair],
+    effects: Mapping[str, Effect],
+    joints: Sequence[int],
+    recorded: Recorded | None,
+    progress: Progress,
+) -> Found:
+    """The motion that tells the effects of each of the `pairs` apart best, together with what is `recorded`.
+
+    effects: by name; joints: on which the true one is, from 0, or anywhere if empty.
+
+    Raises:
+        BadInput: an effect is none of this mechanism, or depends on time; or no motion tells them apart.
+    """
+    reference = recorded.trajectory if recorded else order.compared
+    mechanism = rivals(order.rig, pairs, effects, joints, recorded.known if recorded else None)
+    before = None
+    if reference:
+        mechanism = mechanism.sampled(reference.rate).as_strong_as_on(repeated(reference))
+        before = judge(reference, order.rig, mechanism, order.noise, USUAL)
+    outcome, series = _found(
+        order, mechanism.beside(repeated(reference)) if recorded else mechanism, "t", reference, before, progress
+    )
+    told = outcome.after.told_apart or {}
+    least = min(told, key=lambda name: told[name])
+    if told[least] < LEAST:
+        raise BadInput(
+            f"effects that some motion tells apart expected, in the best one found a rival imitates {least} to "
+            f"{100 * told[least]:.1g} %; look at the machine itself"
+        )
+    return outcome, series
+
+
+def _found(
+    order: Order,
+    mechanism: Mechanism,
+    criterion: Criterion,
+    reference: Trajectory | None,
+    before: Quality | None,
+    progress: Progress,
+) -> Found:
+    generator = np.random.default_rng(order.seed)
+    series = search(order.rig, mechanism, criterion, order.period, order.harmonics, generator, progress)
+    after = assemble(series.motion(order.name), order.rig)
+    outcome = Outcome(
+        name=order.name,
+        criterion=criterion,
+        seed=order.seed,
+        noise=order.noise,
+        seconds=after.cycles * after.period,
+        parameters=mechanism.parameters,
+        after=judge(after, order.rig, mechanism, order.noise, USUAL),
+        against=reference.name if reference else None,
+        before=before,
+    )
+    return outcome, series
