@@ -42,9 +42,11 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--recording",
+    "recordings",
     type=FILE,
+    multiple=True,
     metavar="FILE",
-    help="That cannot tell A from B: the motion is to do it together with this one. Its rig is taken, too.",
+    help="For its rig, and so that both motions together tell A from B. May be repeated.",
 )
 @click.option(
     "--effect-file", "effect_files", type=FILE, multiple=True, metavar="FILE", help="An effect of your own (.py)."
@@ -80,7 +82,7 @@ def command(
     effects: tuple[str, ...],
     pairs: tuple[tuple[str, str], ...],
     joints: tuple[int, ...],
-    recording: Path | None,
+    recordings: tuple[Path, ...],
     effect_files: tuple[Path, ...],
     period: float,
     harmonics: int,
@@ -98,7 +100,7 @@ def command(
     """
     if pairs and effects:
         raise BadInput("--with or --discriminate expected, both found; leave one out")
-    if rig_file and recording:
+    if rig_file and recordings:
         raise BadInput("--rig or --recording, which has its rig with it, expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
@@ -110,7 +112,6 @@ def command(
     from rich.console import Console
 
     from ident.design import table
-
     from ident.design.designs import Order, discrimination, excitation
     from ident.design.recorded import recorded as from_recording
     from ident.design.with_effects import with_effects
@@ -118,8 +119,8 @@ def command(
     from ident.progress import progress_bar
     from recordings.rig import load_rig, simulated_rig
 
-    recorded = from_recording(recording) if recording else None
-    rig = recorded.rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
+    recorded = [from_recording(path) for path in recordings]
+    rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     order = Order(out.name, rig, period, harmonics, against, noise, seed)
     with progress_bar("searching", "searching") as progress:
         if pairs:

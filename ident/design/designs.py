@@ -6,12 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.cutoff import USUAL
-from ident.design.problem import Criterion
 from ident.design.motions import repeated
+from ident.design.problem import Criterion
 from ident.design.quality import Quality, judge
 from ident.design.recorded import Recorded
 from ident.design.rivals import LEAST, Pair, rivals
-from ident.design.search import search
+from ident.design.search import drawn, search
 from ident.design.table import Outcome
 from ident.effects import Effect
 from ident.estimators import Progress
@@ -65,7 +65,7 @@ def discrimination(
     pairs: Sequence[Pair],
     effects: Mapping[str, Effect],
     joints: Sequence[int],
-    recorded: Recorded | None,
+    recorded: Sequence[Recorded],
     progress: Progress,
 ) -> Found:
     """The motion that tells the effects of each of the `pairs` apart best, together with what is `recorded`.
@@ -75,15 +75,15 @@ def discrimination(
     Raises:
         BadInput: an effect is none of this mechanism, or depends on time; or no motion tells them apart.
     """
-    reference = recorded.trajectory if recorded else order.compared
-    mechanism = rivals(order.rig, pairs, effects, joints, recorded.known if recorded else None)
-    before = None
-    if reference:
-        mechanism = mechanism.sampled(reference.rate).as_strong_as_on(repeated(reference))
-        before = judge(reference, order.rig, mechanism, order.noise, USUAL)
-    outcome, series = _found(
-        order, mechanism.beside(repeated(reference)) if recorded else mechanism, "t", reference, before, progress
-    )
+    mechanism = rivals(order.rig, pairs, effects, joints, recorded[0].known if recorded else None)
+    reference = recorded[0].trajectory if recorded else order.compared or _random(order, mechanism)
+    mechanism = mechanism.sampled(reference.rate).as_strong_as_on(repeated(reference))
+    for other in recorded[1:]:
+        mechanism = mechanism.sampled(other.trajectory.rate).beside(repeated(other.trajectory))
+    before = judge(reference, order.rig, mechanism, order.noise, USUAL)
+    if recorded:
+        mechanism = mechanism.sampled(reference.rate).beside(repeated(reference))
+    outcome, series = _found(order, mechanism, "t", reference, before, progress)
     told = outcome.after.told_apart or {}
     least = min(told, key=lambda name: told[name])
     if told[least] < LEAST:
@@ -92,6 +92,12 @@ def discrimination(
             f"{100 * told[least]:.1g} %; look at the machine itself"
         )
     return outcome, series
+
+
+def _random(order: Order, mechanism: Mechanism) -> Trajectory:
+    generator = np.random.default_rng(order.seed)
+    series = drawn(order.rig, mechanism, order.period, order.harmonics, generator)
+    return assemble(series.motion("a random motion"), order.rig)
 
 
 def _found(

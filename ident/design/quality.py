@@ -22,8 +22,8 @@ class Quality:
     std: Floats
     """(k,) expected standard errors of the parameters; infinite for one that the motion does not show."""
     told_apart: dict[str, float] | None
-    """Where effects are to be told apart: RMS of the torque of each that neither the model nor a rival can imitate, if
-    the model alone leaves 1 of it on a motion of reference."""
+    """Where effects are to be told apart: RMS [N m] of the torque of each that no rival can imitate, even with the
+    model's help, if of what the effect does on a motion of reference the model alone leaves 1 N m."""
     usage: dict[str, float]
     """Share of each limit that is used, by its name in the rig file."""
 

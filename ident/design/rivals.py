@@ -105,7 +105,7 @@ class Rivals:
 
     def beside(self, motion: Motion) -> "Rivals":
         """For motions that will be looked at together with `motion`, which is recorded already."""
-        return replace(self, recorded=products(self.regressor(motion)[None])[0])
+        return replace(self, recorded=self.recorded + products(self.regressor(motion)[None])[0])
 
     def told(self, gram: Floats) -> dict[str, Floats]:
         """(b, q) of each effect: mean squares of torque that speak for it, given mean products (b, k, k) of columns.

@@ -2,6 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import count
@@ -32,7 +33,7 @@ ITERATIONS = 120
 TOTAL = STARTS * SHORT + KEPT * ITERATIONS
 """Iterations in all, at most."""
 GENTLE = 0.03
-"""Factor of the objective: first steps of the search are as long as its slope, and must not leave the limits by far."""
+"""Factor of the objective: the first steps of a search are as long as its slope, and are not to lead far astray."""
 MARGIN = 0.95
 """Share of each limit that is used at most."""
 SLACK = 0.005
@@ -70,6 +71,16 @@ def search(
     return _within_limits(problem.series(min(starts, key=partial(_objective, problem))), rig)
 
 
+def drawn(rig: Rig, mechanism: Mechanism, period: float, harmonics: int, generator: Generator) -> FourierSeries:
+    """A random motion of the same kind.
+
+    Raises:
+        BadInput: there is no motion within the limits.
+    """
+    problem = Problem(rig, mechanism, "d", period, harmonics, np.ones(len(mechanism.parameters)))
+    return _within_limits(problem.series(_starts(problem, generator)[0]), rig)
+
+
 def _objective(problem: Problem, coefficients: Floats) -> float:
     return float(problem.evaluate(coefficients[None])[0][0])
 
@@ -105,23 +116,24 @@ def _start(problem: Problem, centre: Floats, generator: Generator) -> Floats | N
 
 
 def _centres(rig: Rig, generator: Generator) -> Iterator[Floats]:
-    """DRAWN joint positions (dof,): the middle of what is allowed, and others beside it."""
+    """DRAWN joint positions (dof,) at most: the middle of what is allowed, and others beside it."""
     yield _middle(rig)
     for aside in generator.uniform(-ASIDE, ASIDE, (DRAWN - 1, rig.dof)):
-        yield _middle(rig, aside)
+        with suppress(kinematics.Unreachable):
+            yield _middle(rig, aside)
 
 
 def _middle(rig: Rig, aside: Floats | None = None) -> Floats:
-    """Joint positions (dof,) in the middle of what is allowed, or `aside` of it, in shares of the way to the limits."""
+    """Joint positions (dof,) in the middle of what is allowed, or `aside` of it (dof,), over the way to the limits."""
     limits, aside = rig.limits, np.zeros(rig.dof) if aside is None else aside
     if rig.mechanism == "delta":
         low, high = limits.workspace_z
         reach = np.array([limits.workspace_radius, limits.workspace_radius, (high - low) / 2])
-        middle: Floats = kinematics.inverse(
-            rig.geometry, [[0.0, 0.0, (low + high) / 2]] + (aside * reach)[None]
-        )[0]
+        place = np.array([0.0, 0.0, (low + high) / 2]) + aside * reach
+        middle: Floats = kinematics.inverse(rig.geometry, place[None])[0]
         return middle
-    return np.full(rig.dof, (limits.joint_min + limits.joint_max) / 2) + aside * (limits.joint_max - limits.joint_min) / 2
+    low, high = limits.joint_min, limits.joint_max
+    return (low + high) / 2 + aside * (high - low) / 2
 
 
 def _improved(problem: Problem, start: Floats, iterations: int, report: Callable[[], None]) -> Floats:
@@ -138,12 +150,18 @@ def _improved(problem: Problem, start: Floats, iterations: int, report: Callable
             best[0], least[0] = x.copy(), float(value[0])
         return value, used
 
+    def objective(x: Floats) -> float:
+        return GENTLE * float(values(x)[0][0])
+
+    def slope(x: Floats) -> Floats:
+        return GENTLE * slopes(x)[0]
+
     values = _remembered(looked_at)
     limits = NonlinearConstraint(lambda x: values(x)[1][0], -np.inf, MARGIN, jac=lambda x: slopes(x)[1])
     minimize(
-        lambda x: GENTLE * float(values(x)[0][0]),
+        objective,
         start,
-        jac=lambda x: GENTLE * slopes(x)[0],
+        jac=slope,
         method="SLSQP",
         constraints=limits,
         options={"maxiter": iterations},

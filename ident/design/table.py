@@ -42,7 +42,7 @@ def show(outcome: Outcome, console: Console) -> None:
 
 
 def _told_apart(outcome: Outcome) -> Table:
-    table = Table(title="Torque of each effect that the other cannot imitate", title_justify="left")
+    table = Table(title="Torque of each effect that no rival imitates", title_justify="left")
     table.add_column("")
     motions = _motions(outcome)
     for name, _ in motions:
@@ -51,8 +51,8 @@ def _told_apart(outcome: Outcome) -> Table:
         shares = [quality.told_apart[effect] for _, quality in motions if quality.told_apart]
         table.add_row(effect, *(f"{100 * share:.2g} %" for share in shares))
     table.caption = (
-        f"Over what the model without it cannot imitate on {outcome.against or 'a random motion'}; on the joint where "
-        "it is least."
+        f"Over what the model alone leaves of it on {outcome.against}; on the joint where it is least. The new motion "
+        "counts together with those that are recorded."
     )
     return table
 

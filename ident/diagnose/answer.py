@@ -1,5 +1,6 @@
 """The answer to a diagnosis in words and numbers."""
 
+import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -22,6 +23,7 @@ from ident.diagnose.document import (
 from ident.diagnose.intervals import intervals
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
+from ident.effects import names as built_in
 from ident.samples import holds_torque
 from ident.stand_in import source
 from recordings.recording import Floats
@@ -215,16 +217,25 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
 
 
 def _next_motion(found: Diagnosis) -> NextMotion | None:
+    material = found.material
+    files = dict.fromkeys(str(data.recording.path) for data in material.datasets)
+    beside = [f"--recording {shlex.quote(file)}" for file in files]
     for one in _news(found):
-        if one.alternatives:
-            other = one.alternatives[0]
-            return NextMotion(
-                why=f"{one.term.name} and {other} cannot be told apart on these recordings; another motion can.",
-                command=f"ident design --discriminate {one.term.name} {other} -o next.toml",
-            )
-    if not found.material.other_motion:
+        # What changes with time no motion tells from anything.
+        others = [name for name in one.alternatives if found.library[name].axis != "time"]
+        if not others or one.term.effect.axis == "time":
+            continue
+        name = one.term.name
+        own_files = [f"--effect-file {other}.py" for other in (name, *others) if other not in built_in()]
+        joints = () if one.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in one.term.joints)
+        pairs = (f"--discriminate {name} {other}" for other in others)
+        return NextMotion(
+            why=f"{name} and {', '.join(others)} cannot be told apart on these recordings; another motion can.",
+            command=" ".join(("ident design", *pairs, *joints, *beside, *own_files, "-o next.toml")),
+        )
+    if not material.other_motion and len(files) == 1:
         return NextMotion(
             why="A second, different motion would show whether the findings hold beyond this one.",
-            command="ident design -o next.toml",
+            command=" ".join(("ident design", *beside, "-o next.toml")),
         )
     return None
