@@ -113,13 +113,13 @@ def command(
 
     from ident.design import table
     from ident.design.designs import Order, discrimination, excitation
-    from ident.design.recorded import recorded as from_recording
+    from ident.design.recorded import recorded as from_recordings
     from ident.design.with_effects import with_effects
     from ident.effects import library
     from ident.progress import progress_bar
     from recordings.rig import load_rig, simulated_rig
 
-    recorded = [from_recording(path) for path in recordings]
+    recorded = from_recordings(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     order = Order(out.name, rig, period, harmonics, against, noise, seed)
     with progress_bar("searching", "searching") as progress:

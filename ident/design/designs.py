@@ -57,7 +57,8 @@ def excitation(order: Order, mechanism: Mechanism, criterion: Criterion, progres
     """
     reference = order.compared
     before = judge(reference, order.rig, mechanism, order.noise, USUAL) if reference else None
-    return _found(order, mechanism, criterion, reference, before, progress)
+    against = order.against or (reference.name if reference else None)
+    return _found(order, mechanism, criterion, against, before, progress)
 
 
 def discrimination(
@@ -81,9 +82,10 @@ def discrimination(
     for other in recorded[1:]:
         mechanism = mechanism.sampled(other.trajectory.rate).beside(repeated(other.trajectory))
     before = judge(reference, order.rig, mechanism, order.noise, USUAL)
+    against = reference.name if recorded else order.against or reference.name
     if recorded:
         mechanism = mechanism.sampled(reference.rate).beside(repeated(reference))
-    outcome, series = _found(order, mechanism, "t", reference, before, progress)
+    outcome, series = _found(order, mechanism, "t", against, before, progress)
     told = outcome.after.told_apart or {}
     least = min(told, key=lambda name: told[name])
     if told[least] < LEAST:
@@ -104,7 +106,7 @@ def _found(
     order: Order,
     mechanism: Mechanism,
     criterion: Criterion,
-    reference: Trajectory | None,
+    against: str | None,
     before: Quality | None,
     progress: Progress,
 ) -> Found:
@@ -119,7 +121,7 @@ def _found(
         seconds=after.cycles * after.period,
         parameters=mechanism.parameters,
         after=judge(after, order.rig, mechanism, order.noise, USUAL),
-        against=reference.name if reference else None,
+        against=against,
         before=before,
     )
     return outcome, series

@@ -28,6 +28,8 @@ SMOOTH = 0.01
 """Share of the limit of speed below which sgn is smoothed, as the search needs slopes."""
 POWER = 4
 """The smallest is approached by the mean of this power of all inverse ones, which has slopes."""
+NOTHING = 1e-12
+"""What is smaller is none."""
 STEP = 1e-6
 """Of differences [rad or m]."""
 FAR = 1e3
@@ -112,7 +114,7 @@ class Problem:
             told = np.concatenate(list(self.mechanism.told(products(rows)).values()), axis=1)
             return _least(told)
         information = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
-        eigenvalues = np.maximum(np.linalg.eigvalsh(information), 1e-12)
+        eigenvalues = np.maximum(np.linalg.eigvalsh(information), NOTHING)
         if self.criterion == "d":
             objective: Floats = -np.log(eigenvalues).mean(axis=1)
         else:
@@ -150,5 +152,5 @@ class Problem:
 
 def _least(values: Floats) -> Floats:
     """(b,) minus the logarithm of about the smallest of `values` (b, q)."""
-    least: Floats = np.log(np.mean(values**-POWER, axis=1)) / POWER
+    least: Floats = np.log(np.mean(np.maximum(values, NOTHING) ** -POWER, axis=1)) / POWER
     return least

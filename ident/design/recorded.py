@@ -1,5 +1,6 @@
 """What a recording that exists tells about the next motion: its rig, its motion, the load."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,8 +11,9 @@ from ident.design.motions import trajectory
 from ident.design.rivals import always_true
 from ident.design.with_effects import with_effects
 from ident.diagnose.excerpts import excerpts
+from ident.identification import refuse_different_rigs
 from recordings.reader import read
-from recordings.recording import Floats
+from recordings.recording import Floats, Recording
 from recordings.rig import Rig
 from trajectories import Trajectory
 
@@ -27,21 +29,27 @@ class Recorded:
     """(k,) parameters of the mechanism with what is always true of it, fitted by least squares."""
 
 
-def recorded(path: Path) -> Recorded:
-    """The recording in the file `path`, or its beginning if it is long.
+def recorded(paths: Sequence[Path]) -> list[Recorded]:
+    """The recordings in the files `paths`, or their beginnings if they are long.
 
     Raises:
-        BadInput: it cannot be read or prepared.
+        BadInput: one cannot be read or prepared, or they are not of the same rig.
     """
-    recording = excerpts(read(path))[0].recording
+    recordings = [excerpts(read(path))[0].recording for path in paths]
+    if recordings:
+        refuse_different_rigs(recordings)
+    return [_seen(recording) for recording in recordings]
+
+
+def _seen(recording: Recording) -> Recorded:
     course = prepare(recording, "parallel", None)
     rig, motion = recording.rig, course.path.motion
     regressor = course.condition(with_effects(rig, always_true(rig)).regressor(motion))
     torque = course.dataset.torque
     usable = course.usable & np.isfinite(regressor).all(axis=2)
-    known: Floats = np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0]
+    known = np.asarray(np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0], np.float64)
     signals = (motion.position, motion.velocity, motion.acceleration)
     whole = np.isfinite(signals).all(axis=(0, 2))
     position, velocity, acceleration = (signal[whole] for signal in signals)
-    made = trajectory(path.name, rig, course.samples.rate, position, velocity, acceleration)
+    made = trajectory(recording.path.name, rig, course.samples.rate, position, velocity, acceleration)
     return Recorded(rig, made, known)

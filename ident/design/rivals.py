@@ -171,13 +171,16 @@ def rivals(
     known: (k,) parameters of the mechanism with what is always true of it; those of the rig file if None.
 
     Raises:
-        BadInput: an effect is none of this mechanism, or depends on when something happens.
+        BadInput: an effect is unknown or none of this mechanism, or depends on when something happens; or there is no
+            such joint.
     """
     for first, second in pairs:
         for name in (first, second):
-            _refuse(name, effects[name], rig)
+            _refuse(name, effects, rig)
         if first == second:
             raise BadInput(f"two different effects expected, {first} found twice; name another")
+    if any(joint >= rig.dof for joint in joints):
+        raise BadInput(f"joint 1 to {rig.dof} expected, {max(joints) + 1} found; name another")
     named = list(dict.fromkeys(name for pair in pairs for name in pair))
     base = with_effects(rig, [name for name in always_true(rig) if name not in named])
     values = nominal_load(rig, base) if known is None else known[: len(base.parameters)]
@@ -194,7 +197,10 @@ def always_true(rig: Rig) -> list[str]:
     return [name for name in names() if (effect := load(name)).always_true and rig.mechanism in effect.mechanisms]
 
 
-def _refuse(name: str, effect: Effect, rig: Rig) -> None:
+def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig) -> None:
+    if name not in effects:
+        raise BadInput(f"effect: one of {', '.join(effects)} expected, '{name}' found; name another")
+    effect = effects[name]
     if rig.mechanism not in effect.mechanisms:
         raise BadInput(f"effect {name}: one of mechanism {rig.mechanism} expected; choose another")
     if effect.axis == "time":

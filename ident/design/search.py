@@ -124,7 +124,7 @@ def _centres(rig: Rig, generator: Generator) -> Iterator[Floats]:
 
 
 def _middle(rig: Rig, aside: Floats | None = None) -> Floats:
-    """Joint positions (dof,) in the middle of what is allowed, or `aside` of it (dof,), over the way to the limits."""
+    """Joint positions (dof,) in the middle of what is allowed, or `aside` (dof,) of it, 1 being the limit."""
     limits, aside = rig.limits, np.zeros(rig.dof) if aside is None else aside
     if rig.mechanism == "delta":
         low, high = limits.workspace_z

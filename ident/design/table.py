@@ -51,8 +51,8 @@ def _told_apart(outcome: Outcome) -> Table:
         shares = [quality.told_apart[effect] for _, quality in motions if quality.told_apart]
         table.add_row(effect, *(f"{100 * share:.2g} %" for share in shares))
     table.caption = (
-        f"Over what the model alone leaves of it on {outcome.against}; on the joint where it is least. The new motion "
-        "counts together with those that are recorded."
+        f"Over what the model alone leaves of it on {outcome.against}; on the joint where it is least. "
+        "The new motion counts together with those that are recorded."
     )
     return table
 
