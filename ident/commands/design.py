@@ -102,6 +102,8 @@ def command(
         raise BadInput("--with or --discriminate expected, both found; leave one out")
     if rig_file and recordings:
         raise BadInput("--rig or --recording, which has its rig with it, expected, both found; leave one out")
+    if against and pairs and recordings:
+        raise BadInput("--against or --recording, with which it is compared, expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
     if out.exists() and not force:

@@ -90,8 +90,8 @@ def discrimination(
     least = min(told, key=lambda name: told[name])
     if told[least] < LEAST:
         raise BadInput(
-            f"effects that some motion tells apart expected, in the best one found a rival imitates {least} to "
-            f"{100 * told[least]:.1g} %; look at the machine itself"
+            f"effects that some motion tells apart expected, in the best one found a rival imitates all but "
+            f"{100 * told[least]:.1g} % of {least}; look at the machine itself"
         )
     return outcome, series
 

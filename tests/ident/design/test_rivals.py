@@ -1,6 +1,7 @@
 """Motions that tell effects apart."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,13 +10,12 @@ from click.testing import CliRunner, Result
 
 from ident.cli import program
 from ident.design.motions import repeated
-from ident.design.rivals import Rivals, rivals
+from ident.design.rivals import rivals
 from ident.effects import library
 from ident.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, simulated_rig
-from trajectories import kinematics
 from trajectories import library as trajectories
 
 SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"
@@ -99,23 +99,15 @@ def test_effects_that_remember_know_the_rate() -> None:
 
 
 def test_a_distortion_beyond_what_closes_is_looked_at_smaller() -> None:
-    on = _stretched(simulated_rig())
-    made: Rivals = rivals(simulated_rig(), [("geometry_error", "encoder_zero_offset")], library())
-    assert np.isfinite(made.regressor(on)).all()
-
-
-def _stretched(rig: Rig) -> Motion:
-    """Arms as far apart as the forearms reach, to a millionth."""
-    low, high, arms = 0.0, 2.0, np.array([2.0, 0.0, -0.5])
-    while high - low > 1e-6:
-        middle = (low + high) / 2
-        try:
-            kinematics.forward(rig.geometry, middle * arms[None])
-            low = middle
-        except kinematics.Unreachable:
-            high = middle
-    still = np.zeros((5, 3))
-    return Motion(np.tile(low * arms, (5, 1)), still, still, still)
+    known = library()
+    own = [replace(one, starts=(-0.6,)) for one in known["geometry_error"].parameters]  # type: ignore[attr-defined]
+    short = {**known, "geometry_error": replace(known["geometry_error"], parameters=tuple(own))}  # type: ignore[call-arg]
+    made, smaller = (
+        rivals(simulated_rig(), [("geometry_error", "stribeck")], effects).as_strong_as_on(motion())
+        for effects in (short, known)
+    )
+    found, expected = (one.regressor(motion())[:, :, len(one.base.parameters)] for one in (made, smaller))
+    assert np.corrcoef(found.ravel(), expected.ravel())[0, 1] > 0.9
 
 
 @pytest.mark.parametrize(
