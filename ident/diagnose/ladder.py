@@ -177,12 +177,6 @@ class Climber:
         keep = ~composition.entries(index)
         return self.finder.solved(composition.without(index), state.solution.x[keep])
 
-    def _idle(self, name: str, state: State, other: State) -> bool:
-        """Whether what the `other` adds contains the effect `name` of `state`, and explains no more than that."""
-        more = max(len(other.solution.x) - len(state.solution.x), 0)
-        contained = name in other.terms[-1].effect.contains
-        return contained and not self.finder.clear(state.solution.loss, other.solution.loss, more)
-
     def _settles(self, other: State, state: State) -> bool:
         """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
         gain = self.gain(other, state)
@@ -205,6 +199,6 @@ class Climber:
         names = [
             one.terms[-1].name
             for one in alike
-            if one is not state and not self._settles(one, state) and not self._idle(term.name, state, one)
+            if one is not state and not self._settles(one, state) and not self.finder.no_more(term.name, state, one)
         ]
         return Finding(term, gain, tuple(names[:3]), without.residuals, state.residuals), best

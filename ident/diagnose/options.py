@@ -58,6 +58,12 @@ class Finder:
         """Whether the loss has fallen by more than so many `parameters` make of noise."""
         return before - after > CLEAR * parameters * self.chance(after)
 
+    def no_more(self, name: str, state: State, other: State) -> bool:
+        """Whether what `other` adds contains the effect `name` of `state`, and explains no more than that."""
+        parameters = max(len(other.solution.x) - len(state.solution.x), 0)
+        contained = name in other.terms[-1].effect.contains
+        return contained and not self.clear(state.solution.loss, other.solution.loss, parameters)
+
     def _find(self, state: State, leave: str) -> Options:
         candidates, unseen, gains = self.look(state, leave)
         worth = [one for one in candidates if self.clear(state.solution.loss, one.loss, one.own)]

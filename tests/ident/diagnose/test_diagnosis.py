@@ -1,6 +1,7 @@
 """What is hidden in a plant that shares nothing with the identifier is found, named, and nothing else."""
 
 import json
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -176,6 +177,20 @@ def test_without_another_recording_phase_segments_are_held_out(hide: Hide) -> No
     assert "phase segments" in found["held_out"]
     assert news(found) == ["cogging"]
     assert found["next_motion"]["command"].startswith("ident design")
+
+
+def test_the_recommended_motion_can_be_designed(hide: Hide, tmp_path: Path) -> None:
+    found = diagnose(hide(["arm_mass_mismatch"], size=0.01), validate=False)
+    (named,) = (one for one in found["findings"] if one["effect"] != "rod_inertia")
+    assert named["confusable_with"]
+    command = shlex.split(found["next_motion"]["command"])
+    assert command[0] == "ident"
+    assert command[-2:] == ["-o", "next.toml"]
+    result = run(*command[1:-1], tmp_path / "next.toml", "--json", "--harmonics", 1)
+    assert result.exit_code == 0, result.output
+    designed = json.loads(result.stdout)
+    assert set(designed["after"]["told_apart"]) == {named["effect"], *named["confusable_with"]}
+    assert (tmp_path / "next.toml").exists()
 
 
 def test_the_improved_model_explains_as_much_in_a_file(hide: Hide, tmp_path: Path) -> None:
