@@ -22,9 +22,11 @@ HIDDEN = (
     ("backlash", 0.01, [2]),
     ("arm_com_offset", 0.01, [2]),
     ("arm_mass_mismatch", 0.03, [2]),
+    ("torque_gain_mismatch", 0.01, [3]),
+    ("arm_com_offset", 0.01, [1]),
 )
-"""Effects, their sizes over the torque, and joints: of all that the simulated rig can hide on a joint at 1 % and 3 %,
-those that one recording of fig5a leaves together with others."""
+"""Effects, their sizes over the torque, and joints: what one recording of fig5a leaves together with others, of all
+that was hidden on joint 2 at 1 % and 3 %; and two of them on other joints."""
 
 
 def main() -> None:
