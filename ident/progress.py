@@ -19,7 +19,7 @@ def progress_bar(first: str, then: str) -> Iterator[Progress]:
     console = Console(stderr=True)
     with Bar(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(first, total=None)
-        yield lambda done, total: bar.update(task, description=then, completed=done, total=total)
+        yield lambda done, total, *_: bar.update(task, description=then, completed=done, total=total)
 
 
 @contextmanager

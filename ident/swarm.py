@@ -84,8 +84,9 @@ def search(
         position = position + velocity  # (35)
         _remember(swarm, np.clip(position, lowest, highest), objective)
         history.append(swarm.personal_value.min())
-        progress(step + 1, settings.iterations)
-        if settings.tolerance and certificate.excess(history[-1]) <= settings.tolerance:
+        excess = certificate.excess(history[-1])
+        progress(step + 1, settings.iterations, excess)
+        if settings.tolerance and excess <= settings.tolerance:
             break
     best = int(swarm.personal_value.argmin())
     return Estimate(

@@ -137,4 +137,4 @@ def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, pr
     bandwidth = found.material.datasets[0].bandwidth
     choices = identification.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
     settled = top.composition, top.x
-    return identification.identify(files, validate, choices, lambda done, total: None, settled).model
+    return identification.identify(files, validate, choices, lambda *_: None, settled).model

@@ -43,6 +43,12 @@ class Candidate:
     """Weighted sum of squares that it is expected to leave."""
     own: int
     """How many own parameters it has, in all, with its searched shapes."""
+    coefficients: Floats
+    """(owners * c,) of its columns, as far as a straight line tells."""
+    scale: Floats
+    """(c,) where it was looked at: own parameter per unit of column coefficient."""
+    shapes: Floats
+    """(s,) shape parameters of its columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +176,9 @@ class Screen:
             looked = (np.sign(coefficients).reshape(-1, c) * block.scale).ravel()
             starts.append(np.concatenate([looked, block.shapes]))
         own = len(best) * c + sum(shape.searched for shape in effect.shapes)
-        return Candidate(term, tuple(starts), max(self.loss - gain, 0.0), own)
+        return Candidate(
+            term, tuple(starts), max(self.loss - gain, 0.0), own, coefficients, block.scale, block.shapes
+        )
 
     def _gain(
         self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int

@@ -7,7 +7,7 @@ that form of the mechanism (`ident/forms/`) instead of the mechanism's own model
 told how well each torque is known.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Protocol, cast
 
@@ -18,8 +18,12 @@ from ident.certificate import Certificate
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
-Progress = Callable[[int, int], None]
-"""Called with steps done and steps in all."""
+
+class Progress(Protocol):
+    """How far a search has come."""
+
+    def __call__(self, done: int, total: int, excess: float | None = None, /) -> None:
+        """`done` steps of `total`; `excess`: of the objective over its certified minimum, relative, where known."""
 
 
 @dataclass(frozen=True, eq=False)

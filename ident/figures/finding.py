@@ -1,11 +1,15 @@
 """A finding on its own axis: the residual without the effect and with it."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.diagnose import signature
+from ident.composition import Term
 from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.rungs import Finding
+from ident.diagnose.material import Material
+from ident.diagnose.rungs import Finding, State
+from ident.diagnose.signature import binned, over
 from ident.figures import theme
 from recordings.recording import Floats
 
@@ -20,11 +24,11 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
     titles = [theme.title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = signature.over(one.term.effect.axis, datasets, found.ladder.computed, joint)
+        x, label = over(one.term.effect.axis, datasets, found.ladder.computed, joint)
         theme.band(figure, float(found.ladder.floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
         for residuals, ink, name in ((one.without, theme.MEASURED, "without"), (one.with_it, colour, "with")):
-            drawn = signature.binned(x, np.concatenate([part[:, joint] for part in residuals]))
+            drawn = binned(x, np.concatenate([part[:, joint] for part in residuals]))
             _samples(figure, drawn.x, drawn.y, ink, column)
             mean = go.Scatter(
                 x=drawn.centre,
@@ -42,6 +46,37 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
         figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": theme.faded(theme.NOISE, 0.3)}
     )
     figure.update_yaxes(title_text=f"residual [{unit[joints[0]]}]", row=1, col=1)
+    return figure
+
+
+def signature(
+    material: Material, state: State, term: Term, removed: Sequence[Floats], noise: Sequence[float] | Floats
+) -> go.Figure:
+    """Per joint, what `state` leaves, and over it what `term` would take away of it.
+
+    removed: (m, dof) of each recording [N m]; noise: (dof,) floor.
+    """
+    datasets = material.datasets
+    computed = [data.torque - left for data, left in zip(datasets, state.residuals, strict=True)]
+    rig = datasets[0].recording.rig
+    figure = theme.subplots(
+        1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.titles(rig.dof), horizontal_spacing=0.03
+    )
+    for joint in range(rig.dof):
+        x, label = over(term.effect.axis, datasets, computed, joint)
+        theme.band(figure, float(noise[joint]), 1, joint + 1, False)
+        left, taken = (np.concatenate([part[:, joint] for part in parts]) for parts in (state.residuals, removed))
+        drawn = binned(x, left)
+        _samples(figure, drawn.x, drawn.y, theme.MEASURED, joint + 1)
+        known = np.isfinite(left)
+        for y, ink, name in ((drawn, theme.MEASURED, "residual"), (binned(x[known], taken[known]), None, "taken")):
+            line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
+            mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
+            figure.add_trace(mean, row=1, col=joint + 1)
+        figure.update_xaxes(title_text=label, row=1, col=joint + 1)
+    theme.key(figure, "residual, and its mean", line={"color": theme.MEASURED, "width": 2.4})
+    theme.key(figure, "what it would take away", line={"color": theme.JOINTS[0], "width": 2.4})
+    figure.update_yaxes(title_text=f"residual [{rig.effort_units[0]}]", row=1, col=1)
     return figure
 
 

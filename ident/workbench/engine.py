@@ -1,12 +1,14 @@
-"""The climb by hand: fit, look what could be added, add, take away, undo. It runs in a process of its own.
+"""The climb by hand: fit, look what could be added, add, take away. It runs in a process of its own.
 
-Every task is a generator of what the page shall show, the most urgent first. Models, errors and gains are those of
+Every task is a generator of what the page shall show, the most urgent first, and says from which ladder it begins: a
+process that knows this ladder goes on at once, another one climbs it again. Models, errors and gains are those of
 `ident diagnose` (`ident.diagnose.ladder`), taken one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -19,21 +21,28 @@ from ident.diagnose.rungs import Rung, State
 from ident.diagnose.screen import Candidate
 from ident.figures.finding import before_after
 from ident.samples import holds_torque
-from ident.workbench import plots, views
+from ident.workbench import plots, swarming, views
 from ident.workbench.failing import failing
+from ident.workbench.foretaste import foretaste
 from ident.workbench.look import looks
+from ident.workbench.views import Kept, Place
 from recordings.errors import BadInput
 
 Shown = (
-    views.RecordingView | views.LadderView | tuple[views.Series, ...] | views.Choice | views.Failing | views.Answer
+    views.RecordingView
+    | views.LadderView
+    | tuple[views.Series, ...]
+    | views.Choice
+    | views.Signatures
+    | views.Failing
+    | views.Answer
+    | views.Descent
+    | views.Swarmed
 )
 Progress = Callable[[str], None]
 
-_MOST_UNDONE = 50
-
-
-Kept = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
-"""A rung by its label, its effects with their joints from 1, and all its parameters."""
+_REMEMBERED = 16
+"""Rungs that need not be fitted again when the page goes back to them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,41 +52,62 @@ class _Step:
     label: str
     rung: Rung
 
+    @property
+    def kept(self) -> Kept:
+        terms = tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in self.rung.state.terms)
+        return self.label, terms, tuple(self.rung.state.solution.x.tolist())
+
 
 @dataclass(eq=False)
 class _Climb:
-    """Recordings, and the ladders so far: the last is the present one, the others are there to go back to."""
+    """Recordings, and the present ladder on them."""
 
     files: tuple[Path, Path | None]
     asked: Question
     climber: Climber
-    ladders: list[tuple[_Step, ...]]
+    steps: tuple[_Step, ...] = ()
+    known: dict[tuple[Kept, ...], _Step] = field(default_factory=dict)
+    """Rungs, by the ladder that leads there."""
     diagnosed: State | None = None
     """The model that the full diagnosis ended with."""
 
     @property
     def state(self) -> State:
-        return self.ladders[-1][-1].rung.state
+        return self.steps[-1].rung.state
 
-    def stepped(self, label: str, added: str | None, state: State) -> _Step:
-        """The step from the present state to `state`."""
-        return _Step(label, Rung(added, state, self.climber.gain(self.state, state)))
+    @property
+    def kept(self) -> tuple[Kept, ...]:
+        return tuple(step.kept for step in self.steps)
 
-    def push(self, *steps: _Step) -> None:
-        """The present ladder with further steps."""
-        self.ladders.append((*self.ladders[-1], *steps))
-        del self.ladders[:-_MOST_UNDONE]
+    def go(self, *steps: _Step) -> None:
+        """To the ladder of these `steps`."""
+        self.steps = steps
+        for number, step in enumerate(steps, start=1):
+            self.known[self.kept[:number]] = step
+        while len(self.known) > max(_REMEMBERED, len(steps)):
+            del self.known[next(iter(self.known))]
+
+    def push(self, label: str, added: str | None, state: State) -> None:
+        """One step further, to `state`."""
+        self.go(*self.steps, _Step(label, Rung(added, state, self.climber.gain(self.state, state))))
 
 
 class Engine:
     """Does the tasks of one session."""
 
-    def __init__(self, progress: Progress, effect_files: Sequence[Path] = ()) -> None:
-        self._progress = progress
+    def __init__(
+        self,
+        progress: Progress,
+        effect_files: Sequence[Path] = (),
+        tell: Callable[[views.Descent], None] = lambda descent: None,
+    ) -> None:
+        """`tell`: called with what is to be shown while a task goes on."""
+        self._progress, self._tell = progress, tell
+        self._effect_files = tuple(effect_files)
         self._library = effects.library(effect_files)
         self._climb: _Climb | None = None
         self._candidates: dict[str, Candidate] = {}
-        self._known: dict[_Step, views.RungView] = {}
+        self._known: WeakKeyDictionary[_Step, views.RungView] = WeakKeyDictionary()
 
     def look(self, path: Path) -> Iterator[Shown]:
         """A recording as it is."""
@@ -86,83 +116,96 @@ class Engine:
 
     def fit(self, train: Path, validate: Path | None) -> Iterator[Shown]:
         """The base model, with what is true of any such machine."""
-        self._progress("reading and preparing the recordings")
-        asked = question([train], validate, self._library, Choices())
-        climber = Climber(asked.material, asked.offered, self._progress)
-        self._progress("fitting the base model")
-        state, rungs = climber.begin(*asked.beginning(self._library))
-        climb = _Climb((train, validate), asked, climber, [_steps(rungs)])
-        if climb.state is not state:  # what is true anyway is in the model, be it seen or not
-            name = state.terms[-1].name
-            climb.ladders = [(*climb.ladders[-1], climb.stepped(f"+ {name}", name, state))]
-        self._climb = climb
+        self._climb = climb = self._begun(train, validate)
         yield from self._show(climb)
 
-    def add(self, name: str) -> Iterator[Shown]:
+    def show(self, place: Place) -> Iterator[Shown]:
+        """The ladder at `place`."""
+        yield from self._show(self._at(place))
+
+    def add(self, place: Place, name: str) -> Iterator[Shown]:
         """One effect more, everything refitted."""
-        climb = self._climbing()
+        climb = self._at(place)
         if not self._candidates:  # this process has taken the place of another
             self._choice(climb)
         if name not in self._candidates:
             raise BadInput(f"an effect that this motion shows expected, '{name}' found; choose another card")
         self._progress(f"fitting everything with {name}")
-        climb.push(climb.stepped(f"+ {name}", name, climb.climber.finder.added(climb.state, self._candidates[name])))
+        climb.push(f"+ {name}", name, climb.climber.finder.added(climb.state, self._candidates[name]))
         yield from self._show(climb)
 
-    def remove(self, index: int) -> Iterator[Shown]:
+    def remove(self, place: Place, index: int) -> Iterator[Shown]:
         """Without the effect `index` of the present model, refitted; as a further rung, so that nothing is lost."""
-        climb = self._climbing()
+        climb = self._at(place)
         if not 0 <= index < len(climb.state.terms):
             raise BadInput(f"an effect of the model expected, number {index + 1} found; look at the ladder again")
         name = climb.state.terms[index].name
         self._progress(f"fitting everything without {name}")
-        climb.push(climb.stepped(f"− {name}", None, climb.climber.without(climb.state, index)))
+        climb.push(f"− {name}", None, climb.climber.without(climb.state, index))
         yield from self._show(climb)
 
-    def undo(self) -> Iterator[Shown]:
-        """Back to the ladder before the last change."""
-        climb = self._climbing()
-        if len(climb.ladders) > 1:
-            climb.ladders.pop()
-        yield from self._show(climb)
-
-    def diagnose(self) -> Iterator[Shown]:
+    def diagnose(self, place: Place) -> Iterator[Shown]:
         """What `ident diagnose` says; its ladder becomes the present one."""
-        climb = self._climbing()
+        climb = self._at(place)
         train, validate = climb.files
         found = diagnose([train], validate, self._library, Choices(), self._progress)
         self._progress("putting it into words")
         named = {one.term.name: one for one in reversed(found.ladder.findings)}
         drawn = {name: plots.plain(before_after(found, one)) for name, one in named.items()}
         yield views.Answer(answer.document(found).as_json(), drawn)
-        ladder = found.ladder.rungs
         climb.asked = Question(found.material, climb.asked.offered, found.unobservable, found.excerpt)
         climb.climber = Climber(found.material, climb.asked.offered, self._progress)
-        climb.ladders.append(_steps(ladder))
-        climb.diagnosed = ladder[-1].state
+        climb.known.clear()
+        climb.go(*_steps(found.ladder.rungs))
+        climb.diagnosed = climb.state
         yield from self._show(climb)
 
-    def restore(self, train: Path, validate: Path | None, kept: Sequence[Kept]) -> Iterator[Shown]:
-        """The ladder as it was before this process took the place of another."""
-        next(self.fit(train, validate))
-        climb = self._climbing()
-        bare = climb.ladders[-1][0].rung.state.solution.composition
-        steps: list[_Step] = []
-        for label, terms, x in kept:
-            composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
-            state = climb.climber.finder.solved(composition, np.array(x))
-            gain = climb.climber.gain(steps[-1].rung.state, state) if steps else None
-            steps.append(_Step(label, Rung(label.removeprefix("+ ") if steps else None, state, gain)))
-        climb.ladders = [tuple(steps)]
-        yield from self._show(climb)
+    def swarm(self, train: Path, validate: Path | None, chosen: views.Chosen) -> Iterator[Shown]:
+        """The parameters by the paper's swarm, as `ident fit` finds them."""
+        self._progress("reading and preparing the recordings; then the swarm")
+        yield swarming.found(train, validate, chosen, self._effect_files, self._tell)
+
+    def _at(self, place: Place) -> _Climb:
+        """The climb, at the ladder of `place`."""
+        climb = self._climb
+        if climb is None or climb.files != (place.train, place.validate):
+            climb = self._begun(place.train, place.validate)
+        if climb.kept != place.rungs:
+            self._candidates = {}
+            climb.go(*self._climbed(climb, place.rungs))
+        self._climb = climb
+        return climb
+
+    def _begun(self, train: Path, validate: Path | None) -> _Climb:
+        self._progress("reading and preparing the recordings")
+        asked = question([train], validate, self._library, Choices())
+        climber = Climber(asked.material, asked.offered, self._progress)
+        self._progress("fitting the base model")
+        state, rungs = climber.begin(*asked.beginning(self._library))
+        climb = _Climb((train, validate), asked, climber)
+        climb.go(*_steps(rungs))
+        if climb.state is not state:  # what is true anyway is in the model, be it seen or not
+            name = state.terms[-1].name
+            climb.push(f"+ {name}", name, state)
+        self._candidates = {}
+        return climb
+
+    def _climbed(self, climb: _Climb, rungs: tuple[Kept, ...]) -> Iterator[_Step]:
+        """The ladder of these `rungs`, fitted where it is not known."""
+        bare = replace(climb.state.solution.composition, terms=())
+        before: _Step | None = None
+        for number, (label, terms, x) in enumerate(rungs, start=1):
+            step = climb.known.get(rungs[:number])
+            if step is None:
+                composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
+                state = climb.climber.finder.solved(composition, np.array(x))
+                gain = climb.climber.gain(before.rung.state, state) if before else None
+                step = _Step(label, Rung(label.removeprefix("+ ") if before else None, state, gain))
+            yield step
+            before = step
 
     def _term(self, name: str, joints: tuple[int, ...]) -> Term:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))
-
-    def _climbing(self) -> _Climb:
-        if self._climb is None:
-            raise BadInput("a fitted base model expected, none found; press Fit first")
-        return self._climb
 
     def _show(self, climb: _Climb) -> Iterator[Shown]:
         self._candidates = {}
@@ -170,6 +213,8 @@ class Engine:
         yield _series(climb)
         self._progress("looking at every effect of the library")
         yield self._choice(climb)
+        self._progress("drawing what each would take away")
+        yield foretaste(climb.asked.material, climb.state, self._candidates, climb.climber.floor(climb.state))
         self._progress("looking where the model fails")
         solution = climb.state.solution
         bandwidth = climb.asked.material.datasets[0].bandwidth
@@ -181,29 +226,29 @@ class Engine:
         return views.LadderView(
             train=train.name,
             validate=validate.name if validate else None,
-            rungs=tuple(self._rung(climb, step) for step in climb.ladders[-1]),
+            rungs=tuple(self._rung(climb, step) for step in climb.steps),
             noise_rms=tuple(climb.climber.floor(climb.state).rms.tolist()),
             torque_rms=tuple(material.torque_rms.tolist()),
             joints=recording.rig.joint_names,
             units=recording.rig.effort_units,
+            position_units=recording.rig.position_units,
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
             simulated=any(data.recording.run.simulated for data in material.datasets),
             bandwidth=material.datasets[0].bandwidth,
             held_out=answer.held_out(material),
             excerpt=climb.asked.excerpt,
-            can_undo=len(climb.ladders) > 1,
             always=tuple(name for name, effect in self._library.items() if effect.always_true),
             diagnosed=climb.state is climb.diagnosed,
         )
 
     def _rung(self, climb: _Climb, step: _Step) -> views.RungView:
         if step not in self._known:
-            state, gain = step.rung.state, step.rung.gain
+            gain, (label, terms, x) = step.rung.gain, step.kept
             self._known[step] = views.RungView(
-                label=step.label,
+                label=label,
                 entry=answer.rung_entry(climb.asked.material, step.rung),
-                terms=tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in state.terms),
-                x=tuple(state.solution.x.tolist()),
+                terms=terms,
+                x=x,
                 gain=gain.share if gain else None,
                 gain_ci95=gain.interval if gain else None,
             )

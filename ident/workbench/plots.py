@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from ident.figures import theme
 from ident.figures.ladder import bars
-from ident.workbench.views import LadderView, RecordingView, Series
+from ident.workbench.branches import Branch
+from ident.workbench.views import Descent, LadderView, RecordingView, Series
 from recordings.recording import Floats
 
 Figure = dict[str, Any]
@@ -100,6 +101,32 @@ def ladder(view: LadderView) -> Figure:
     names = [f"{number}  {theme.plain(rung.label)}" for number, rung in enumerate(view.rungs)]
     figure = bars(names, [rung.entry for rung in view.rungs], view.noise_rms, view.units)
     figure.update_layout(transition_duration=400)
+    return plain(figure)
+
+
+def branches(all_: Sequence[Branch]) -> Figure:
+    """Error of the base model, and of what each branch has come to."""
+    base = all_[0].ladder
+    names = [theme.plain(base.rungs[0].label), *(theme.plain(branch.title) for branch in all_)]
+    entries = [base.rungs[0].entry, *(branch.ladder.rungs[-1].entry for branch in all_)]
+    noise = np.min([branch.ladder.noise_rms for branch in all_], axis=0)
+    return plain(bars(names, entries, noise.tolist(), base.units))
+
+
+def descent(view: Descent) -> Figure:
+    """How far the swarm's best is above the certified minimum, step by step."""
+    figure = theme.subplots(1, 1, 360)
+    steps = np.arange(1, len(view.excess) + 1)
+    above = np.where(np.array(view.excess) > 0, view.excess, np.nan)
+    line = {"color": theme.JOINTS[0], "width": 2}
+    figure.add_trace(go.Scatter(x=steps, y=above, mode="lines", name="best so far", line=line))
+    goal = {"color": theme.NOISE, "width": 2, "dash": "dash"}
+    figure.add_hline(y=view.goal, line=goal)
+    theme.key(figure, "here it stops", line=goal)
+    figure.update_xaxes(title_text=f"step of at most {view.total}", rangemode="tozero")
+    figure.update_yaxes(
+        title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"
+    )
     return plain(figure)
 
 

@@ -2,7 +2,7 @@
 
 import shlex
 
-from ident.workbench.views import LadderView
+from ident.workbench.views import Chosen, LadderView
 
 
 def script(ladder: LadderView, model: str) -> str:
@@ -23,6 +23,20 @@ def report_command(ladder: LadderView, model: str) -> list[str]:
     return ["ident", "report", model, *_recordings(ladder), "-o", out]
 
 
+def swarm_command(chosen: Chosen, train: str, validate: str | None) -> str:
+    """What lets the swarm find the same parameters."""
+    words = ["ident", "fit", train, *(["--validate", validate] if validate else [])]
+    words += ["--cutoff", f"{chosen.cutoff:g}"] if chosen.cutoff else []
+    words += [word for name in chosen.effects for word in ("--with", name)]
+    words += ["--seed", str(chosen.seed)] if chosen.seed else []
+    return _line(*words)
+
+
+def of_fit(ladder: LadderView) -> tuple[str, ...]:
+    """The effects of the present model, as `ident fit --with` takes them."""
+    return tuple(_on(name, joints, len(ladder.joints)) for name, joints in ladder.rungs[-1].terms)
+
+
 def _recordings(ladder: LadderView) -> list[str]:
     return [ladder.train, *(["--validate", ladder.validate] if ladder.validate else [])]
 
@@ -41,7 +55,7 @@ def _fitted(ladder: LadderView, recordings: list[str]) -> list[str]:
         return ["diagnose", *recordings, "--apply"]
     if added and true <= set(names):
         return ["diagnose", *recordings, *(part for name in added for part in ("--only", name)), "--apply"]
-    effects = [part for name, joints in present for part in ("--with", _on(name, joints, len(ladder.joints)))]
+    effects = [part for one in of_fit(ladder) for part in ("--with", one)]
     return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *effects]
 
 

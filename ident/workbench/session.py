@@ -2,22 +2,49 @@
 
 import time
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from ident import effects
 from ident.workbench import views
+from ident.workbench.branches import Branches
 from ident.workbench.folder import Folder
 from ident.workbench.recorder import Recorder
+from ident.workbench.script import of_fit
+from ident.workbench.views import Chosen
 from ident.workbench.work import Work
 from recordings.errors import BadInput
 
 UNATTENDED = 20.0
 """So long no browser may show the page while drives move: time to load it again [s]."""
 
-Part = Literal["folder", "job", "recording", "ladder", "series", "choice", "failing", "answer", "run", "message"]
+Part = Literal[
+    "folder",
+    "job",
+    "recording",
+    "ladder",
+    "series",
+    "choice",
+    "signatures",
+    "failing",
+    "answer",
+    "descent",
+    "swarmed",
+    "run",
+    "message",
+]
+_SHOWN_AS: dict[type, Part] = {
+    views.RecordingView: "recording",
+    views.Choice: "choice",
+    views.Signatures: "signatures",
+    views.Failing: "failing",
+    views.Answer: "answer",
+    views.Descent: "descent",
+    views.Swarmed: "swarmed",
+}
+_OF_A_LADDER: tuple[Part, ...] = ("ladder", "series", "choice", "signatures", "failing")
 
 
 @dataclass(frozen=True)
@@ -28,6 +55,13 @@ class Job:
     began: float
     urgent: bool
     """Somebody waits for it: nothing else can be asked for meanwhile."""
+    paused: float | None = None
+    """Since when."""
+
+    @property
+    def seconds(self) -> float:
+        """How long it has taken so far, without pauses [s]."""
+        return (self.paused or time.monotonic()) - self.began
 
 
 class Session:
@@ -47,11 +81,15 @@ class Session:
         self.job: Job | None = None
         self.message = ""
         self.recording: views.RecordingView | None = None
-        self.ladder: views.LadderView | None = None
+        self.branches: Branches | None = None
         self.series: tuple[views.Series, ...] = ()
         self.choice: views.Choice | None = None
+        self.signatures: views.Signatures | None = None
         self.failing: views.Failing | None = None
         self.answer: views.Answer | None = None
+        self.descent: views.Descent | None = None
+        """Of the swarm that searches now."""
+        self.swarmed: views.Swarmed | None = None
         self.saved: tuple[str, views.Failing] | None = None
         """The model that was saved last, and where."""
         self._seen = 0.0
@@ -61,8 +99,15 @@ class Session:
         self._work = Work(self._said, effect_files)
         self._asked = 0
         """Tasks that the working process has not finished."""
-        self._lost = False
-        """Whether a new working process has to be told of the ladder first."""
+        self._unfinished = False
+        """Whether something else was asked for before all was said of the present ladder."""
+        self._then: Callable[[views.LadderView], Branches] = Branches.begun
+        """What becomes of the branches when the ladder that was asked for is there."""
+
+    @property
+    def ladder(self) -> views.LadderView | None:
+        """The present one."""
+        return self.branches.present.ladder if self.branches else None
 
     def changed(self, *parts: Part) -> None:
         """Whoever shows one of `parts` shall draw it again."""
@@ -98,60 +143,137 @@ class Session:
         self.train, self.validate = train, validate
         if self.job:
             self._stop_work()
-        self.recording = self.ladder = self.choice = self.failing = self.answer = None
-        self.series = ()
-        self.changed("folder", "job", "recording", "ladder", "series", "choice", "failing", "answer")
+        self.recording = self.answer = self.descent = self.swarmed = None
+        self._forget()
+        self.changed("folder", "job", "recording", "answer", "descent", "swarmed")
         if train is not None:
             self.look(train)
+
+    def _forget(self) -> None:
+        self.branches = self.choice = self.signatures = self.failing = None
+        self.series = ()
+        self.changed(*_OF_A_LADDER)
 
     def look(self, name: str) -> None:
         """Show a recording as it is."""
         path = self.folder.path(name)
-        self._begin("reading", urgent=False)
-        self._send("look", path)
+        self._refuse_while_paused()
+        self._aside("reading", False, "look", path)
 
     # The mission
 
     def fit(self) -> None:
         """The base model."""
-        self._ask("fit", *self._files())
+        self._ask(Branches.begun, "fit", *self._files())
 
     def add(self, name: str) -> None:
         """One effect more."""
-        self._ask("add", name)
+        before = self._present()
+        self._ask(before.grown, "add", self._place(before), name)
 
     def remove(self, index: int) -> None:
         """One effect less."""
-        self._ask("remove", index)
-
-    def undo(self) -> None:
-        """As it was before the last change."""
-        self._ask("undo")
+        before = self._present()
+        self._ask(before.grown, "remove", self._place(before), index)
 
     def diagnose(self) -> None:
         """Let the full diagnosis find all that is missing."""
-        self._ask("diagnose")
+        before = self._present()
+        self._ask(before.grown, "diagnose", self._place(before))
+
+    def undo(self) -> None:
+        """As it was before the last change."""
+        self._go(self._present().undone())
+
+    def redo(self) -> None:
+        """What was undone last, again."""
+        self._go(self._present().redone())
+
+    def fork(self) -> None:
+        """Keep the present ladder as a branch, and go on in another one."""
+        self._refuse_while_busy()
+        self.branches = self._present().forked()
+        self.changed("ladder")
+
+    def switch(self, place: int) -> None:
+        """To another branch."""
+        self._go(self._present().switched(place))
+
+    def drop(self, place: int) -> None:
+        """Forget a branch."""
+        self._refuse_while_busy()
+        self.branches = self._present().dropped(place)
+        self.changed("ladder")
+
+    def look_again(self) -> None:
+        """What was not finished, because it was cancelled."""
+        self._go(self._present())
+
+    def swarm(self, seed: int) -> None:
+        """The parameters of the present model, or of the base model, by the swarm."""
+        self._refuse_while_busy()
+        effects = of_fit(self.ladder) if self.ladder else ()
+        cutoff = self.ladder.bandwidth if self.ladder else None
+        self._aside("swarm", True, "swarm", *self._files(), Chosen(effects, cutoff, seed))
+
+    def pause(self) -> None:
+        """Let the work stand still."""
+        if self.job and self.job.paused is None:
+            self._work.pause()
+            self.job = replace(self.job, paused=time.monotonic())
+            self.changed("job")
+
+    def resume(self) -> None:
+        """Let it go on."""
+        if self.job and self.job.paused is not None:
+            self.job = replace(self.job, began=time.monotonic() - self.job.seconds, paused=None)
+            self._work.resume()
+            self.changed("job")
 
     def cancel(self) -> None:
         """End what is being computed; what was found before stays."""
         self._stop_work()
+        self.descent = None
         self._say("Cancelled; nothing has changed.")
-        self.changed("job")
+        self.changed("job", "choice", "failing", "descent")
+
+    def _present(self) -> Branches:
+        if self.branches is None:
+            raise BadInput("a fitted base model expected, none found; press Fit first")
+        return self.branches
+
+    def _place(self, branches: Branches) -> views.Place:
+        return views.Place(*self._files(), tuple(rung.kept for rung in branches.present.ladder.rungs))
+
+    def _go(self, branches: Branches) -> None:
+        """To the present ladder of `branches`."""
+        self._ask(lambda ladder: branches, "show", self._place(branches))
 
     def _files(self) -> tuple[Path, Path | None]:
         if self.train is None:
             raise BadInput("a recording to fit expected, none chosen; choose one of the list")
         return self.folder.path(self.train), self.folder.path(self.validate) if self.validate else None
 
-    def _ask(self, task: str, *arguments: Any) -> None:
+    def _ask(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
+        self._refuse_while_busy()
+        self._then = then
+        self._begin(task, urgent=True)
+        self._send(task, *arguments)
+
+    def _aside(self, what: str, urgent: bool, task: str, *arguments: Any) -> None:
+        """A task that leaves the ladder alone, but may come before all was said of it."""
+        self._unfinished = self.ladder is not None and self.failing is None
+        self._begin(what, urgent)
+        self._send(task, *arguments)
+
+    def _refuse_while_busy(self) -> None:
+        self._refuse_while_paused()
         if self.job and self.job.urgent:
             raise BadInput(f"one thing at a time: {self.job.what} is going on; wait for it, or cancel it")
-        self._begin(task, urgent=True)
-        if self._lost and self.ladder and task != "fit":
-            kept = [(rung.label, rung.terms, rung.x) for rung in self.ladder.rungs]
-            self._send("restore", *self._files(), kept)
-        self._lost = False
-        self._send(task, *arguments)
+
+    def _refuse_while_paused(self) -> None:
+        if self.job and self.job.paused is not None:
+            raise BadInput(f"work that goes on expected, {self.job.what} is paused; let it go on, or cancel it")
 
     def _send(self, task: str, *arguments: Any) -> None:
         self._asked += 1
@@ -159,7 +281,7 @@ class Session:
 
     def _stop_work(self) -> None:
         self._work.cancel()
-        self._asked, self.job, self._lost = 0, None, True
+        self._asked, self.job, self._unfinished = 0, None, False
 
     def _begin(self, what: str, urgent: bool) -> None:
         self.message = ""
@@ -170,39 +292,39 @@ class Session:
 
     def _said(self, kind: str, value: Any) -> None:
         if kind == "progress" and self.job:
-            self.job = Job(value, self.job.began, self.job.urgent)
+            self.job = replace(self.job, what=value)
         elif kind == "shown":
             self._shown(value)
         elif kind in ("idle", "failed"):
             self._asked -= 1
             if self._asked <= 0:
                 self._asked, self.job = 0, None
-            self._lost = self._lost or self._work.fresh
             if kind == "failed":
+                self.descent = None
                 self._say(value)
+            elif self.job is None and self._unfinished:
+                self._unfinished = False
+                self.look_again()
+            self.changed("choice", "failing", "descent")
         self.changed("job")
 
     def _shown(self, value: Any) -> None:
-        if isinstance(value, views.RecordingView):
-            self.recording = value
-            self.changed("recording")
-        elif isinstance(value, views.LadderView):
-            self.ladder, self.choice, self.failing = value, None, None
-            self.changed("ladder", "choice", "failing")
+        if isinstance(value, views.LadderView):
+            self.branches = self._then(value)
+            self.choice = self.signatures = self.failing = None
+            self.changed("ladder", "choice", "signatures", "failing")
         elif isinstance(value, tuple):
             self.series = value
             if self.job:
-                self.job = Job(self.job.what, self.job.began, urgent=False)
+                self.job = replace(self.job, urgent=False)
             self.changed("series")
-        elif isinstance(value, views.Choice):
-            self.choice = value
-            self.changed("choice")
-        elif isinstance(value, views.Failing):
-            self.failing = value
-            self.changed("failing")
-        elif isinstance(value, views.Answer):
-            self.answer = value
-            self.changed("answer")
+        else:
+            part = _SHOWN_AS[type(value)]
+            setattr(self, part, value)
+            self.changed(part)
+        if isinstance(value, views.Swarmed):
+            self.descent = None
+            self.changed("descent")
 
     def _say(self, text: str) -> None:
         self.message = text

@@ -1,6 +1,7 @@
 """What the working process hands to the page: plain numbers and words, ready to be shown."""
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,64 @@ class Candidate:
     """Share of the squared error that it would take away at first sight, 0 to 1."""
 
 
+@dataclass(frozen=True, eq=False)
+class Signatures:
+    """What each candidate would take away of the residual, in the order of `Series`."""
+
+    removed: dict[str, tuple[Small, ...]]
+    """By name: (m, dof) of each recording; NaN where it is not known."""
+    figures: dict[str, dict[str, Any]]
+    """By name: the same over what the effect depends on, above the residual, as a figure for Plotly."""
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What the swarm is to fit, and how."""
+
+    effects: tuple[str, ...] = ()
+    """As `ident fit --with` takes them."""
+    cutoff: float | None = None
+    """[Hz]; None: chosen from the spectra."""
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class Descent:
+    """A swarm on its way to the minimum of (33)."""
+
+    excess: tuple[float, ...]
+    """Of the objective above its certified minimum, relative, after each step."""
+    total: int
+    """Steps that it may take."""
+    goal: float
+    """The excess at which it stops."""
+
+
+@dataclass(frozen=True, eq=False)
+class Swarmed:
+    """What the swarm found."""
+
+    model: Model
+    descent: Descent
+    sentences: tuple[str, ...]
+    """Where the model fails."""
+    command: str
+    """That does the same in a terminal."""
+
+
+Kept = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
+"""A rung by its label, its effects with their joints from 1, and all its parameters."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a task begins: recordings, and a ladder, which any process can climb again."""
+
+    train: Path
+    validate: Path | None
+    rungs: tuple[Kept, ...]
+
+
 @dataclass(frozen=True)
 class RungView:
     """One model of the ladder."""
@@ -85,6 +144,11 @@ class RungView:
     """Share of the held-out error above the noise that the last change took away."""
     gain_ci95: tuple[float, float] | None
 
+    @property
+    def kept(self) -> Kept:
+        """What it can be made again from."""
+        return self.label, self.terms, self.x
+
 
 @dataclass(frozen=True)
 class LadderView:
@@ -99,6 +163,7 @@ class LadderView:
     torque_rms: tuple[float, ...]
     joints: tuple[str, ...]
     units: tuple[str, ...]
+    position_units: tuple[str, ...]
     relative: bool
     """True where the torque gain is assumed."""
     simulated: bool
@@ -108,7 +173,6 @@ class LadderView:
     """On what the models are validated."""
     excerpt: float | None
     """Share of the recordings that is looked at, where they are too long for all."""
-    can_undo: bool
     always: tuple[str, ...]
     """Effects that are true of any such machine."""
     diagnosed: bool

@@ -5,6 +5,7 @@ for any more are left out.
 """
 
 import multiprocessing
+import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
@@ -44,15 +45,27 @@ class Work:
             if self.fresh:
                 self._start()
 
+    def pause(self) -> None:
+        """Let it stand still, whatever it does."""
+        self._signal(signal.SIGSTOP)
+
+    def resume(self) -> None:
+        """Let it go on where it stood."""
+        self._signal(signal.SIGCONT)
+
     def cancel(self) -> None:
         """End it, whatever it does."""
         with self._lock:
             process, self._process, self._connection = self._process, None, None
         if process is not None:
-            process.terminate()
-            process.join(2)
-            if process.is_alive():
-                process.kill()
+            process.kill()  # one that stands still hears nothing else
+            process.join()
+
+    def _signal(self, number: signal.Signals) -> None:
+        with self._lock:
+            if self._process is not None and self._process.is_alive():
+                assert self._process.pid is not None
+                os.kill(self._process.pid, number)
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would share the server's sockets
@@ -81,7 +94,11 @@ def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
     from recordings.errors import BadInput
 
     try:
-        engine = Engine(lambda text: connection.send(("progress", text)), effect_files)
+        engine = Engine(
+            lambda text: connection.send(("progress", text)),
+            effect_files,
+            lambda descent: connection.send(("shown", descent)),
+        )
         while True:
             task, arguments = connection.recv()
             try:

@@ -52,7 +52,7 @@ def _report(session: Session, wanted: str) -> str:
     assert session.ladder is not None
     try:
         if session.saved is None or session.saved[0] != wanted or session.saved[1] is not session.failing:
-            _write(session, wanted)
+            _keep(session, wanted)
         command = report_command(session.ladder, session.folder.path(wanted).name)
     except (BadInput, OSError) as error:
         return str(error)
@@ -68,11 +68,11 @@ def _report(session: Session, wanted: str) -> str:
 
 
 def _save(session: Session, wanted: str) -> None:
-    _write(session, wanted)
+    _keep(session, wanted)
     ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="bottom")
 
 
-def _write(session: Session, wanted: str) -> None:
+def _keep(session: Session, wanted: str) -> None:
     assert session.failing is not None
     model.save(session.failing.model, session.folder.new(wanted, ".json"))
     session.saved = wanted, session.failing

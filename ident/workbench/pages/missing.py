@@ -1,23 +1,20 @@
 """The mission: fit, see the ladder, look what could be added, add it, watch the error fall."""
 
-from collections.abc import Callable
-
 from nicegui import ui
 
 from ident.workbench import plots
-from ident.workbench.pages import findings
+from ident.workbench.pages import branching, candidates, findings
 from ident.workbench.pages.page import Page, name, picture
-from ident.workbench.views import Candidate, LadderView, RungView
-
-_COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
+from ident.workbench.views import LadderView, RungView
 
 
 def draw(page: Page) -> None:
     """Everything about effects."""
     _buttons(page)
     page.follow(lambda: _ladder(page), "ladder")
+    page.follow(lambda: branching.draw(page), "ladder")
     page.follow(lambda: findings.draw(page), "answer")
-    page.follow(lambda: _cards(page), "choice", "ladder")
+    page.follow(lambda: candidates.draw(page), "choice", "signatures", "ladder")
 
 
 def _buttons(page: Page) -> None:
@@ -26,17 +23,22 @@ def _buttons(page: Page) -> None:
         fit = ui.button("Fit", icon="play_arrow", on_click=page.does(session.fit))
         fit.tooltip("Fit the base model, and what is true of any such machine")
         undo = ui.button("Undo", icon="undo", on_click=page.does(session.undo)).props("outline")
+        redo = ui.button("Redo", icon="redo", on_click=page.does(session.redo)).props("outline")
+        fork = ui.button("New branch", icon="call_split", on_click=page.does(session.fork)).props("outline")
+        fork.tooltip("Keep this ladder, and go on in a copy of it, to see two explanations side by side")
         full = ui.button("Full diagnosis", icon="biotech", on_click=page.does(session.diagnose)).props("outline")
         full.tooltip("Let the program climb by itself, and question every finding: half a minute")
-        for element, what in ((fit, "fit"), (undo, "undo"), (full, "diagnose")):
+        for element, what in ((fit, "fit"), (undo, "undo"), (redo, "redo"), (fork, "fork"), (full, "diagnose")):
             name(element, what)
             element.props("no-caps")
 
     def allow() -> None:
         free = session.job is None or not session.job.urgent
         fit.enabled = free and session.train is not None
-        undo.enabled = free and session.ladder is not None and session.ladder.can_undo
-        full.enabled = free and session.ladder is not None
+        present = session.branches.present if session.branches else None
+        undo.enabled = free and present is not None and len(present.past) > 1
+        redo.enabled = free and present is not None and bool(present.future)
+        fork.enabled = full.enabled = free and present is not None
 
     allow()
     page.watch(allow, "job", "folder", "ladder")
@@ -102,61 +104,3 @@ def _present(page: Page, rung: RungView) -> None:
 def _where(joints: tuple[int, ...], rung: RungView) -> str:
     whole = len(joints) == len(rung.entry.train_rms)
     return "" if whole else f" (joint {', '.join(map(str, joints))})"
-
-
-def _cards(page: Page) -> None:
-    session, choice = page.session, page.session.choice
-    if session.ladder is None:
-        return
-    if choice is None:
-        ui.label("Looking at every effect of the library …").classes("quiet")
-        return
-    ui.label("What could be missing").classes("head q-mt-sm")
-    ui.label("Share of the squared error that each would take away at first sight, the model refitted.").classes(
-        "quiet"
-    )
-    with ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
-        for candidate in choice.candidates:
-            _card(page, candidate)
-    if choice.unseen:
-        ui.label(f"This motion does not show: {', '.join(choice.unseen)}.").classes("quiet q-mt-sm")
-    for effect, why in choice.unobservable.items():
-        ui.label(f"{effect}: {why}").classes("quiet")
-
-
-def _card(page: Page, candidate: Candidate) -> None:
-    effect = page.session.library[candidate.name]
-    joints = f"joint {', '.join(map(str, candidate.joints))}" if candidate.joints else "whole robot"
-    card = ui.card().classes("q-pa-sm gap-1").props("flat bordered")
-    name(card, f"card-{candidate.name}")
-    with card:
-        with ui.row().classes("w-full items-center no-wrap"):
-            ui.label(candidate.name).classes("font-medium ellipsis")
-            ui.space()
-            name(ui.label(f"{100 * candidate.gain:.1f} %"), f"gain-{candidate.name}")
-        ui.linear_progress(candidate.gain, show_value=False, size="6px").props("aria-hidden=true")
-        ui.label(effect.sentence).classes("text-sm")
-        with ui.row().classes("w-full items-center no-wrap"):
-            ui.label(joints).classes("quiet")
-            ui.space()
-            with ui.button("About").props("flat dense size=sm no-caps"), ui.menu().classes("q-pa-md max-w-md"):
-                for label, text in _about(page, candidate.name):
-                    ui.label(label).classes("quiet")
-                    ui.label(text).classes("q-mb-xs")
-            add = ui.button("Add", on_click=_adds(page, candidate.name)).props("dense size=sm no-caps unelevated")
-            add.props(f'aria-label="Add {candidate.name}"')
-            name(add, f"add-{candidate.name}")
-
-
-def _about(page: Page, effect: str) -> list[tuple[str, str]]:
-    known = page.session.library[effect]
-    return [
-        ("Equation", known.equation),
-        ("What it looks like", known.looks),
-        ("Usual causes", known.causes),
-        ("What to do", known.remedy),
-    ]
-
-
-def _adds(page: Page, effect: str) -> Callable[[], None]:
-    return page.does(page.session.add, effect)

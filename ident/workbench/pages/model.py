@@ -5,8 +5,11 @@ from nicegui import events, ui
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, name
 from ident.workbench.pages.zoom import Zoomed
-from ident.workbench.region import special
+from ident.workbench.region import WORTH, explaining, special, verdict
 from ident.workbench.views import Series
+
+_SHORT = 4
+"""Effects that are offered for a part."""
 
 
 def draw(page: Page) -> None:
@@ -55,7 +58,10 @@ def _draw(page: Page) -> None:
     def marked(event: events.GenericEventArguments) -> None:
         span = (event.args or {}).get("range", {}).get("x")
         if span:
-            _tell(told, special(series(), joint.value, min(span), max(span)))
+            units = ladder.units[joint.value], ladder.position_units[joint.value]
+            _tell(told, special(series(), joint.value, min(span), max(span), *units))
+            with told:
+                _explain(page, int(which.value or 0), joint.value, (min(span), max(span)))
 
     joint.on_value_change(choose)
     which.on_value_change(lambda: shown.show(whole()))
@@ -70,6 +76,25 @@ def _draw(page: Page) -> None:
 
 _RANGE = "(event) => emit(event && event.range ? {range: {x: event.range.x || event.range.x2}} : {})"
 """The points that were marked are many, and nobody asks for them."""
+
+
+def _explain(page: Page, number: int, joint: int, span: tuple[float, float]) -> None:
+    """Which effects would take the marked part away."""
+    session = page.session
+    if session.signatures is None:
+        ui.label("The effects are still being looked at; mark again in a moment to see which explains it.")
+        return
+    removed = {effect: parts[number] for effect, parts in session.signatures.removed.items()}
+    found = explaining(session.series[number], removed, joint, *span)
+    name(ui.label(verdict(found)), "explained")
+    for one in found[:_SHORT]:
+        if one.share < WORTH:
+            break
+        with ui.row().classes("items-center gap-3"):
+            name(ui.label(f"{one.effect}: {100 * one.share:.0f} % of its mean square"), f"explains-{one.effect}")
+            add = ui.button("Add", on_click=page.does(session.add, one.effect))
+            add.props(f'dense size=sm no-caps unelevated aria-label="Add {one.effect}"')
+            name(add, f"add-{one.effect}")
 
 
 def _label(series: Series) -> str:

@@ -1,14 +1,13 @@
 """The frame of the page: what is going on, the recordings on the left, and the parts as tabs."""
 
-import time
 from collections.abc import Callable
 
 from nicegui import events, ui
 
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import data, export, failing, missing, model, record, robot
+from ident.workbench.pages import data, export, failing, missing, model, record, robot, swarm
 from ident.workbench.pages.page import Page, name
-from ident.workbench.session import Session
+from ident.workbench.session import Job, Session
 from web.security import LONGEST_BODY
 
 TABS = (
@@ -16,6 +15,7 @@ TABS = (
     ("model", "Model", "stacked_line_chart", model.draw),
     ("failing", "Where it fails", "troubleshoot", failing.draw),
     ("missing", "What is missing", "extension", missing.draw),
+    ("swarm", "Swarm", "bubble_chart", swarm.draw),
     ("robot", "Robot", "precision_manufacturing", robot.draw),
     ("record", "Record", "fiber_manual_record", record.draw),
     ("export", "Take away", "save_alt", export.draw),
@@ -33,7 +33,12 @@ _STYLE = """
 .ladder tr:last-child td { font-weight: 600; }
 .figures td.words, .figures th.words { text-align: left; }
 .body--dark .q-btn--outline, .body--dark .q-btn--flat { --q-primary: #8cc8f2; }
+.q-tab { padding: 0 10px; }
+.q-tab__icon { font-size: 20px !important; }
 .q-tab-panels { background: transparent !important; }
+.q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
+.foretaste { position: sticky; top: 64px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
+.body--dark .foretaste { background: #121212; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
 """
@@ -82,6 +87,10 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         spinner = ui.spinner(color="white", size="1.3em")
         cancel = ui.button("Cancel", on_click=page.does(session.cancel)).props("outline dense color=white")
         name(cancel, "cancel")
+        pause = ui.button("Pause", on_click=page.does(session.pause)).props("outline dense color=white")
+        resume = ui.button("Go on", on_click=page.does(session.resume)).props("outline dense color=white")
+        name(pause, "pause")
+        name(resume, "resume")
         ui.space()
         stop = ui.button("STOP", icon="dangerous", on_click=page.does(session.recorder.stop))
         stop.props("color=negative size=lg push").tooltip(
@@ -92,7 +101,7 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         def darken() -> None:
             session.dark = not session.dark
             dark.set_value(session.dark)
-            session.changed("recording", "ladder", "series", "failing", "answer", "run")
+            session.changed("recording", "ladder", "series", "signatures", "failing", "answer", "descent", "run")
 
         contrast = ui.button(icon="contrast", on_click=darken).tooltip("Dark or light")
         contrast.props('flat round color=white aria-label="Dark or light"')
@@ -100,10 +109,10 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
 
     def look() -> None:
         going = session.job is not None
-        seconds = time.monotonic() - session.job.began if session.job else 0.0
-        job.text = f"{session.job.what} … {seconds:.0f} s" if session.job else _about(session)
-        spinner.visible = going
-        cancel.visible = going
+        paused = session.job is not None and session.job.paused is not None
+        job.text = _going(session.job) if session.job else _about(session)
+        spinner.visible = pause.visible = going and not paused
+        resume.visible, cancel.visible = paused, going
         stop.visible = session.recorder.going
 
     def stops(pressed: events.KeyEventArguments) -> None:
@@ -113,6 +122,10 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
     ui.keyboard(stops, ignore=[])  # also while something is being typed
     look()
     ui.timer(0.3, look)
+
+
+def _going(job: Job) -> str:
+    return f"{job.what}: paused after {job.seconds:.0f} s" if job.paused else f"{job.what} … {job.seconds:.0f} s"
 
 
 def _about(session: Session) -> str:

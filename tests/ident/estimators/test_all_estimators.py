@@ -1,5 +1,7 @@
 """What every estimator must do, whatever it is."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -51,12 +53,12 @@ def test_an_unknown_setting_is_refused(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_progress_ends(name: str) -> None:
-    told: list[tuple[int, int]] = []
+    told: list[tuple[Any, ...]] = []
     problem = Problem(np.eye(4), np.arange(4.0), np.tile([-9.0, 9.0], (4, 1)), np.ones(4))
     settings = estimators.settings(name, {})
     estimators.load(name).estimate(problem, np.random.default_rng(0), lambda *step: told.append(step), settings)
     assert told
-    assert all(0 < done <= of for done, of in told)
+    assert all(0 < done <= of for done, of, *_ in told)
 
 
 def test_the_baselines_identify_the_papers_linear_form_and_nothing_else_does() -> None:

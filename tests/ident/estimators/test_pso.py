@@ -1,4 +1,5 @@
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -116,7 +117,10 @@ def test_impossible_settings_are_refused(wrong: dict[str, int]) -> None:
 
 
 def test_progress_is_told_at_every_step() -> None:
-    told: list[tuple[int, int]] = []
+    told: list[tuple[Any, ...]] = []
     settings = pso.Settings(iterations=5)
-    pso.estimate(Problem(*problem(), BOUNDS), np.random.default_rng(0), lambda *step: told.append(step), settings)
-    assert told == [(i, 5) for i in range(1, 6)]
+    given = Problem(*problem(), BOUNDS)
+    found = pso.estimate(given, np.random.default_rng(0), lambda *step: told.append(step), settings)
+    assert found.certificate
+    excess = [found.certificate.excess(value) for value in found.history]
+    assert told == [(i, 5, excess[i]) for i in range(1, 6)]

@@ -30,7 +30,7 @@ def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactor
 def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
     write(late)
     choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", None)
-    return identification.identify([late.path], None, choices, lambda done, total: None).model
+    return identification.identify([late.path], None, choices, lambda *_: None).model
 
 
 @pytest.fixture(scope="session")

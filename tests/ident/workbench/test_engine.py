@@ -5,9 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.estimators import settings
+from ident.identification import Choices, identify
 from ident.workbench import views
 from ident.workbench.engine import Engine
-from ident.workbench.region import special
+from ident.workbench.region import explaining, special, verdict
 from ident.workbench.script import script
 from recordings.errors import BadInput
 
@@ -34,8 +36,12 @@ def test_a_recording_as_it_is(engine: Engine) -> None:
     assert not view.warnings
 
 
-def test_fit_add_undo(engine: Engine) -> None:
-    ladder, series, choice, failing = engine.fit(TRAIN, VALIDATE)
+def place_of(ladder: views.LadderView, validate: Path | None = VALIDATE) -> views.Place:
+    return views.Place(TRAIN, validate, tuple(rung.kept for rung in ladder.rungs))
+
+
+def test_fit_add_remove_and_back(engine: Engine) -> None:
+    ladder, series, choice, _, failing = engine.fit(TRAIN, VALIDATE)
     assert isinstance(ladder, views.LadderView)
     assert [rung.label for rung in ladder.rungs] == ["base model", "+ rod_inertia"]
     assert isinstance(series, tuple)
@@ -50,24 +56,38 @@ def test_fit_add_undo(engine: Engine) -> None:
     gains = [one.gain for one in choice.candidates]
     assert gains == sorted(gains, reverse=True)
 
-    added = ladder_of(engine.add(choice.candidates[0].name))
+    added = ladder_of(engine.add(place_of(ladder), choice.candidates[0].name))
     assert len(added.rungs) == 3
     assert np.sum(np.square(added.rungs[2].entry.train_rms)) < np.sum(np.square(added.rungs[1].entry.train_rms))
     assert f"--only {choice.candidates[0].name}" in script(added, "m.json")
     assert "ident fit" in script(ladder, "m.json")
     assert "--with rod_inertia" in script(ladder, "m.json")
-    bare = ladder_of(engine.remove(0))
+    bare = ladder_of(engine.remove(place_of(added), 0))
     assert bare.rungs[-1].label == "− rod_inertia"
     assert "--with rod_inertia" not in script(bare, "m.json")
-    next(engine.undo())
-    assert added.can_undo
-    assert ladder_of(engine.undo()).rungs == ladder.rungs
+    assert ladder_of(engine.show(place_of(added))).rungs == added.rungs, "what is known is not fitted again"
+    assert ladder_of(engine.show(place_of(ladder))).rungs == ladder.rungs
 
 
-def test_a_process_that_was_replaced_goes_on_where_the_other_was(engine: Engine) -> None:
+def test_what_a_candidate_would_take_away_is_what_its_gain_says(engine: Engine) -> None:
+    """On the rows that fits see; on the others it is the same effect with the same coefficient."""
+    ladder, series, choice, signatures, _ = engine.fit(TRAIN, VALIDATE)
+    assert isinstance(ladder, views.LadderView)
+    assert isinstance(series, tuple)
+    assert isinstance(choice, views.Choice)
+    assert isinstance(signatures, views.Signatures)
+    assert set(signatures.removed) == set(signatures.figures) == {one.name for one in choice.candidates}
+    seen = series[0].residual
+    for one in choice.candidates[:4]:
+        parts = signatures.removed[one.name]
+        assert [part.shape for part in parts] == [part.residual.shape for part in series]
+        gain = 1 - np.nansum((seen - parts[0]) ** 2) / np.nansum(seen**2)
+        assert gain == pytest.approx(one.gain, abs=0.03), "rows count by their noise, here all alike"
+
+
+def test_another_process_goes_on_from_the_same_ladder(engine: Engine) -> None:
     ladder = ladder_of(engine.fit(TRAIN, None))
-    kept = [(rung.label, rung.terms, rung.x) for rung in ladder.rungs]
-    again = ladder_of(Engine(lambda text: None).restore(TRAIN, None, kept))
+    again = ladder_of(Engine(lambda text: None).show(place_of(ladder, None)))
     for before, after in zip(ladder.rungs, again.rungs, strict=True):
         assert after.label == before.label
         np.testing.assert_allclose(after.entry.train_rms, before.entry.train_rms, rtol=1e-6)
@@ -75,34 +95,75 @@ def test_a_process_that_was_replaced_goes_on_where_the_other_was(engine: Engine)
 
 
 def test_what_cannot_be_done_is_said(engine: Engine) -> None:
-    with pytest.raises(BadInput, match="Fit first"):
-        next(engine.add("stribeck"))
-    next(engine.fit(TRAIN, None))
+    place = place_of(ladder_of(engine.fit(TRAIN, None)), None)
     with pytest.raises(BadInput, match="another card"):
-        next(engine.add("__import__('os')"))
+        next(engine.add(place, "__import__('os')"))
     with pytest.raises(BadInput, match="number 8"):
-        next(engine.remove(7))
+        next(engine.remove(place, 7))
 
 
-def test_what_is_special_about_a_part() -> None:
+def test_the_swarm_is_watched_and_finds_what_ident_fit_finds() -> None:
+    told: list[views.Descent] = []
+    engine = Engine(lambda text: None, (), told.append)
+    (found,) = engine.swarm(TRAIN, VALIDATE, views.Chosen(("stribeck:2",), 30.0, 3))
+    assert isinstance(found, views.Swarmed)
+    assert found.command == "ident fit fig5a.mcap --validate fig5b.mcap --cutoff 30 --with stribeck:2 --seed 3"
+    choices = Choices("pso", settings("pso", {}), 3, "parallel", 30.0, ("stribeck:2",))
+    model = identify([TRAIN], VALIDATE, choices, lambda *_: None).model
+    assert found.model.parameters == model.parameters
+    assert model.method.certified
+    assert found.descent.excess[-1] == pytest.approx(model.method.certified.excess)
+    assert told
+    assert found.descent.excess[: len(told[-1].excess)] == told[-1].excess
+
+
+@pytest.fixture
+def slow_then_fast() -> views.Series:
+    """One joint that is slow and badly explained for a second, then fast."""
     time = np.arange(400) / 100
-    speed = np.where(time < 1, 0.1, 1.0)[:, None]
-    series = views.Series(
+    return views.Series(
         name="made",
         held_out=False,
         time=time,
         measured=np.where(time < 1, 0.5, 0.1)[:, None] * np.cos(40 * time)[:, None],
         computed=np.zeros((400, 1)),
-        velocity=speed,
+        velocity=np.where(time < 1, 0.1, 1.0)[:, None],
         position=time[:, None],
         phase=np.where(time < 1, "reversal", "cruise")[:, None],
         cycle=np.where(time < 2, 1, 2),
         counted=np.ones((400, 1), bool),
     )
-    told = " ".join(special(series, 0, 0.0, 0.99))
+
+
+def test_what_is_special_about_a_part(slow_then_fast: views.Series) -> None:
+    told = " ".join(special(slow_then_fast, 0, 0.0, 0.99))
     assert "5.0 times that of the rest" in told
-    assert "slower than usual" in told
+    assert "Speed 0.1 rad/s in the median, slower than usual" in told
     assert "reversal 100 % (usually 25 %)" in told
     assert "Cycle 1." in told
-    assert "Too little" in special(series, 0, 0.0, 0.01)[0]
-    assert "all of it" in special(series, 0, 0.0, 9.0)[0]
+    assert "Too little" in special(slow_then_fast, 0, 0.0, 0.01)[0]
+    assert "all of it" in special(slow_then_fast, 0, 0.0, 9.0)[0]
+
+
+def test_which_effect_explains_a_part(slow_then_fast: views.Series) -> None:
+    left = slow_then_fast.residual.astype(np.float32)
+    removed = {
+        "nothing": 0 * left,
+        "half": left / 2,
+        "all": left,
+        "worse": -left,
+        "all, but late": np.roll(left, 200),
+    }
+    found = explaining(slow_then_fast, removed, 0, 0.0, 0.99)
+    assert [one.effect for one in found[:2]] == ["all", "half"]
+    assert found[0].share == pytest.approx(1.0)
+    assert found[1].share == pytest.approx(0.75)
+    assert found[-1].effect == "worse"
+    assert found[-1].share == pytest.approx(-3.0)
+    assert "would explain" in verdict(found)
+    none = explaining(slow_then_fast, {"nothing": 0 * left, "worse": -left}, 0, 0.0, 0.99)
+    assert (
+        verdict(none)
+        == "No effect of the library explains this part: nothing takes away most, 0 % of its mean square."
+    )
+    assert "Too little" in verdict(explaining(slow_then_fast, removed, 0, 0.0, 0.01))

@@ -1,0 +1,98 @@
+"""Long work can be paused, goes on where it stood, and leaves nothing behind when it is cancelled."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from ident.workbench.folder import Folder
+from ident.workbench.session import Session
+from recordings.errors import BadInput
+
+SAMPLES = Path("recordings/samples").resolve()
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    """With a fitted base model."""
+    made = Session(Folder.at(SAMPLES))
+    made.choose("fig5a.mcap", "fig5b.mcap")
+    made.fit()
+    wait(lambda: made.failing is not None and made.job is None)
+    yield made
+    made.close()
+
+
+def wait(done: Callable[[], bool], patience: float = 120.0) -> None:
+    end = time.monotonic() + patience
+    while not done():
+        assert time.monotonic() < end, "it takes too long"
+        time.sleep(0.02)
+
+
+def used(session: Session) -> float:
+    """Processor time of the working process so far, in ticks."""
+    process = session._work._process
+    assert process is not None
+    state = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return float(state[11]) + float(state[12])
+
+
+@pytest.mark.slow
+def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
+    session.diagnose()
+    time.sleep(0.5)
+    session.pause()
+    time.sleep(0.1)
+    before = used(session)
+    assert session.job
+    waited = session.job.seconds
+    time.sleep(1.0)
+    assert used(session) == before, "it does not compute"
+    assert session.job.seconds == waited, "nor does it count"
+    with pytest.raises(BadInput, match="paused"):
+        session.look("fig5a.mcap")
+    with pytest.raises(BadInput, match="paused"):
+        session.fit()
+    session.resume()
+    wait(lambda: session.answer is not None)
+    assert used(session) > before
+
+
+@pytest.mark.slow
+def test_cancelled_work_leaves_all_as_it_was(session: Session) -> None:
+    ladder = session.ladder
+    session.add("stribeck")
+    wait(lambda: session.ladder is not ladder and session.job is None)
+    session.undo()
+    wait(lambda: session.ladder is ladder or session.job is None)
+    for begin in (session.diagnose, lambda: session.swarm(0), session.redo):
+        before = session.branches
+        begin()
+        session.pause()
+        session.cancel()
+        assert session.job is None
+        assert session.descent is None
+        assert session.branches is before
+    assert session.branches
+    assert len(session.branches.present.future) == 1
+    session.redo()
+    wait(lambda: session.job is None)
+    assert session.ladder
+    assert session.ladder.rungs[-1].label == "+ stribeck"
+    assert session.failing, "another process went on from there"
+
+
+@pytest.mark.slow
+def test_what_was_left_out_for_something_else_is_looked_at_afterwards(session: Session) -> None:
+    session.add("stribeck")
+    wait(lambda: session.choice is None)
+    wait(lambda: bool(session.ladder and len(session.ladder.rungs) == 3 and session.job and not session.job.urgent))
+    session.swarm(0)
+    wait(lambda: session.swarmed is not None and session.failing is not None)
+    assert session.swarmed
+    assert session.swarmed.model.effects == ("rod_inertia", "stribeck")
+    assert session.choice
+    assert session.ladder
+    assert len(session.ladder.rungs) == 3
