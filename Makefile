@@ -17,13 +17,15 @@ $(READY): pyproject.toml requirements.lock
 	touch $@
 
 # Records the paper's two motions on the simulated rig, in which an effect unknown to the model is hidden, fits the
-# model to the first and validates it on the second.
+# model to the first, validates it on the second, and puts what it lacks and all else into one report.
 DEMO := runs/demo
 demo: $(READY)
 	rm -rf $(DEMO) && mkdir -p $(DEMO)
 	$(BIN)/daq record --traj fig5a --hidden 9 --out $(DEMO)/fig5a.mcap
 	$(BIN)/daq record --traj fig5b --hidden 9 --out $(DEMO)/fig5b.mcap
 	$(BIN)/ident fit $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap
+	$(BIN)/ident report $(DEMO)/fig5a.model.json $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap -o $(DEMO)/report.html
+	@echo "One file with all of it, for any browser: $(DEMO)/report.html"
 
 test: lint test-fast test-slow
 

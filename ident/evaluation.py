@@ -21,15 +21,16 @@ from recordings.rig import Rig
 _T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
 """Of differences that stand for derivatives, over the size of what is changed."""
-_KEPT = 64
+KEPT = 64
 """Columns and paths that are remembered."""
 
 
 class Evaluator:
     """Evaluates compositions on one recording, and remembers what was expensive."""
 
-    def __init__(self, course: Course) -> None:
+    def __init__(self, course: Course, remembered: int = KEPT) -> None:
         self.course = course
+        self._kept = remembered
         self._known: dict[Hashable, object] = {}
 
     def torque(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
@@ -168,7 +169,7 @@ class Evaluator:
 
     def _remembered(self, key: Hashable, make: Callable[[], _T]) -> _T:
         if key not in self._known:
-            if len(self._known) >= _KEPT:
+            if len(self._known) >= self._kept:
                 self._known.pop(next(iter(self._known)))
             self._known[key] = make()
         return cast(_T, self._known[key])

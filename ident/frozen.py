@@ -10,6 +10,7 @@ from itertools import product
 
 import numpy as np
 
+from ident import stretches
 from ident.composition import Composition, Term
 from ident.course import Course
 from ident.dataset import Dataset
@@ -64,15 +65,13 @@ class Frozen:
 
     def dataset(self, course: Course) -> Dataset:
         """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
-        evaluator = Evaluator(course)
-        linear = self.composition.linear
-        columns = evaluator.linearised(self.composition, self.x, searched=False)[1][:, :, linear]
-        offset = evaluator.torque(self.composition, self.x) - columns @ self.x[linear]
+        torque, columns = stretches.linear(course, self.composition, self.x)
+        offset = torque - columns @ self.x[self.composition.linear]
         if not any(isinstance(term.effect, Signal) for term in self.composition.terms):
             offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits
         known = np.isfinite(columns).all(axis=2) & np.isfinite(offset)
-        torque = np.where(known, course.dataset.torque, np.nan)
-        return replace(course.dataset, regressor=columns, offset=offset, torque=torque)
+        measured = np.where(known, course.dataset.torque, np.nan)
+        return replace(course.dataset, regressor=columns, offset=offset, torque=measured)
 
 
 def terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:

@@ -1,7 +1,8 @@
 """From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,8 @@ import numpy as np
 
 from ident import estimators, mechanisms
 from ident.composition import Composition
-from ident.course import prepare
+from ident.course import Course, prepare
+from ident.cutoff import Cutoff
 from ident.dataset import Dataset, build_all
 from ident.delay import delays
 from ident.effects import library
@@ -153,19 +155,26 @@ def _prepared(
 ) -> tuple[Mechanism, tuple[Dataset, ...]]:
     """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
     mechanism = mechanisms.create(recordings[0].rig, form)
-    datasets = build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
     if not choices.effects and not settled:
-        return mechanism, datasets
+        return mechanism, build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
     if form:
         raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
-    cutoff = datasets[0].cutoff.hz if datasets[0].cutoff else None
-    courses = [prepare(recording, choices.preprocessing, cutoff) for recording in recordings]
+    chosen = None if choices.cutoff else _cutoff(recordings, mechanism, choices.preprocessing)
+    cutoff = chosen.hz if chosen else choices.cutoff
+    courses: Iterator[Course] = (prepare(recording, choices.preprocessing, cutoff) for recording in recordings)
     if settled:
         frozen = Frozen(*settled)
     else:
-        frozen = settle(courses[:fitted], terms(choices.effects, library(choices.effect_files), recordings[0]))
-    found = (frozen.dataset(course) for course in courses)
-    return frozen, tuple(replace(one, cutoff=first.cutoff) for one, first in zip(found, datasets, strict=True))
+        seen = [next(courses) for _ in range(fitted)]
+        frozen = settle(seen, terms(choices.effects, library(choices.effect_files), recordings[0]))
+        courses = chain(seen, courses)
+    datasets = (frozen.dataset(course) for course in courses)
+    return frozen, tuple(replace(one, cutoff=chosen) if chosen else one for one in datasets)
+
+
+def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing: str) -> Cutoff | None:
+    """The low-pass that all recordings bear; None where the preprocessing has no choice."""
+    return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
 
 
 def refuse_different_rigs(recordings: Sequence[Recording]) -> None:

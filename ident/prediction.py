@@ -6,12 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import mechanisms
+from ident import mechanisms, stretches
 from ident.composition import Composition, Named, Term
 from ident.course import prepare
 from ident.dataset import Dataset, build
 from ident.effects import Effect, Signal
-from ident.evaluation import Evaluator
 from ident.mechanisms import Parameter
 from ident.model import EffectTerm, Model
 from recordings.errors import BadInput
@@ -51,8 +50,9 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
         datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
         return tuple(Prediction(dataset, dataset.computed(values)) for dataset in datasets)
     composition, x = composition_of(model, recordings[0].rig, library)
-    courses = [prepare(recording, model.preprocessing.name, cutoff) for recording in recordings]
-    return tuple(Prediction(course.dataset, Evaluator(course).torque(composition, x)) for course in courses)
+    # One after the other: all that a long recording is prepared from need not be kept.
+    courses = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
+    return tuple(Prediction(course.dataset, stretches.torque(course, composition, x)) for course in courses)
 
 
 def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[Composition, Floats]:

@@ -4,14 +4,16 @@ The mcap library decodes the few descriptive records. Messages, thousands per ch
 messages of a chunk that have one length are then viewed as one numpy array.
 """
 
+import os
 import struct
 import zlib
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, BinaryIO, TypeVar
 
 import numpy as np
 import zstandard
@@ -30,6 +32,8 @@ MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 RECORD_HEAD = _RECORD.size
 """Bytes of opcode and length in front of every record."""
+_BLOCK = 1 << 20
+"""Bytes that are looked at together in search of the end."""
 _MESSAGE = struct.Struct("<BQH")
 _MESSAGE_HEAD = 31
 """Bytes of a Message record before the message itself: opcode, length, channel, sequence, log and publish time."""
@@ -77,7 +81,8 @@ def load(
         BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
     """
     loader = _Loader(path, topics, condense)
-    loader.take(contents(path, most))
+    with _opened(path) as file:
+        loader.take(_Stream(file, most))
     return loader.container
 
 
@@ -87,24 +92,69 @@ def contents(path: Path, most: int | None = None) -> bytes:
     Raises:
         BadInput: there is no such file, it cannot be read, or is not MCAP.
     """
+    with _opened(path) as file:
+        data = file.read(-1 if most is None else most)
+    return data if data.endswith(MAGIC) else data.rstrip(b"\0")
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    """The file at its beginning, which is that of an MCAP file: only then more of it is read.
+
+    Raises:
+        BadInput: as `contents`.
+    """
     try:
         with path.open("rb") as file:
-            data = file.read(len(MAGIC))
-            if data == MAGIC:  # only then all of it: much of anything may be in a file of this name
-                file.seek(0)
-                data = file.read(-1 if most is None else most)
+            found = file.read(len(MAGIC))
+            if not found:
+                raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
+            if found != MAGIC:
+                raise BadInput(f"{path} is not an MCAP file: {MAGIC!r} expected at its beginning, {found!r} found")
+            file.seek(0)
+            yield file
     except FileNotFoundError:
         raise BadInput(f"recording {path} does not exist; check the path") from None
     except IsADirectoryError:
         raise BadInput(f"recording {path}: a file expected, a folder found; name a file in it") from None
     except OSError as error:
         raise BadInput(f"recording {path} cannot be read: {error.strerror}") from None
-    if not data:
-        raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
-    if not data.startswith(MAGIC):
-        raise BadInput(f"{path} is not an MCAP file: {MAGIC!r} expected at its beginning, {data[:8]!r} found")
-    # A file that a power failure cut off may end in zeros that were never written.
-    return data if data.endswith(MAGIC) else data.rstrip(b"\0")
+
+
+class _Stream:
+    """A file, or its first `most` bytes, record by record: all of a long recording would fill the memory."""
+
+    def __init__(self, file: BinaryIO, most: int | None) -> None:
+        self._file = file
+        size = file.seek(0, os.SEEK_END)
+        self._end = size if most is None else min(most, size)
+        self.whole = self._end > len(MAGIC) and self.part(self._end - len(MAGIC), self._end) == MAGIC
+        """Whether it ends as a whole file does."""
+        # What a power failure cut off may end in zeros that were never written.
+        while not self.whole and self._end and not self.part(self._end - 1, self._end).strip(b"\0"):
+            before = max(0, self._end - _BLOCK)
+            self._end = before + len(self.part(before, self._end).rstrip(b"\0"))
+        self.checksum = zlib.crc32(MAGIC)
+        """Of all before the record that came last."""
+
+    def records(self) -> Iterator[tuple[int, int, bytes]]:
+        """Opcode, offset and body of every top-level record that is there as a whole."""
+        offset = len(MAGIC)
+        while offset + RECORD_HEAD <= self._end:
+            head = self.part(offset, offset + RECORD_HEAD)
+            opcode, length = _RECORD.unpack(head)
+            start = offset + RECORD_HEAD
+            if start + length > self._end:
+                return
+            body = self.part(start, start + length)
+            yield opcode, offset, body
+            self.checksum = zlib.crc32(body, zlib.crc32(head, self.checksum))
+            offset = start + length
+
+    def part(self, start: int, end: int) -> bytes:
+        """Its bytes from `start` to `end`."""
+        self._file.seek(start)
+        return self._file.read(max(0, end - start))
 
 
 class _Loader:
@@ -115,9 +165,9 @@ class _Loader:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
-    def take(self, data: bytes) -> None:
+    def take(self, stream: _Stream) -> None:
         try:
-            self._take(data)
+            self._take(stream)
         except BadInput:
             raise
         except NONSENSE as error:
@@ -127,22 +177,22 @@ class _Loader:
                 "with `daq recover`, or record again"
             ) from None
 
-    def _take(self, data: bytes) -> None:
-        for opcode, offset, body in records(data):
+    def _take(self, stream: _Stream) -> None:
+        for opcode, offset, body in stream.records():
             if opcode == Opcode.METADATA:
                 record = decode(Metadata.read, body)
                 self.container.metadata.setdefault(record.name, {}).update(record.metadata)
             elif opcode == Opcode.CHUNK:
                 self._chunk(unpacked(decode(Chunk.read, body)))
             elif opcode == Opcode.DATA_END:
-                _compare_crc(body, memoryview(data)[:offset])
+                _compare_crc(body, stream.checksum)
             elif opcode == Opcode.FOOTER:
                 summary_start = int.from_bytes(body[:8], "little")
-                _compare_crc(body[16:], data[summary_start : offset + _RECORD.size + 16])
+                _compare_crc(body[16:], zlib.crc32(stream.part(summary_start, offset + RECORD_HEAD + 16)))
                 self.container.cut_off = False
             else:
                 self._describe(opcode, body)
-        if self.container.cut_off and data.endswith(MAGIC) and len(data) > len(MAGIC):
+        if self.container.cut_off and stream.whole:
             raise ValueError("it has an end, but the records before do not lead there")
 
     def _describe(self, opcode: int, body: bytes) -> None:
@@ -246,7 +296,7 @@ def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:
     return read(ReadDataStream(BytesIO(body)))
 
 
-def _compare_crc(expected: bytes, data: bytes | memoryview) -> None:
+def _compare_crc(expected: bytes, found: int) -> None:
     crc = int.from_bytes(expected[:4], "little")
-    if crc not in (0, zlib.crc32(data)):  # 0: the file was written without
+    if crc not in (0, found):  # 0: the file was written without
         raise ValueError("its checksum does not match its contents")

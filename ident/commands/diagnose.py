@@ -24,7 +24,11 @@ FILE = click.Path(path_type=Path)
 )
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
-    "--validate", type=FILE, metavar="FILE", help="Judge on this recording, of another motion, that no fit sees."
+    "--validate",
+    multiple=True,
+    type=FILE,
+    metavar="FILE",
+    help="Judge on this recording, of another motion, that no fit sees; may be given several times.",
 )
 @click.option("--model", "model_file", type=FILE, metavar="MODEL", help="Begin with the effects of this model.")
 @click.option(
@@ -67,7 +71,7 @@ FILE = click.Path(path_type=Path)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(
     files: tuple[Path, ...],
-    validate: Path | None,
+    validate: tuple[Path, ...],
     model_file: Path | None,
     effect_files: tuple[Path, ...],
     preprocess: str,
@@ -88,6 +92,10 @@ def command(
     """
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
+    if apply and len(validate) > 1:
+        raise BadInput(
+            f"one --validate expected beside --apply, {len(validate)} found; give one, or leave --apply out"
+        )
     if stand_in and stand_in.suffix != ".py":
         raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
     out = out or files[0].with_suffix(".model.json")
@@ -117,7 +125,7 @@ def command(
             document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
         if apply:
             progress("fitting the model with all that was found")
-            model.save(_improved(found, files, validate, preprocess), out)
+            model.save(_improved(found, files, validate[0] if validate else None, preprocess), out)
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:

@@ -16,7 +16,12 @@ FILE = click.Path(path_type=Path)
 @click.argument("files", metavar="MODEL... FILE...", nargs=-1, required=True, type=FILE)
 @click.option("-o", "--out", type=FILE, metavar="HTML", help="Where to.  [default: first FILE's name, .report.html]")
 @click.option(
-    "--validate", "held_out", multiple=True, type=FILE, metavar="FILE", help="A recording that the fit did not see."
+    "--validate",
+    "held_out",
+    multiple=True,
+    type=FILE,
+    metavar="FILE",
+    help="A recording that the fit did not see; may be given several times.",
 )
 @click.option(
     "--diagnose/--no-diagnose", default=True, show_default=True, help="Find out which physical effect is missing."
@@ -51,10 +56,6 @@ def command(
         raise BadInput(f"{out} is one of the inputs and would be replaced; give the report another name")
     if out.exists() and not force:
         raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
-    if diagnose and len(held_out) > 1:
-        raise BadInput(
-            f"one --validate expected for the diagnosis, {len(held_out)} found; give one, or add --no-diagnose"
-        )
 
     from ident.progress import spinner
     from ident.report import material, page

@@ -125,12 +125,9 @@ def _called(finding: Finding) -> str:
 def held_out(material: Material) -> str:
     """On what models are validated."""
     if material.other_motion:
-        names = [
-            data.recording.path.name
-            for data, held in zip(material.datasets, material.held, strict=True)
-            if held.any()
-        ]
-        return f"another recording: {', '.join(dict.fromkeys(names))}"
+        pairs = zip(material.datasets, material.held, strict=True)
+        names = list(dict.fromkeys(data.recording.path.name for data, held in pairs if held.any()))
+        return f"{'another recording' if len(names) == 1 else 'other recordings'}: {', '.join(names)}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
 
 

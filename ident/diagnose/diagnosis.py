@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +87,7 @@ class Diagnosis:
 
 def diagnose(
     files: Sequence[Path],
-    validate: Path | None,
+    validate: Sequence[Path],
     library: Mapping[str, Effect],
     choices: Choices,
     progress: Progress = lambda what: None,
@@ -94,7 +95,7 @@ def diagnose(
 ) -> Diagnosis:
     """Find out which effects of the `library` the base model lacks in the recordings `files`.
 
-    validate: a recording of another motion, which no fit sees; without one, phase segments are held out.
+    validate: recordings of other motions, which no fit sees; without any, phase segments are held out.
     model: with whose effects to begin.
 
     Raises:
@@ -116,19 +117,18 @@ def diagnose(
 
 
 def question(
-    files: Sequence[Path], validate: Path | None, library: Mapping[str, Effect], choices: Choices
+    files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], choices: Choices
 ) -> Question:
     """What there is to work with: recordings as `diagnose` takes them.
 
     Raises:
         BadInput: a recording cannot be used, or they are not of the same rig.
     """
-    recordings = [read(path) for path in (*files, *([validate] if validate else []))]
+    recordings = [read(path) for path in (*files, *validate)]
     refuse_different_rigs(recordings)
     courses, share = _courses(recordings, choices)
-    held = len(recordings) - 1 if validate else None
-    train = [course for index, group in enumerate(courses) if index != held for course in group]
-    material = gather(train, courses[held] if held is not None else ())
+    train, held = courses[: len(files)], courses[len(files) :]
+    material = gather(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
     return Question(material, *_offered(recordings[0], library), share)
 
 

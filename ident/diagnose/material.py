@@ -10,7 +10,7 @@ from ident import noise
 from ident.composition import Composition
 from ident.course import Course
 from ident.dataset import Dataset
-from ident.evaluation import Evaluator
+from ident.evaluation import KEPT, Evaluator
 from ident.refine import Solution, refine
 from recordings.recording import Bools, Floats
 
@@ -22,6 +22,8 @@ STILL = 0.25
 """Rows with more standstill than this behind them are left out."""
 _DEVIATIONS = 3.0
 """Speeds within so many standard deviations of what encoder steps make of it are standstill."""
+_LEAST_KEPT = 8
+"""Columns that each of many excerpts of long recordings remembers."""
 _SEED = 0
 """The same verdict each time."""
 _SAME = 1e-10
@@ -91,7 +93,7 @@ def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
     else:
         seen, held = (list(part) for part in zip(*map(_by_phase, train, moving), strict=True))
     weights = _weights([course.dataset for course in courses], seen, still)
-    evaluators = tuple(Evaluator(course) for course in courses)
+    evaluators = tuple(Evaluator(course, max(_LEAST_KEPT, KEPT // len(courses))) for course in courses)
     return Material(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate))
 
 

@@ -19,10 +19,11 @@ BETWEEN = 84
 """Pixels between rows of plots, for the labels of one and the titles of the next."""
 
 
-def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
+def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.POINTS) -> go.Figure:
     """Per joint, the torque and below it the residual, in the recording `index` of all comparisons.
 
-    All share one time axis; the first repetition is shown at first, a double click shows the whole.
+    All share one time axis; the first repetition is shown at first, a double click shows the whole. Of each trace
+    all of the first repetition is there, and so many `points` of the whole.
     """
     first, *_ = models.values()
     dataset = first.predictions[index].dataset
@@ -37,12 +38,12 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
     )
     for joint, about in enumerate(first.joints):
         row = 2 * joint + 1
-        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], whole=first_repetition(dataset))
+        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], points, first_repetition(dataset))
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
         for number, (name, comparison) in enumerate(models.items()):
             label = theme.plain(name) if len(models) > 1 else "model"
-            _model(figure, comparison.predictions[index], joint, number, label)
+            _model(figure, comparison.predictions[index], joint, number, label, points)
         theme.band(figure, about.split.noise_rms if about.split else None, row + 1, 1, joint == 0)
         figure.update_yaxes(title_text=f"{theme.title(joint)}<br>{theme.effort(about.unit)}", row=row, col=1)
         figure.update_yaxes(title_text=f"residual<br>[{about.unit}]", nticks=4, row=row + 1, col=1)
@@ -53,16 +54,16 @@ def over_time(models: Mapping[str, Comparison], index: int) -> go.Figure:
     return figure
 
 
-def _model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str) -> None:
+def _model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str, points: int) -> None:
     dataset = prediction.dataset
     whole = first_repetition(dataset)
     known = np.isfinite(dataset.torque[:, joint])
     line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
     computed = np.where(known, prediction.computed[:, joint], np.nan)
     row = 2 * joint + 1
-    _line(figure, *theme.thinned(dataset.time, computed, whole=whole), row, label, joint == 0, line)
+    _line(figure, *theme.thinned(dataset.time, computed, points, whole), row, label, joint == 0, line)
     left = line | {"width": 1.1}
-    residual = theme.thinned(dataset.time, prediction.residual[:, joint], whole=whole)
+    residual = theme.thinned(dataset.time, prediction.residual[:, joint], points, whole)
     _line(figure, *residual, row + 1, f"{label}: left", False, left)
 
 

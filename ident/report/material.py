@@ -103,8 +103,7 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
     held_out = compared(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        validate = request.held_out[0] if request.held_out else None
-        diagnosis = diagnose(request.recordings, validate, library, Choices(), progress)
+        diagnosis = diagnose(request.recordings, request.held_out, library, Choices(), progress)
     groups = [recorded, *([held_out] if held_out else [])]
     read = [one.dataset.recording for group in groups for one in next(iter(group.values())).predictions]
     return Material(

@@ -148,7 +148,7 @@ class Engine:
         """What `ident diagnose` says; its ladder becomes the present one."""
         climb = self._at(place)
         train, validate = climb.files
-        found = diagnose([train], validate, self._library, Choices(), self._progress)
+        found = diagnose([train], _given(validate), self._library, Choices(), self._progress)
         self._progress("putting it into words")
         named = {one.term.name: one for one in reversed(found.ladder.findings)}
         drawn = {name: plots.plain(before_after(found, one)) for name, one in named.items()}
@@ -178,7 +178,7 @@ class Engine:
 
     def _begun(self, train: Path, validate: Path | None) -> _Climb:
         self._progress("reading and preparing the recordings")
-        asked = question([train], validate, self._library, Choices())
+        asked = question([train], _given(validate), self._library, Choices())
         climber = Climber(asked.material, asked.offered, self._progress)
         self._progress("fitting the base model")
         state, rungs = climber.begin(*asked.beginning(self._library))
@@ -261,6 +261,10 @@ class Engine:
             self._candidates.setdefault(one.term.name, one)  # of several lines of a spectrum the best
         shown = [views.Candidate(name, _joints(one.term), gains[name]) for name, one in self._candidates.items()]
         return views.Choice(tuple(shown), tuple(unseen), dict(climb.asked.unobservable))
+
+
+def _given(path: Path | None) -> list[Path]:
+    return [path] if path else []
 
 
 def _steps(rungs: Sequence[Rung]) -> tuple[_Step, ...]:

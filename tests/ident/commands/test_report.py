@@ -44,9 +44,6 @@ def test_inputs_are_checked(case: Case, tmp_path: Path) -> None:
     assert "model (.json)" in refused(case.model, case.train, "notes.txt", "-o", out)
     assert "twice" in refused(case.model, case.train, "--validate", case.train, "-o", out)
     assert "replaced" in refused(case.model, case.train, "-o", case.model, "--force")
-    assert "one --validate" in refused(
-        case.model, case.train, "--validate", case.validate, "--validate", "c.mcap", "-o", out
-    )
     assert "does not exist" in refused(case.folder / "no.json", case.train, "-o", out)
     assert "cannot be written" in refused(case.model, case.train, "-o", tmp_path / "no" / "r.html", "--no-diagnose")
     assert not list(tmp_path.iterdir())

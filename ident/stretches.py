@@ -1,0 +1,83 @@
+"""A model on a long recording, a stretch at a time: all of its columns at full rate would not fit into memory."""
+
+from collections.abc import Iterator
+from dataclasses import fields, replace
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ident.composition import Composition
+from ident.course import Course, Path
+from ident.dataset import Dataset
+from ident.evaluation import Evaluator
+from recordings.recording import Floats
+
+LONGEST = 120_000
+"""Instants that are looked at together."""
+RUN_IN = 5.0
+"""Seconds before a stretch after which effects with a memory are as if they had seen all that went before."""
+
+_T = TypeVar("_T")
+
+
+def torque(course: Course, composition: Composition, x: Floats) -> Floats:
+    """What `ident.evaluation.Evaluator.torque` gives (m, dof) [N m]."""
+    return np.concatenate([Evaluator(part).torque(composition, x)[own] for part, own in stretches(course)])
+
+
+def linear(course: Course, composition: Composition, x: Floats) -> tuple[Floats, Floats]:
+    """The same torque (m, dof), and its derivatives by the linear parameters (m, dof, K_linear)."""
+    torques, derivatives = [], []
+    for part, own in stretches(course):
+        computed, by_x = Evaluator(part).linearised(composition, x, searched=False)
+        torques.append(computed[own])
+        derivatives.append(by_x[own][:, :, composition.linear])
+    return np.concatenate(torques), np.concatenate(derivatives)
+
+
+def stretches(course: Course) -> Iterator[tuple[Course, slice]]:
+    """`course` as it is, or parts of it that overlap, each with which of its rows are to be taken."""
+    prepared = course.prepared
+    n, step, reach = len(prepared.instants), prepared.step, prepared.reach
+    if reach is None or n <= LONGEST or n != len(course.samples.position):
+        yield course, slice(None)
+        return
+    margin = -(-(reach + int(RUN_IN * course.samples.rate)) // step)
+    size = LONGEST // step
+    for first in range(0, -(-n // step), size):
+        start = max(0, first - margin)
+        rows = slice(start, first + size + margin)
+        yield _part(course, rows, step), slice(first - start, first - start + size)
+
+
+def _part(course: Course, rows: slice, step: int) -> Course:
+    instants = slice(rows.start * step, rows.stop * step)
+    prepared = course.prepared
+    motion = _cut(course.path.motion, instants)
+    return replace(
+        course,
+        samples=_cut(course.samples, instants),
+        prepared=replace(
+            prepared,
+            motion=motion,
+            instants=prepared.instants[instants],
+            torque=prepared.torque[rows],
+            sensitivity=prepared.sensitivity[rows],
+        ),
+        dataset=_rows(course.dataset, rows),
+        path=Path(course.path.rig, motion, course.path.mechanism),
+    )
+
+
+def _rows(dataset: Dataset, rows: slice) -> Dataset:
+    return replace(_cut(dataset, rows), motion=_cut(dataset.motion, rows))
+
+
+def _cut(whole: _T, which: slice) -> _T:
+    """`whole`, a dataclass, with all its arrays cut along time."""
+    found: dict[str, Any] = {
+        field.name: value[which]
+        for field in fields(whole)  # type: ignore[arg-type]
+        if isinstance(value := getattr(whole, field.name), np.ndarray)
+    }
+    return replace(whole, **found)  # type: ignore[type-var]

@@ -1,0 +1,35 @@
+"""A long recording in stretches says the same as all at once."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ident import stretches
+from ident.composition import Composition, Term
+from ident.course import prepare
+from ident.effects import library
+from ident.evaluation import Evaluator
+from recordings.recording import Recording
+
+
+@pytest.mark.parametrize("names", [(), ("rod_inertia", "stribeck", "thermal_drift"), ("presliding_hysteresis",)])
+@pytest.mark.parametrize("size", [1234, 3001])
+def test_stretches_say_what_the_whole_says(
+    names: tuple[str, ...], size: int, make: Callable[..., Recording], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recording = make(rate=500.0, cycles=3, noise=0.01)
+    position = recording.position.copy()
+    position[2000:2004, 1] = np.nan
+    course = prepare(Recording(**{**vars(recording), "position": position}), "parallel", 30.0)
+    composition, known = Composition(course.path.mechanism, course.path.rig), library()
+    for name in names:
+        composition = composition.plus(Term(name, known[name], (0, 1, 2)))
+    x = np.array([1.0 if entry.linear else entry.scale for entry in composition.named])
+    whole = Evaluator(course).linearised(composition, x, searched=False)
+    monkeypatch.setattr(stretches, "LONGEST", size)
+    assert len(list(stretches.stretches(course))) > 2
+    torque, derivatives = stretches.linear(course, composition, x)
+    np.testing.assert_allclose(torque, whole[0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(derivatives, whole[1][:, :, composition.linear], rtol=1e-9, atol=1e-9)
+    np.testing.assert_array_equal(stretches.torque(course, composition, x), torque)
