@@ -1,4 +1,6 @@
-"""How long the page takes to show an hour at 500 Hz, in a real browser: `python -m benchmarks.workbench`."""
+"""How long the page takes to show an hour at 500 Hz and to fit it, in a real browser, and with how much memory:
+`python -m benchmarks.workbench`.
+"""
 
 import shutil
 import subprocess
@@ -19,7 +21,7 @@ _WATCH = (
 
 
 def main() -> None:
-    """Print first view, whole view, zoom, and memory."""
+    """Print first view, whole view, zoom, fit, and memory."""
     browser = shutil.which("chromium")
     if browser is None:
         print("workbench: needs Debian's chromium")
@@ -62,9 +64,31 @@ def _look(browser: str, address: str, server: int) -> None:
         print(f"all of it {time.perf_counter() - began:.1f} s")
         page.evaluate(_WATCH)
         print(f"zoom: {', '.join(f'{_zoom(page):.0f} ms' for _ in range(ZOOMS))}")
-        working = max(map(_peak, _children(server)))
-        print(f"memory at most: page {_peak(server):.0f} MB, working process {working:.0f} MB")
+        _memory(server, "shown")
+        _fit(page)
+        _memory(server, "fitted")
         launched.close()
+
+
+def _fit(page: Any) -> None:
+    """The base model, its candidates, and where it fails."""
+    began = time.perf_counter()
+    page.locator('[data-test="tab-missing"]').click()
+    page.locator('[data-test="fit"]').click()
+    page.locator('[data-test="rung-0"]').wait_for(timeout=300_000)
+    print(f"base model {time.perf_counter() - began:.1f} s")
+    page.locator('[data-test^="card-"]').first.wait_for(timeout=300_000)
+    print(f"candidates {time.perf_counter() - began:.1f} s")
+    page.locator('[data-test="tab-failing"]').click()
+    page.locator('[data-test="where-0"]').wait_for(timeout=600_000)
+    print(f"where it fails {time.perf_counter() - began:.1f} s")
+
+
+def _memory(server: int, done: str) -> None:
+    """What all processes together have held, each at its worst."""
+    working = sum(map(_peak, _children(server)))
+    page = _peak(server)
+    print(f"memory at most, {done}: {page + working:.0f} MB, page {page:.0f}, working processes {working:.0f}")
 
 
 def _zoom(page: Any) -> float:

@@ -145,14 +145,17 @@ def _conditioned(prepared: Prepared, columns: Callable[[Motion], Floats], pointw
     if not pointwise or reach is None:
         return prepared.condition(columns(prepared.motion))
     before = -(-reach // step)
-    blocks = []
+    whole: Floats | None = None  # blocks that were joined in the end would take twice the memory
     for first in range(0, n, BLOCK * step):
         start = max(0, first - before * step)
         part = _part(prepared.motion, slice(start, first + BLOCK * step + reach))
         conditioned = prepared.condition(columns(part))
-        own = (first - start) // step
-        blocks.append(conditioned[own : own + BLOCK])
-    return np.concatenate(blocks)
+        own, place = (first - start) // step, first // step
+        if whole is None:
+            whole = np.empty((-(-n // step), *conditioned.shape[1:]))
+        whole[place : place + BLOCK] = conditioned[own : own + BLOCK]
+    assert whole is not None  # there are samples
+    return whole
 
 
 def _nominal(prepared: Prepared, mechanism: Mechanism) -> Floats | None:

@@ -27,12 +27,15 @@ def torque(course: Course, composition: Composition, x: Floats) -> Floats:
 
 def linear(course: Course, composition: Composition, x: Floats) -> tuple[Floats, Floats]:
     """The same torque (m, dof), and its derivatives by the linear parameters (m, dof, K_linear)."""
-    torques, derivatives = [], []
+    rows, dof = course.dataset.torque.shape
+    computed, derivatives = np.empty((rows, dof)), np.empty((rows, dof, int(composition.linear.sum())))
+    first = 0
     for part, own in stretches(course):
-        computed, by_x = Evaluator(part).linearised(composition, x, searched=False)
-        torques.append(computed[own])
-        derivatives.append(by_x[own][:, :, composition.linear])
-    return np.concatenate(torques), np.concatenate(derivatives)
+        torque, by_x = Evaluator(part).linearised(composition, x, searched=False)
+        here = slice(first, first + len(torque[own]))
+        computed[here], derivatives[here] = torque[own], by_x[own][:, :, composition.linear]
+        first = here.stop
+    return computed, derivatives
 
 
 def stretches(course: Course) -> Iterator[tuple[Course, slice]]:

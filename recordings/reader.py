@@ -24,6 +24,10 @@ _WANTED = {
     *("value", "level", "name", "msg"),
 }
 """Fields of messages that `read` looks at, beside the names of joints."""
+_PIECE = 1 << 26
+"""Bytes of memory that are asked for at a time; those that are not needed are never touched."""
+_FEW = 16
+"""Messages that stand for themselves."""
 _LEVELS = {number: name for name, number in schemas.LEVELS.items()}
 
 
@@ -38,7 +42,7 @@ def read(path: Path, most: int | None = None) -> Recording:
     Raises:
         BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
     """
-    container = _load(path, (*_SYNCED, "/events"), _condensed, optional=("/extra",), most=most)
+    container = _load(path, (*_SYNCED, "/events"), _Condenser(), optional=("/extra",), most=most)
     run = _run(container)
     grid = _Grid(container, _rig(container), _stamps(container, run))
     return Recording(
@@ -179,15 +183,34 @@ def _load(
     return container
 
 
-def _condensed(batch: Batch) -> Batch:
-    """`batch` without the fields that nobody asks for: an hour's messages as they are would fill the memory."""
-    names = [name for name in batch["message"].dtype.names or () if name in _WANTED or name.startswith("name.")]
-    if not names:  # not our messages; `_check_layout` will say so
-        return batch
-    message = batch["message"][names]
-    slim = np.empty(len(batch), [("log", "<u8"), ("message", [(name, message.dtype[name]) for name in names])])
-    slim["log"], slim["message"] = batch["log"], message
-    return slim
+class _Condenser:
+    """Keeps of messages what `read` looks at: an hour's messages as they are would fill the memory.
+
+    They stand in a few large pieces: those of many small ones, once freed, would not go back to the system.
+    """
+
+    def __init__(self) -> None:
+        self._pieces: dict[np.dtype[Any], Batch] = {}
+
+    def __call__(self, batch: Batch) -> Batch:
+        names = [name for name in batch["message"].dtype.names or () if name in _WANTED or name.startswith("name.")]
+        if not names:  # not our messages; `_check_layout` will say so
+            return batch
+        message = batch["message"][names]
+        slim = self._room(
+            len(batch), np.dtype([("log", "<u8"), ("message", [(name, message.dtype[name]) for name in names])])
+        )
+        slim["log"], slim["message"] = batch["log"], message
+        return slim
+
+    def _room(self, count: int, kind: np.dtype[Any]) -> Batch:
+        if count < _FEW:
+            return np.empty(count, kind)
+        left = self._pieces.get(kind)
+        if left is None or len(left) < count:
+            left = np.empty(max(count, _PIECE // kind.itemsize), kind)
+        self._pieces[kind] = left[count:]
+        return left[:count]
 
 
 def _check_layout(container: Container) -> None:

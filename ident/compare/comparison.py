@@ -37,7 +37,8 @@ class JointComparison:
 class Comparison:
     """A model against recordings."""
 
-    model: Model
+    model: Model | None
+    """None for one on its way, of which there is no file yet."""
     predictions: tuple[Prediction, ...]
     joints: tuple[JointComparison, ...]
     windows: tuple[Window, ...]
@@ -49,7 +50,7 @@ class Comparison:
         return where.sentences([joint.summary for joint in self.joints])
 
 
-def compare(model: Model, predictions: Sequence[Prediction]) -> Comparison:
+def compare(model: Model | None, predictions: Sequence[Prediction]) -> Comparison:
     """Look at the residuals of `predictions`, which are those of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
     splits = repetition.of(datasets, [prediction.residual for prediction in predictions])
@@ -71,6 +72,7 @@ def compare(model: Model, predictions: Sequence[Prediction]) -> Comparison:
 def as_json(comparison: Comparison) -> dict[str, Any]:
     """The document that `ident compare --json` prints, as docs/compare.md describes it; its keys are stable."""
     datasets = [prediction.dataset for prediction in comparison.predictions]
+    assert comparison.model is not None
     return {
         "schema": SCHEMA,
         "recordings": [dataset.recording.path.name for dataset in datasets],

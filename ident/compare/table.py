@@ -13,7 +13,7 @@ def show(comparison: Comparison, console: Console) -> None:
     names = ", ".join(dataset.recording.path.name for dataset in datasets)
     if any(dataset.recording.run.simulated for dataset in datasets):
         console.print("SIMULATED data.", style="bold yellow")
-    if comparison.model.relative:
+    if comparison.model and comparison.model.relative:
         console.print(
             "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
         )

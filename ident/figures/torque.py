@@ -104,7 +104,11 @@ def _caption(comparison: Comparison, window: Window) -> str:
 
 
 def _stretch(figure: go.Figure, comparison: Comparison, window: Window, row: int, column: int, legend: bool) -> None:
-    prediction = next(one for one in comparison.predictions if one.dataset.recording.path.name == window.recording)
+    prediction = next(
+        one
+        for one in comparison.predictions  # of a long recording there may be several parts
+        if one.dataset.recording.path.name == window.recording and one.dataset.time[-1] > window.start
+    )
     dataset, joint = prediction.dataset, window.joint - 1
     near = (dataset.time > window.start - AROUND) & (dataset.time < window.end + AROUND)
     time, measured = dataset.time[near], dataset.torque[near, joint]

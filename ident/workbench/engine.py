@@ -22,7 +22,7 @@ from ident.diagnose.screen import Candidate
 from ident.figures.finding import before_after
 from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views
-from ident.workbench.failing import failing
+from ident.workbench.failing import failing, of_excerpts
 from ident.workbench.foretaste import foretaste
 from ident.workbench.look import looks
 from ident.workbench.views import Kept, Place
@@ -216,9 +216,21 @@ class Engine:
         self._progress("drawing what each would take away")
         yield foretaste(climb.asked.material, climb.state, self._candidates, climb.climber.floor(climb.state))
         self._progress("looking where the model fails")
+        if climb.asked.excerpt is None:
+            yield self._failing(climb)
+        else:
+            yield of_excerpts(climb.asked.material, climb.state)
+
+    def whole(self, place: Place) -> Iterator[Shown]:
+        """The present model, fitted to all of long recordings."""
+        climb = self._at(place)
+        self._progress("fitting to the whole recording")
+        yield self._failing(climb)
+
+    def _failing(self, climb: _Climb) -> views.Failing:
         solution = climb.state.solution
         bandwidth = climb.asked.material.datasets[0].bandwidth
-        yield failing(climb.files, (solution.composition, solution.x), bandwidth, self._library)
+        return failing(climb.files, (solution.composition, solution.x), bandwidth, self._library)
 
     def _ladder(self, climb: _Climb) -> views.LadderView:
         material, (train, validate) = climb.asked.material, climb.files

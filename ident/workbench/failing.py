@@ -2,14 +2,17 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from ident import estimators, identification, prediction
 from ident.compare import comparison
 from ident.compare.comparison import Comparison
 from ident.composition import Composition
+from ident.diagnose.material import Material
+from ident.diagnose.rungs import State
 from ident.effects import Effect
 from ident.figures import spectrum, torque, where
+from ident.model import Model
+from ident.prediction import Prediction
 from ident.workbench import plots
 from ident.workbench.views import Failing
 from recordings.recording import Floats
@@ -24,9 +27,26 @@ def failing(
     """The model fitted to the training recording, as `ident diagnose --apply` does it, on the other one."""
     train, validate = files
     choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
-    model = identification.identify([train], validate, choices, _silent, settled).model
-    found = comparison.compare(model, prediction.predict(model, [validate or train], library))
-    return Failing(model, found.sentences, comparison.as_json(found), _figures(found))
+    model = identification.identify([train], validate, choices, lambda *_: None, settled).model
+    return _told(model, comparison.compare(model, prediction.predict(model, [validate or train], library)))
+
+
+def of_excerpts(material: Material, state: State) -> Failing:
+    """The model as the ladder has it, on those parts of long recordings that the ladder looks at."""
+    chosen = [i for i, held in enumerate(material.held) if held.any() or not material.other_motion]
+    predictions = [Prediction(material.datasets[i], material.datasets[i].torque - state.residuals[i]) for i in chosen]
+    return _told(None, comparison.compare(None, predictions))
+
+
+def _told(model: Model | None, found: Comparison) -> Failing:
+    return Failing(
+        model=model,
+        recordings=tuple(dict.fromkeys(one.dataset.recording.path.name for one in found.predictions)),
+        unit=found.joints[0].unit,
+        sentences=found.sentences,
+        windows=found.windows,
+        figures=_figures(found),
+    )
 
 
 def _figures(found: Comparison) -> dict[str, plots.Figure]:
@@ -39,7 +59,3 @@ def _figures(found: Comparison) -> dict[str, plots.Figure]:
     if found.windows:
         drawn["The worst stretches, closer"] = torque.worst(found)
     return {title: plots.plain(figure) for title, figure in drawn.items()}
-
-
-def _silent(*progress: Any) -> None:
-    """The page shows words, no steps."""

@@ -76,8 +76,8 @@ class Session:
         self.tab = "data"
         self.joint = 0
         self.dark = False
-        self.wanted: tuple[float, float] | None = None
-        """Part of a recording that is to be shown next [s]."""
+        self.wanted: tuple[str, float, float] | None = None
+        """Part of a recording that is to be shown next: its name, from and to [s]."""
         self.job: Job | None = None
         self.message = ""
         self.recording: views.RecordingView | None = None
@@ -208,6 +208,11 @@ class Session:
     def look_again(self) -> None:
         """What was not finished, because it was cancelled."""
         self._go(self._present())
+
+    def whole(self) -> None:
+        """The present model, fitted to all of long recordings: what can be saved."""
+        self._refuse_while_busy()
+        self._aside("whole", True, "whole", self._place(self._present()))
 
     def swarm(self, seed: int) -> None:
         """The parameters of the present model, or of the base model, by the swarm."""

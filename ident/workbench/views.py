@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ident.compare.windows import Window
 from ident.diagnose.document import RungEntry
 from ident.model import Model
 from recordings.recording import Bools, Floats, Ints
@@ -195,11 +196,14 @@ class Choice:
 class Failing:
     """Where the present model fails."""
 
-    model: Model
-    """The present model as `ident fit` would describe it."""
+    model: Model | None
+    """The present model as `ident fit` would describe it; None for long recordings, until it is asked for."""
+    recordings: tuple[str, ...]
+    unit: str
+    """Of the efforts."""
     sentences: tuple[str, ...]
-    document: dict[str, Any]
-    """As docs/compare.md describes it."""
+    windows: tuple[Window, ...]
+    """The worst stretches."""
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
     """Title: a figure for Plotly."""
 

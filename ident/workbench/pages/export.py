@@ -25,6 +25,26 @@ def _draw(page: Page) -> None:
         return
     file = f"{session.ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")
+    if session.failing.model is None:
+        _whole(page)
+    else:
+        _files(page, file)
+    ui.label("The same in a terminal").classes("head q-mt-md")
+    text = script(session.ladder, file)
+    name(ui.code(text, language="bash").classes("w-full"), "script")
+    _parameters(session)
+
+
+def _whole(page: Page) -> None:
+    """Of long recordings only parts were looked at."""
+    ui.label("The ladder looks at parts of these long recordings; a model to keep is fitted to all of them.")
+    fit = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.does(page.session.whole))
+    fit.props("no-caps").tooltip("For an hour at 500 Hz about a minute, and 2 GB of memory")
+    name(fit, "whole")
+
+
+def _files(page: Page, file: str) -> None:
+    session = page.session
     with ui.row().classes("items-center gap-3"):
         out = ui.input("file", value=file).props("dense outlined").classes("min-w-64")
         save = ui.button("Save beside the recording", icon="save").props("no-caps")
@@ -41,10 +61,6 @@ def _draw(page: Page) -> None:
         told.text = await background.io_bound(_report, session, str(out.value)) or ""
 
     report.on_click(make)
-    ui.label("The same in a terminal").classes("head q-mt-md")
-    text = script(session.ladder, file)
-    name(ui.code(text, language="bash").classes("w-full"), "script")
-    _parameters(session)
 
 
 def _report(session: Session, wanted: str) -> str:
@@ -74,6 +90,7 @@ def _save(session: Session, wanted: str) -> None:
 
 def _keep(session: Session, wanted: str) -> None:
     assert session.failing is not None
+    assert session.failing.model is not None
     model.save(session.failing.model, session.folder.new(wanted, ".json"))
     session.saved = wanted, session.failing
     session.changed("folder")

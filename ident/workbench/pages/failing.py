@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 from nicegui import ui
 
+from ident.compare.windows import Window
 from ident.workbench.pages.page import Page, name, picture
 
 
@@ -17,7 +18,7 @@ def _draw(page: Page) -> None:
     if found is None:
         ui.label("Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
         return
-    ui.label(f"On {', '.join(found.document['recordings'])}").classes("head")
+    ui.label(f"On {', '.join(found.recordings)}").classes("head")
     with ui.column().classes("gap-1"):
         for number, sentence in enumerate(found.sentences):
             name(ui.label(sentence), f"where-{number}")
@@ -36,7 +37,7 @@ def _windows(page: Page) -> None:
             for title in (
                 "joint",
                 "time [s]",
-                f"RMS [{found.document['joints'][0]['unit']}]",
+                f"RMS [{found.unit}]",
                 "times usual",
                 "phase",
                 "cycle",
@@ -44,15 +45,15 @@ def _windows(page: Page) -> None:
             ):
                 with ui.element("th"):
                     ui.label(title)
-        for window in found.document["windows"]:
+        for window in found.windows:
             with ui.element("tr"):
                 for text in (
-                    f"joint {window['joint']}",
-                    f"{window['start']:.2f} – {window['end']:.2f}",
-                    f"{window['rms']:.3g}",
-                    f"{window['times_overall']:.1f}",
-                    window["phase"],
-                    str(window["cycle"] or ""),
+                    f"joint {window.joint}",
+                    f"{window.start:.2f} – {window.end:.2f}",
+                    f"{window.rms:.3g}",
+                    f"{window.times_overall:.1f}",
+                    window.phase,
+                    str(window.cycle or ""),
                 ):
                     with ui.element("td"):
                         ui.label(text)
@@ -60,10 +61,10 @@ def _windows(page: Page) -> None:
                     ui.button("show", on_click=_shows(page, window)).props("flat dense size=sm no-caps")
 
 
-def _shows(page: Page, window: dict[str, float]) -> Callable[[], None]:
+def _shows(page: Page, window: Window) -> Callable[[], None]:
     def show() -> None:
-        page.session.joint = int(window["joint"]) - 1
-        page.session.wanted = (window["start"] - 0.5, window["end"] + 0.5)
+        page.session.joint = window.joint - 1
+        page.session.wanted = (window.recording, window.start - 0.5, window.end + 0.5)
         page.session.changed("series")
         page.show("model")
 

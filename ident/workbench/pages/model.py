@@ -1,5 +1,7 @@
 """Torque measured against the model's, joint by joint, what is left of it, and what is special about a part."""
 
+from collections.abc import Sequence
+
 from nicegui import events, ui
 
 from ident.workbench import plots
@@ -23,8 +25,9 @@ def _draw(page: Page) -> None:
         ui.label("Fit the base model first: What is missing → Fit.").classes("quiet")
         return
     ladder = session.ladder
-    kinds = {number: _label(one) for number, one in enumerate(session.series)}
-    chosen = next((i for i, one in enumerate(session.series) if one.held_out), 0)
+    kinds = {number: _label(one, session.series) for number, one in enumerate(session.series)}
+    wanted, session.wanted = session.wanted, None
+    chosen = _first(session.series, wanted)
     with ui.row().classes("items-center gap-4"):
         which = ui.select(kinds, value=chosen).props("dense outlined").classes("min-w-64")
         joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.joints))}, value=session.joint)
@@ -68,10 +71,8 @@ def _draw(page: Page) -> None:
     mark.on_value_change(lambda: shown.show())
     shown.plot.on("plotly_selected", marked, js_handler=_RANGE)
     _tell(told, ("Drag over the plot to zoom, double click to see all. Mark a part to see what is special there.",))
-    wanted = session.wanted
     if wanted:
-        session.wanted = None
-        shown.show(wanted)
+        shown.show(wanted[1:])
 
 
 _RANGE = "(event) => emit(event && event.range ? {range: {x: event.range.x || event.range.x2}} : {})"
@@ -97,8 +98,21 @@ def _explain(page: Page, number: int, joint: int, span: tuple[float, float]) -> 
             name(add, f"add-{one.effect}")
 
 
-def _label(series: Series) -> str:
-    return f"{series.name} ({'held out' if series.held_out else 'training'})"
+def _first(series: Sequence[Series], wanted: tuple[str, float, float] | None) -> int:
+    """Which one is shown first: where the part is that is wanted, or else what was held out."""
+    if wanted:
+        name, start, end = wanted
+        inside = (
+            i for i, one in enumerate(series) if one.name == name and one.time[0] < end and one.time[-1] > start
+        )
+        return next(inside, 0)
+    return next((i for i, one in enumerate(series) if one.held_out), 0)
+
+
+def _label(one: Series, series: Sequence[Series]) -> str:
+    several = sum(other.name == one.name for other in series) > 1
+    part = f", {one.time[0]:.0f} to {one.time[-1]:.0f} s" if several else ""
+    return f"{one.name}{part} ({'held out' if one.held_out else 'training'})"
 
 
 def _tell(place: ui.column, sentences: tuple[str, ...]) -> None:

@@ -24,7 +24,8 @@ def draw(page: Page) -> None:
     session = page.session
     files = session.folder.trajectories()
     with ui.row().classes("items-end gap-3"):
-        motion = ui.select([*names(), *files], value="fig5a", label="motion").props("dense outlined")
+        motion = ui.select([*names(), *files], value="fig5a", label="motion")
+        motion.props("dense outlined").classes("min-w-28")
         rig = ui.select([SIMULATED, *files], value=SIMULATED, label="rig").props("dense outlined").classes("min-w-36")
         sim = ui.select([NOTHING, *files], value=NOTHING, label="simulated machine")
         sim.props("dense outlined").classes("min-w-36")

@@ -51,7 +51,8 @@ def test_fit_add_remove_and_back(engine: Engine) -> None:
         entry = ladder.rungs[-1].entry
         np.testing.assert_allclose(rms, (entry.train_rms, entry.validate_rms)[number])
     assert isinstance(failing, views.Failing)
-    assert failing.document["recordings"] == ["fig5b.mcap"]
+    assert failing.recordings == ("fig5b.mcap",)
+    assert failing.model
     assert isinstance(choice, views.Choice)
     gains = [one.gain for one in choice.candidates]
     assert gains == sorted(gains, reverse=True)
