@@ -7,6 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from ident.compare.comparison import Comparison
+from ident.dataset import first_repetition
 from ident.figures import parameters, quality, spectrum, theme, torque, where
 from ident.model import Model
 from recordings.recording import Recording
@@ -47,6 +48,20 @@ def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], 
     assert len(residuals) == 3 * len(models)
     rms = np.sqrt(np.nanmean(np.asarray(residuals[0].y, np.float64) ** 2))
     assert rms == pytest.approx(comparison.joints[0].summary.rms, rel=1e-3)
+
+
+def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], comparison: Comparison) -> None:
+    dataset = comparison.predictions[0].dataset
+    rows, first = len(dataset.time), first_repetition(dataset)
+    whole, few = (
+        [trace for trace in torque.over_time(models, 0, points).data if trace.name == "measured"]
+        for points in (rows, 100)
+    )
+    assert [len(trace.x) for trace in whole] == [rows] * 3
+    for trace, torques in zip(few, dataset.torque.T, strict=True):
+        assert len(trace.x) < rows
+        assert np.isin(dataset.time[first].astype(np.float32), trace.x).all()
+        assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
 
 
 def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:

@@ -168,3 +168,25 @@ def test_which_effect_explains_a_part(slow_then_fast: views.Series) -> None:
         == "No effect of the library explains this part: nothing takes away most, 0 % of its mean square."
     )
     assert "Too little" in verdict(explaining(slow_then_fast, removed, 0, 0.0, 0.01))
+
+
+def test_a_long_recording_is_looked_at_in_parts_and_fitted_as_a_whole_when_asked(
+    engine: Engine, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("ident.diagnose.excerpts.LONGEST", 8.0)
+    monkeypatch.setattr("ident.diagnose.excerpts.PARTS", 2)
+    ladder, series, *_, failing = engine.fit(TRAIN, VALIDATE)
+    assert isinstance(ladder, views.LadderView)
+    assert ladder.excerpt
+    assert isinstance(series, tuple)
+    assert [one.held_out for one in series] == [False, False, True, True]
+    assert isinstance(failing, views.Failing)
+    assert failing.model is None
+    assert failing.recordings == ("fig5b.mcap",)
+    assert failing.windows
+    for window in failing.windows:
+        assert any(one.held_out and one.time[0] <= window.start < window.end <= one.time[-1] for one in series)
+    (whole,) = engine.whole(place_of(ladder))
+    assert isinstance(whole, views.Failing)
+    assert whole.model
+    assert whole.model.effects == ("rod_inertia",)
