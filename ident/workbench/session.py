@@ -3,14 +3,15 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from ident import effects
 from ident.workbench import views
 from ident.workbench.branches import Branches
 from ident.workbench.folder import Folder
+from ident.workbench.parts import OF_A_LADDER, SHOWN_AS, Job, Part
 from ident.workbench.recorder import Recorder
 from ident.workbench.script import of_fit
 from ident.workbench.views import Chosen
@@ -19,49 +20,6 @@ from recordings.errors import BadInput
 
 UNATTENDED = 20.0
 """So long no browser may show the page while drives move: time to load it again [s]."""
-
-Part = Literal[
-    "folder",
-    "job",
-    "recording",
-    "ladder",
-    "series",
-    "choice",
-    "signatures",
-    "failing",
-    "answer",
-    "descent",
-    "swarmed",
-    "run",
-    "message",
-]
-_SHOWN_AS: dict[type, Part] = {
-    views.RecordingView: "recording",
-    views.Choice: "choice",
-    views.Signatures: "signatures",
-    views.Failing: "failing",
-    views.Answer: "answer",
-    views.Descent: "descent",
-    views.Swarmed: "swarmed",
-}
-_OF_A_LADDER: tuple[Part, ...] = ("ladder", "series", "choice", "signatures", "failing")
-
-
-@dataclass(frozen=True)
-class Job:
-    """What the working process does."""
-
-    what: str
-    began: float
-    urgent: bool
-    """Somebody waits for it: nothing else can be asked for meanwhile."""
-    paused: float | None = None
-    """Since when."""
-
-    @property
-    def seconds(self) -> float:
-        """How long it has taken so far, without pauses [s]."""
-        return (self.paused or time.monotonic()) - self.began
 
 
 class Session:
@@ -152,7 +110,7 @@ class Session:
     def _forget(self) -> None:
         self.branches = self.choice = self.signatures = self.failing = None
         self.series = ()
-        self.changed(*_OF_A_LADDER)
+        self.changed(*OF_A_LADDER)
 
     def look(self, name: str) -> None:
         """Show a recording as it is."""
@@ -324,7 +282,7 @@ class Session:
                 self.job = replace(self.job, urgent=False)
             self.changed("series")
         else:
-            part = _SHOWN_AS[type(value)]
+            part = SHOWN_AS[type(value)]
             setattr(self, part, value)
             self.changed(part)
         if isinstance(value, views.Swarmed):

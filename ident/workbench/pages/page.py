@@ -8,8 +8,9 @@ from typing import Any
 from nicegui import ui
 
 from ident.workbench import plots
+from ident.workbench.parts import Part
 from ident.workbench.plots import Figure
-from ident.workbench.session import Part, Session
+from ident.workbench.session import Session
 from recordings.errors import BadInput
 
 

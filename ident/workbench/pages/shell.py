@@ -7,7 +7,8 @@ from nicegui import events, ui
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import data, export, failing, missing, model, record, robot, swarm
 from ident.workbench.pages.page import Page, name
-from ident.workbench.session import Job, Session
+from ident.workbench.parts import Job
+from ident.workbench.session import Session
 from web.security import LONGEST_BODY
 
 TABS = (

@@ -28,9 +28,9 @@ def test_pointing_at_a_card_or_moving_to_it_shows_its_signature(fitted: Browser)
     fitted.at("card-stribeck").focus()
     fitted.at("foretaste").filter(has_text="stribeck").wait_for(timeout=30_000)
     fitted.shot("signature")
-    fitted.page.keyboard.press("Shift+Tab")
-    fitted.page.keyboard.press("Tab")
-    assert "card-stribeck" == fitted.page.evaluate("document.activeElement.dataset.test")
+    for _ in ("About", "Add", "the next card"):
+        fitted.page.keyboard.press("Tab")
+    fitted.at("foretaste").filter(has_not_text="stribeck").wait_for(timeout=30_000)
 
 
 def test_a_marked_part_is_explained_and_the_effect_added_from_there(fitted: Browser) -> None:
