@@ -265,10 +265,10 @@ class Session:
             if kind == "failed":
                 self.descent = None
                 self._say(value)
+                self.changed("choice", "failing", "descent")
             elif self.job is None and self._unfinished:
                 self._unfinished = False
                 self.look_again()
-            self.changed("choice", "failing", "descent")
         self.changed("job")
 
     def _shown(self, value: Any) -> None:

@@ -21,7 +21,8 @@ def draw(page: Page) -> None:
 def _draw(page: Page) -> None:
     session = page.session
     if session.ladder is None or session.failing is None:
-        ui.label("Fit a model first; it can then be saved here.").classes("quiet")
+        fitted = "The model is being looked at; it can then be saved here." if session.ladder else None
+        ui.label(fitted or "Fit a model first; it can then be saved here.").classes("quiet")
         return
     file = f"{session.ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")

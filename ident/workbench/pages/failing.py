@@ -16,7 +16,8 @@ def draw(page: Page) -> None:
 def _draw(page: Page) -> None:
     found = page.session.failing
     if found is None:
-        ui.label("Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
+        fitted = "Looking where the model fails …" if page.session.ladder else None
+        ui.label(fitted or "Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
         return
     ui.label(f"On {', '.join(found.recordings)}").classes("head")
     with ui.column().classes("gap-1"):
