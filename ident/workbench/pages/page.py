@@ -76,6 +76,8 @@ class Page:
 def picture(figure: Figure, label: str, dark: bool) -> ui.plotly:
     """A figure; `label` for those who do not see it."""
     drawn = ui.plotly(plots.shown(figure, dark)).classes("w-full")
+    # Plotly forgets a figure's own height when its tab is left and shown again.
+    drawn.style(f"height: {figure['layout']['height']}px")
     drawn.props["role"], drawn.props["aria-label"] = "img", label
     return drawn
 

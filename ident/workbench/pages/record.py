@@ -113,12 +113,12 @@ def _live(page: Page) -> None:
     def look() -> None:
         run = session.recorder.run
         state.text, bar.visible = _state(run), run is not None
+        for kind, plot in shown.items():
+            plot.update_figure(plots.shown(_plot(run, kind), session.dark))
         if run is None:
             return
         bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
         figures.text = _figures(run)
-        for kind, plot in shown.items():
-            plot.update_figure(plots.shown(_plot(run, kind), session.dark))
         said.clear()
         with said:
             for line in list(run.said)[-6:]:
