@@ -17,7 +17,9 @@ _SETTLING = 50
 """Steps until a spring has found its rest."""
 
 
-def _delta(numbers: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, work: Floats) -> None:
+def _delta(  # noqa: C901 - compiled: nothing but numbers in small loops
+    numbers: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, work: Floats
+) -> None:
     """Torque (3,) and inertia (3, 3) of a delta's arms: (A3)-(A8), (15)-(16), (23), (26), uniform forearms.
 
     work: (26, 3), any content.
@@ -136,7 +138,7 @@ def _solve(matrix: Floats, right: Floats, count: int) -> None:
         right[i] /= matrix[i, i]
 
 
-def _on_springs(
+def _on_springs(  # noqa: C901 - compiled: one loop
     delta: bool,
     numbers: Floats,
     q: Floats,
@@ -150,7 +152,8 @@ def _on_springs(
 ) -> Floats:
     """`Arms.on_springs`, by Newmark's method, `parts` steps to an instant.
 
-    beta: 1/12 (Fox, Goodwin) has no error of the period to speak of, 1/4 (mean acceleration) bears any step. It starts at rest on the springs; NaN where the motion is, and where it begins anew after that.
+    beta: 1/12 (Fox, Goodwin) has no error of the period to speak of, 1/4 (mean acceleration) bears any step.
+    It starts at rest on the springs; NaN where the motion is. After a gap it starts anew.
     """
     n, dof = q.shape
     soft = np.flatnonzero(compliance > 0)
@@ -169,7 +172,8 @@ def _on_springs(
             w[:], bend[:] = 0.0, 0.0
             for _ in range(_SETTLING):
                 _arms(delta, numbers, q[k] - x, v[k], a[k], torque, inertia, work)
-                for i in soft:
+                for s in range(count):
+                    i = int(soft[s])
                     x[i] += 0.5 * (torque[i] * compliance[i] - x[i])
             running = not np.isnan(x).any()
             if not running:
@@ -187,7 +191,7 @@ def _on_springs(
                 position[i] -= x[i] + h * w[i] + h * h / 2 * bend[i]
             _arms(delta, numbers, position, speed, acceleration, torque, inertia, work)
             for s in range(count):
-                i = soft[s]
+                i = int(soft[s])
                 damping = 2 * ratio * math.sqrt(inertia[i, i] / compliance[i])
                 right[s] = torque[i] - damping * (w[i] + h / 2 * bend[i])
                 right[s] -= (x[i] + h * w[i] + h * h * (0.5 - beta) * bend[i]) / compliance[i]
@@ -196,14 +200,14 @@ def _on_springs(
                 matrix[s, s] += h / 2 * damping + h * h * beta / compliance[i]
             _solve(matrix, right, count)
             for s in range(count):
-                i = soft[s]
+                i = int(soft[s])
                 x[i] += h * w[i] + h * h * ((0.5 - beta) * bend[i] + beta * right[s])
                 w[i] += h / 2 * (bend[i] + right[s])
                 bend[i] = right[s]
         for i in range(dof):
             result[k, i] = torque[i]
-            for m in soft:
-                result[k, i] -= inertia[i, m] * bend[m]
+            for m in range(count):
+                result[k, i] -= inertia[i, soft[m]] * bend[soft[m]]
         if np.isnan(result[k]).any():
             running = False
             x[:] = 0.0
@@ -223,8 +227,8 @@ def _forces(torque: Floats, inertia: Floats, free: Bools, bend: Floats, matrix: 
     for s in range(count):
         bend[flying[s]] = right[s]
     for i in range(len(torque)):
-        for m in flying:
-            torque[i] -= inertia[i, m] * bend[m]
+        for m in range(count):
+            torque[i] -= inertia[i, flying[m]] * bend[flying[m]]
         if free[i]:
             torque[i] = 0.0
 
@@ -237,7 +241,7 @@ def _firm(torque: Floats, last: Floats, x: Floats, half: Floats) -> bool:
     return True
 
 
-def _with_play(
+def _with_play(  # noqa: C901 - compiled: one loop
     delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats, half: Floats, dt: float, parts: int
 ) -> Floats:
     """`Arms.with_play`: mean over the time of each instant, `parts` steps to one.
@@ -321,75 +325,7 @@ def _with_play(
     return result
 
 
-def _flights(load: Floats, inertia: Floats, half: float, dt: float, parts: int) -> Floats:
-    """Torque (n,) that one arm takes beyond its `load` (n,) because of play: a first look, `parts` steps to an instant.
-
-    The other joints, and the weight at the side of the gap, are left as they are; inertia (n,) [kg m^2].
-    """
-    n = len(load)
-    more = np.zeros(n)
-    h, running, free = dt / parts, False, False
-    x = w = 0.0
-    for k in range(n):
-        if not (math.isfinite(load[k]) and math.isfinite(inertia[k])):
-            running = False
-            continue
-        if not running:
-            x, w, free, running = math.copysign(half, load[k]), 0.0, False, True
-            continue
-        if not free and load[k] * x >= 0 and load[k - 1] * x >= 0:
-            continue
-        for part in range(1, parts + 1):
-            need = load[k - 1] + (load[k] - load[k - 1]) * part / parts
-            free = free or need * x < 0
-            if not free:
-                continue
-            more[k] -= need / parts
-            w += h * need / inertia[k]
-            x += h * w
-            if abs(x) >= half:
-                more[k] += inertia[k] * w / dt
-                x, w, free = math.copysign(half, x), 0.0, False
-    return more
-
-
-def _falls(
-    load: Floats,
-    inertia: Floats,
-    push: Floats,
-    own: Floats,
-    residual: Floats,
-    shares: Floats,
-    halves: Floats,
-    dt: float,
-    parts: int,
-) -> Floats:
-    """(s, h) fall of the sum of squares of the `residual` (n, dof) by play, on those joints that it suits.
-
-    load, inertia (n, dof) of arms and motors; push (n, dof), own (dof,): torque and inertia of a joint by itself, of
-    which the motors have `shares` (s,); `halves` (h,) of the play. As `_flights`.
-    """
-    n, dof = load.shape
-    fall = np.zeros((len(shares), len(halves)))
-    for j in range(dof):
-        for s in range(len(shares)):
-            arm = load[:, j] - shares[s] * push[:, j]
-            turned = np.maximum(inertia[:, j] - shares[s] * own[j], 0.01 * inertia[:, j])
-            for h in range(len(halves)):
-                more = flights(arm, turned, halves[h], dt, parts)
-                together = size = 0.0
-                for k in range(1, n - 1):
-                    smooth = (more[k - 1] + 2 * more[k] + more[k + 1]) / 4
-                    if smooth != 0.0 and math.isfinite(residual[k, j]):
-                        together += smooth * residual[k, j]
-                        size += smooth * smooth
-                fall[s, h] += max(2 * together - size, 0.0)
-    return fall
-
-
-def _along(
-    delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats
-) -> tuple[Floats, Floats]:
+def _along(delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
     """Torque (n, dof) of the arms if they follow the motors, and the diagonal (n, dof) of their inertia."""
     n, dof = q.shape
     torques, inertias = np.full((n, dof), np.nan), np.full((n, dof), np.nan)
@@ -411,6 +347,4 @@ _forces = compiled(_forces)
 _firm = compiled(_firm)
 on_springs = compiled(_on_springs)
 with_play = compiled(_with_play)
-flights = compiled(_flights)
-falls = compiled(_falls)
 along = compiled(_along)

@@ -44,14 +44,18 @@ class Arms:
         turned = self._fastest(motion, compliance) / self.rate
         parts = int(np.clip(np.ceil(turned / _FINE), 1, _MOST_PARTS))
         beta = 1 / 12 if turned < _RESOLVED * parts else 1 / 4
-        return on_springs(self.delta, self.numbers, *_moved(motion), compliance, ratio, 1 / self.rate, parts, beta)
+        taken: Floats = on_springs(
+            self.delta, self.numbers, *_moved(motion), compliance, ratio, 1 / self.rate, parts, beta
+        )
+        return taken
 
     def with_play(self, motion: Motion, half: Floats) -> Floats:
         """Torque (n, dof) [N m] that the arms take if they can move by +-`half` (dof,) against the motors."""
         from ident.arm_loops import with_play
 
         parts = int(np.ceil(1 / (self.rate * _FLIGHT)))
-        return with_play(self.delta, self.numbers, *_moved(motion), half, 1 / self.rate, parts)
+        taken: Floats = with_play(self.delta, self.numbers, *_moved(motion), half, 1 / self.rate, parts)
+        return taken
 
     def falls(self, motion: Motion, own: Floats, residual: Floats, shares: Floats, halves: Floats) -> Floats:
         """(s, h) fall of the sum of squares of a `residual` (n, dof) [N m] by play, at a first look.
@@ -59,12 +63,14 @@ class Arms:
         Each joint is taken by itself. own: (dof,) inertia [kg m^2] of which motors may have the `shares` (s,) - these
         arms are to have all of it; halves: (h,) of the play.
         """
-        from ident.arm_loops import along, falls
+        from ident.arm_loops import along
+        from ident.flights import falls
 
         load, inertia = along(self.delta, self.numbers, *_moved(motion))
         push = own * motion.acceleration
         parts = int(np.ceil(1 / (self.rate * _GLANCE)))
-        return falls(load, inertia, push, own, residual, shares, halves, 1 / self.rate, parts)
+        fallen: Floats = falls(load, inertia, push, own, residual, shares, halves, 1 / self.rate, parts)
+        return fallen
 
     def _fastest(self, motion: Motion, compliance: Floats) -> float:
         """[rad/s] at which the arms swing on their springs, about."""

@@ -16,7 +16,6 @@ from recordings.recording import Floats
 from recordings.rig import Rig
 
 
-
 @dataclass(frozen=True, eq=False)
 class View:
     """n consecutive instants of dof joints at an even rate. NaN where something is not known."""

@@ -1,7 +1,7 @@
 """A mechanism with additive effects whose shapes are given, for motions that nobody has recorded yet."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 

@@ -125,7 +125,7 @@ class Climber:
         return state
 
     def _chosen(self, state: State, options: Sequence[State]) -> State | None:
-        """The next effect. What explains most may not hold before a smaller one, that it has to share with, is known."""
+        """The next effect. What explains most may not hold before a smaller one beside it is known."""
         found = self._first_confirmed(state, options)
         return found or (self._first_confirmed(state, self.finder.unlikely(state)) if options else None)
 

@@ -6,9 +6,10 @@ from ident.effects import Quantity, Signal, Values
 from ident.view import View
 from recordings.recording import Floats
 
-
 _SHARES = np.linspace(0.0, 0.96, 49)
+"""Of the motors in a joint's own inertia, that are tried."""
 _HALVES = np.geomspace(3e-5, 0.04, 19)
+"""Of the gap, that are tried [rad or m]."""
 _BEST = 4
 
 

@@ -1,7 +1,5 @@
 """A load that is picked up, or lost, during the run."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from ident.effects import Additive, Quantity, Shapes
@@ -36,25 +34,22 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
         for one in (residual * per_mass, per_mass**2)
     )
     end = len(view.time)
-    for_good = _edge(gain, weight, lambda instant: (instant, np.full_like(instant, end)))
+    every = np.arange(end + 1)
+    for_good = int(np.argmax(_falls(gain, weight, every, end)))
     coarse = np.unique(np.linspace(0, end, _COARSE).astype(int))
     first, second = (coarse[i] for i in np.triu_indices(len(coarse), 1))
     best = np.argmax(_falls(gain, weight, first, second))
     start, stop = int(first[best]), int(second[best])
     for _ in range(_TURNS):
-        start = _edge(gain, weight, lambda instant: (np.minimum(instant, stop), np.full_like(instant, stop)))
-        stop = _edge(gain, weight, lambda instant: (np.full_like(instant, start), np.maximum(instant, start)))
+        start = int(np.argmax(_falls(gain, weight, every[: stop + 1], stop)))
+        stop = start + int(np.argmax(_falls(gain, weight, start, every[start:])))
     found = [(for_good, end), (start, stop)]
     return [
         {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else _NEVER} for i, j in found if i < end
     ]
 
 
-def _edge(gain: Floats, weight: Floats, window: Callable[[Ints], tuple[Ints, Ints]]) -> int:
-    return int(np.argmax(_falls(gain, weight, *window(np.arange(len(gain))))))
-
-
-def _falls(gain: Floats, weight: Floats, first: Ints, second: Ints) -> Floats:
+def _falls(gain: Floats, weight: Floats, first: Ints | int, second: Ints | int) -> Floats:
     """Fall of the sum of squares by a mass from `first` to `second`, beyond what a constant one explains."""
     share = (weight[second] - weight[first]) / max(weight[-1], _TINY)
     part = gain[second] - gain[first] - share * gain[-1]

@@ -8,7 +8,7 @@ from ident.arms import Arms, arms
 from ident.forearms import torque as forearms
 from ident.motion import Motion
 from recordings.recording import Floats
-from recordings.rig import Rig, simulated_rig
+from recordings.rig import simulated_rig
 
 RATE = 1000.0
 OWN = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
@@ -24,10 +24,13 @@ def _swaying(duration: float = 2.0) -> Motion:
     )
 
 
-def _axis(inertia: float) -> tuple[Rig, Arms]:
-    rig = simulated_rig()
-    one = Arms(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
-    return rig, one
+def _axis(inertia: float) -> Arms:
+    """One axis without weight."""
+    return Arms(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
+
+
+def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
+    return np.sin(omega * time), omega * np.cos(omega * time), -(omega**2) * np.sin(omega * time)
 
 
 def test_arms_that_follow_take_what_the_mechanism_says() -> None:
@@ -54,9 +57,8 @@ def test_a_mass_on_a_spring_answers_as_it_must(swing: float) -> None:
     inertia, frequency = 0.2, 2.0
     compliance = 1 / (inertia * (2 * np.pi * swing) ** 2)
     time, omega = np.arange(0.0, 3.0, 1 / RATE), 2 * np.pi * frequency
-    # From rest, without a jerk, so that nothing swings freely when the swing is much faster.
-    motor = np.stack([np.sin(omega * time), omega * np.cos(omega * time), -(omega**2) * np.sin(omega * time)])[:, :, None]
-    taken = _axis(inertia)[1].on_springs(Motion(*motor, np.sign(motor[1])), np.array([compliance]), 0.0)[:, 0]
+    q, v, a = (one[:, None] for one in _sine(omega, time))
+    taken = _axis(inertia).on_springs(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
     gain = 1 / (1 - (frequency / swing) ** 2)
     forced = -inertia * omega**2 * gain * np.sin(omega * time)
     own = 2 * np.pi * swing
@@ -72,8 +74,8 @@ def test_swinging_arms_of_a_delta_keep_their_energy() -> None:
     up = np.clip(time / 0.4, 0.0, 1.0)
     angle = 0.3 + 0.2 * (10 * up**3 - 15 * up**4 + 6 * up**5)
     speed = np.gradient(angle, 1 / RATE)
-    motor = (np.repeat(one[:, None], 3, axis=1) for one in (angle, speed, np.gradient(speed, 1 / RATE)))
-    motion = Motion(*motor, np.zeros((len(time), 3)))
+    q, v, a = (np.repeat(one[:, None], 3, axis=1) for one in (angle, speed, np.gradient(speed, 1 / RATE)))
+    motion = Motion(q, v, a, np.zeros_like(v))
     taken = arms(rig, OWN, 0.3, RATE).on_springs(motion, np.full(3, 1e-3), 0.0)
     early, late = (np.ptp(taken[part], axis=0) for part in (slice(500, 2000), slice(4500, 6000)))
     assert (early > 0.5).all()
@@ -86,9 +88,9 @@ def test_an_arm_flies_freely_through_the_gap() -> None:
     time = np.arange(0.0, 0.2, 1 / RATE)
     acceleration = np.where(time < 0.1, 20.0, brake)
     speed = np.cumsum(acceleration) / RATE
-    signals = (np.cumsum(speed) / RATE, speed, acceleration, np.sign(speed))
-    motion = Motion(*(one[:, None] for one in signals))
-    taken = _axis(inertia)[1].with_play(motion, np.array([half]))[:, 0]
+    q, v, a = (one[:, None] for one in (np.cumsum(speed) / RATE, speed, acceleration))
+    motion = Motion(q, v, a, np.sign(v))
+    taken = _axis(inertia).with_play(motion, np.array([half]))[:, 0]
     flight = np.sqrt(2 * 2 * half / -brake)
     flying = (time > 0.102) & (time < 0.1 + flight - 0.002)
     assert np.allclose(taken[time < 0.099], inertia * 20.0)
