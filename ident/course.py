@@ -12,13 +12,10 @@ from ident.mechanisms import Mechanism
 from ident.motion import Motion
 from ident.preprocess import Prepared
 from ident.samples import Samples, sample
-from ident.view import Rate, View
+from ident.view import View
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Rig
-
-_STEPS: dict[Rate, float] = {"position": 1e-5, "acceleration": 1.0}
-"""Of differences; the torque is linear in the acceleration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,17 +31,6 @@ class Path:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    @cached_property
-    def _slopes(self) -> dict[Rate, Floats]:
-        """Differences (dof, n, dof, k) of the regressor by the position and by the acceleration of each joint."""
-        units = np.eye(self.motion.position.shape[1])
-        found: dict[Rate, Floats] = {}
-        for name, step in _STEPS.items():
-            here = getattr(self.motion, name)
-            moved = [replace(self.motion, **{name: here + step * unit}) for unit in units]
-            found[name] = np.stack([(self.mechanism.regressor(one) - self.regressor) / step for one in moved])
-        return found
-
     def view(self, course: "Course", load: Floats) -> View:
         """What effects see of it, with the `load` of a composition (k or k + 1,)."""
         parameters, m_d = load[: len(self.mechanism.parameters)], float(load[len(self.mechanism.parameters) :].sum())
@@ -56,13 +42,9 @@ class Path:
             torque: Floats = regressor @ known
             return torque + m_d * forearms.torque(self.rig.geometry, motion) if m_d else torque
 
-        def slope(name: Rate) -> Floats:
-            slopes: Floats = np.moveaxis(self._slopes[name] @ known, 0, 2)
-            return slopes
-
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
         by_name["m_d"] = m_d
-        return View(self.rig, course.samples.rate, course.time, self.motion, rigid_at, slope, by_name)
+        return View(self.rig, course.samples.rate, course.time, self.motion, rigid_at, by_name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -161,7 +161,7 @@ class Evaluator:
         one = composition.named[entry]
         if not one.free:
             return np.zeros_like(self.course.dataset.torque)
-        step = _RELATIVE_STEP * max(abs(x[entry]), one.scale)
+        step = composition.terms[one.term].effect.step * max(abs(x[entry]), one.scale)
         aside = x.copy()
         aside[entry] += step if x[entry] + step <= one.upper else -step
         difference = self._reported(composition, aside, rigid) - here

@@ -5,19 +5,15 @@ measured torque: a regressor that was would lower the error and explain nothing.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from typing import Literal
 
 import numpy as np
 
+from ident.arms import Arms, arms
+from ident.forearms import GRAVITY as GRAVITY
 from ident.motion import Motion
 from ident.platform import Platform, platform
 from recordings.recording import Floats
 from recordings.rig import Rig
-
-Rate = Literal["position", "acceleration"]
-
-GRAVITY = 9.81
-"""[m/s^2], downwards."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +29,6 @@ class View:
     """(n, dof) of the joints."""
     rigid_at: Callable[[Motion], Floats]
     """(n, dof) torque [N m] of the model without any friction, at that or another motion."""
-    slope: Callable[[Rate], Floats]
-    """(n, dof, dof) derivative of that torque by the position or the acceleration of each joint."""
     parameters: Mapping[str, float]
     """Of the mechanism's own parameters by name, as the model has them now; m_d: of uniform forearms, 0 without."""
 
@@ -54,33 +48,14 @@ class View:
         own = (self.parameters.get(f"I_{j}", self.parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
         return np.array([share * max(inertia, 0.0) for inertia in own])
 
-    @cached_property
-    def inertias(self) -> Floats:
-        """(n, dof, dof) rigid torque per acceleration of each joint [kg m^2]."""
-        return self.slope("acceleration")
-
-    @cached_property
-    def stiffness(self) -> Floats:
-        """(n, dof, dof) rigid torque per angle of each joint, everything else as it is [N m/rad]."""
-        return self.slope("position")
-
-    def arm_inertias(self, share: float) -> Floats:
-        """(n, dof, dof) `inertias` without the motors; on the diagonal a hundredth of it at least."""
-        matrix = self.inertias.copy()
-        whole = np.diagonal(self.inertias, axis1=1, axis2=2)
-        joint = np.arange(whole.shape[1])
-        matrix[:, joint, joint] = np.maximum(whole - self.motor_inertia(share), 0.01 * whole)
-        return matrix
+    def arms(self, share: float) -> Arms:
+        """All but the motors themselves, which are a `share` of each joint's own inertia."""
+        return arms(self.rig, self.parameters, share, self.rate)
 
     def arm_torque(self, share: float) -> Floats:
-        """(n, dof) torque [N m] that moves all but the motors themselves."""
+        """(n, dof) torque [N m] that moves the arms, if they follow the motors."""
         torque: Floats = self.rigid - self.motor_inertia(share) * self.motion.acceleration
         return torque
-
-    def weight_shift(self, by: Floats) -> Floats:
-        """(n, dof) change of the rigid torque when arms stand `by` (n, dof) beside where the motors are."""
-        change: Floats = np.einsum("nij,nj->ni", self.stiffness, by)
-        return change
 
     def every(self, step: int) -> "View":
         """One of `step` instants."""

@@ -9,15 +9,13 @@ from ident import mechanisms
 from ident.effects import Additive, Effect, Shapes, load
 from ident.mechanisms import Mechanism, Parameter
 from ident.motion import Motion
-from ident.view import GRAVITY, Rate, View
+from ident.view import GRAVITY, View
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig
 
 _RATE = 500.0
 """At which motions are taken to be sampled where nobody says [Hz]; only effects that remember look at it."""
-_STEPS: dict[Rate, float] = {"position": 1e-5, "acceleration": 1.0}
-"""Of differences."""
 _SOME = 40.0
 """For a shape that is never searched blindly, such as a number of periods per turn."""
 
@@ -127,11 +125,6 @@ def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: 
         torque: Floats = mechanism.regressor(other) @ rigid
         return torque
 
-    def slope(name: Rate) -> Floats:
-        here, step = getattr(motion, name), _STEPS[name]
-        moved = [replace(motion, **{name: here + step * unit}) for unit in np.eye(rig.dof)]
-        return np.stack([(load_at(one) - load_at(motion)) / step for one in moved], axis=2)
-
     known = {one.name: float(value) for one, value in zip(mechanism.parameters, load, strict=True)}
     known["m_d"] = sum(value for name, value in known.items() if name.endswith(".m_d"))
-    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, slope, known)
+    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, known)

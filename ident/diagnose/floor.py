@@ -15,7 +15,7 @@ import numpy as np
 from ident import noise, repetition, signals
 from ident.course import Course
 from ident.diagnose.lines import Line, lines
-from ident.diagnose.material import Material, resolution, rms
+from ident.diagnose.material import Material, rms
 from ident.evaluation import Evaluator
 from ident.refine import Solution
 from ident.repetition import Trend
@@ -28,8 +28,6 @@ _ABOVE = (1.3, 2.2)
 _MOST = 4.0
 """They are not taken to leave more than this many times what is expected."""
 _TINY = 1e-24
-_SEED = 0
-"""The same floor each time."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,19 +67,25 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
             for data in material.datasets
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
-    parts = [_encoder(one, solution) for one in material.evaluators]
+    pairs = zip(material.evaluators, material.disturbed, strict=True)
+    parts = [_encoder(one, disturbed, solution) for one, disturbed in pairs]
     return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
-def _encoder(evaluator: Evaluator, solution: Solution) -> Floats:
-    """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats."""
-    course, own = evaluator.course, solution.x[solution.composition.entries(-1)]
-    measured = course.samples.position
-    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
-    read = course.corrected(course.path.rig, lambda position: position + error)
-    difference = (read.regressor - course.path.regressor) @ own
-    expected: Floats = np.nanmean(np.where(course.usable, course.condition(difference), np.nan) ** 2, axis=0)
-    if len(difference) != len(measured):  # a mean cycle: nothing tells more
+def _encoder(evaluator: Evaluator, disturbed: Evaluator, solution: Solution) -> Floats:
+    """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats.
+
+    disturbed: the same recording as it might have been read with other steps. Play and springs make more of them than
+    the mechanism by itself; by how much is told by medians, for an amplifier near its limit makes anything of them.
+    """
+    course, composition, x = evaluator.course, solution.composition, solution.x
+    own = x[composition.entries(-1)]
+    bare = (disturbed.course.path.regressor - course.path.regressor) @ own
+    difference = disturbed.unfiltered(composition, x) - evaluator.unfiltered(composition, x)
+    seen, alone = (np.where(course.usable, course.condition(one), np.nan) for one in (difference, bare))
+    more = _typical(seen) / np.maximum(_typical(alone), _TINY)
+    expected: Floats = np.nanmean(alone**2, axis=0) * np.maximum(more, 1.0)
+    if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
     repeating: Floats = expected * _repeating(course) * _amplified(evaluator, solution, difference)
     return repeating

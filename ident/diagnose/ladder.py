@@ -94,7 +94,7 @@ class Climber:
         """The state when nothing more is worth adding, and what could be added still."""
         while True:
             found = self.finder.options(state)
-            chosen = self._first_confirmed(state, found.states) if len(state.terms) < MOST else None
+            chosen = self._chosen(state, found.states) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, found
             state = self._settled(chosen)
@@ -123,6 +123,11 @@ class Climber:
                 rungs.append(Rung(name, after, self.gain(state, after)))
             state = after
         return state
+
+    def _chosen(self, state: State, options: Sequence[State]) -> State | None:
+        """The next effect. What explains most may not hold before a smaller one beside it is known."""
+        found = self._first_confirmed(state, options)
+        return found or (self._first_confirmed(state, self.finder.unlikely(state)) if options else None)
 
     def _first_confirmed(self, state: State, options: Sequence[State]) -> State | None:
         """The simplest of those that explain most, if rows that no fit saw bear it out; else the next ones."""

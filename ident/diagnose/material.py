@@ -1,7 +1,7 @@
 """What a diagnosis works with: recordings, and which of their rows fits may see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,11 @@ class Material:
     def datasets(self) -> tuple[Dataset, ...]:
         """The measured rows."""
         return tuple(one.course.dataset for one in self.evaluators)
+
+    @cached_property
+    def disturbed(self) -> tuple[Evaluator, ...]:
+        """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
+        return tuple(Evaluator(_disturbed(one.course)) for one in self.evaluators)
 
     @cached_property
     def fitting(self) -> tuple[int, ...]:
@@ -142,12 +147,18 @@ def standstill(course: Course) -> Floats:
 
     Dry friction may then be anything between its two levels. How slow that is follows from the encoder's steps.
     """
-    measured, motion = course.samples.position, course.path.motion
-    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
-    read = course.corrected(course.path.rig, lambda position: position + error).motion
+    motion, read = course.path.motion, _disturbed(course).path.motion
     slowest = _DEVIATIONS * np.nanstd(read.velocity - motion.velocity, axis=0)
     slow = np.where(np.isfinite(motion.velocity), np.abs(motion.velocity) < slowest, np.nan)
     return np.clip(course.condition(slow), 0.0, 1.0)
+
+
+def _disturbed(course: Course) -> Course:
+    """As if its encoders had other steps of the same size."""
+    measured = course.samples.position
+    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
+    path = course.corrected(course.path.rig, lambda position: position + error)
+    return replace(course, samples=replace(course.samples, position=measured + error), path=path)
 
 
 def resolution(position: Floats) -> Floats:

@@ -64,10 +64,19 @@ class Finder:
         contained = name in other.terms[-1].effect.contains
         return contained and not self.clear(state.solution.loss, other.solution.loss, parameters)
 
+    def unlikely(self, state: State) -> list[State]:
+        """What `options` left out beyond `state`, as it promised too little beside what was found: the best first."""
+        known = {one.terms[-1] for one in self.options(state).states}
+        worth = self._worth(state, self.look(state)[0])
+        others = [one for one in worth if all(one.term.name != term.name for term in known)][:REFINED]
+        return sorted((self.added(state, one) for one in others), key=lambda one: one.solution.loss)
+
     def _find(self, state: State, leave: str) -> Options:
         candidates, unseen, gains = self.look(state, leave)
-        worth = [one for one in candidates if self.clear(state.solution.loss, one.loss, one.own)]
-        return Options(tuple(self._refined(state, worth)), unseen, gains)
+        return Options(tuple(self._refined(state, self._worth(state, candidates))), unseen, gains)
+
+    def _worth(self, state: State, candidates: Sequence[Candidate]) -> list[Candidate]:
+        return [one for one in candidates if self.clear(state.solution.loss, one.loss, one.own)]
 
     def look(self, state: State, leave: str = "") -> tuple[list[Candidate], tuple[str, ...], Mapping[str, float]]:
         """What could be added, the most promising first; what does not show; what each would gain at first sight."""

@@ -91,8 +91,9 @@ class Screen:
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         suggested = self._suggested(effect)
+        whole = [one for one in suggested if isinstance(effect, Signal) and effect.parameters[0].name in one]
         shapes = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
-        shapes += [_vector(one, effect.shapes) for one in suggested]
+        shapes += [_vector(one, effect.shapes) for one in suggested if one not in whole]
         if isinstance(effect, Additive):
             one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
             for values in shapes:
@@ -101,8 +102,7 @@ class Screen:
         elif isinstance(effect, Signal):
             starts = [np.array(one) for one in zip(*_padded([q.starts for q in effect.parameters]), strict=True)]
             places = list(product(starts, shapes))
-            own = [_vector(one, effect.parameters) for one in suggested if effect.parameters[0].name in one]
-            places += zip(own, shapes[len(shapes) - len(own) :], strict=True)
+            places += [(_vector(one, effect.parameters), _vector(one, effect.shapes)) for one in whole]
             for at, values in places:
                 yield self._signal(name, effect, at, values)
 
@@ -139,7 +139,8 @@ class Screen:
             for owner in owners
             for i in range(len(starts))
         ]
-        return _Block(np.stack(columns, axis=1), starts, shapes, np.zeros(len(starts)))
+        one_signed = np.array([float(q.lower >= 0) for q in effect.parameters])
+        return _Block(np.stack(columns, axis=1), starts, shapes, one_signed)
 
     def _difference(self, term: Term, own: Floats, shapes: Floats) -> Floats:
         solution = self._solution

@@ -72,6 +72,8 @@ class Effect:
     suggest: Callable[[View, Floats], Sequence[Shapes]] | None = None
     """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second; of
     a signal also values of its parameters."""
+    step: float = 1e-4
+    """Change of a searched parameter, relative, by which a fit sees where to go: larger where the torque jumps."""
     repeated: bool = False
     """True where several of it may be there, with different shapes: the lines of a spectrum."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None

@@ -2,62 +2,39 @@
 
 import numpy as np
 
-from ident.compiled import compiled
 from ident.effects import Quantity, Signal, Values
 from ident.view import View
 from recordings.recording import Floats
+
+_SHARES = np.linspace(0.0, 0.96, 49)
+"""Of the motors in a joint's own inertia, that are tried."""
+_HALVES = np.geomspace(3e-5, 0.04, 19)
+"""Of the gap, that are tried [rad or m]."""
+_BEST = 4
 
 
 def report(torque: Floats, view: View, values: Values) -> Floats:
     """What the motors give instead of `torque` (n, dof) if the arms can move by +-b against them."""
     share = float(values["motor"][0])
-    load = view.arm_torque(share)
-    inertias = view.arm_inertias(share)
-    inertia = np.ascontiguousarray(np.diagonal(inertias, axis1=1, axis2=2))
-    half = np.broadcast_to(values["b"], (load.shape[1],)).astype(float)
-    free, side = compiled(_along)(np.ascontiguousarray(load), inertia, half, 1 / view.rate)
-    shift = view.weight_shift(-side)
-    change = np.where(np.isfinite(shift), shift, 0.0)
-    # What flies or is hit pushes the other joints, too.
-    reactions = np.einsum("nji,ni->nj", inertias, np.where(inertia > 0, free / inertia, 0.0))
-    reported: Floats = torque + change + np.where(np.isfinite(reactions), reactions, free)
-    return reported
+    half = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
+    if not (half > 0).any():
+        return torque
+    changed = view.arms(share).with_play(view.motion, half) - view.arm_torque(share)
+    return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
-def _along(load: Floats, inertia: Floats, half: Floats, dt: float) -> tuple[Floats, Floats]:
-    """Torque (n, dof) that the motors give beyond the `load`, and angle (n, dof) of the motors before the arms.
+def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+    """The best of many widths of the gap and shares of the motors' inertia: their landscape is full of valleys.
 
-    load: torque that the arm would need (n, dof); inertia (n, dof) of what flies freely in the gap.
-    In the gap the arm gets none; relative to the motor it then accelerates by -load / inertia, and the teeth hit
-    without bounce: the motor gives the arm back its speed within one instant.
+    When the load of the gear changes its side, and so when the arm flies, depends on that share.
     """
-    more, side = np.zeros(load.shape), np.zeros(load.shape)
-    for joint in range(load.shape[1]):
-        b = half[joint]
-        if b <= 0.0:
-            continue
-        x, speed, started = 0.0, 0.0, False
-        for k in range(load.shape[0]):
-            need = load[k, joint]
-            if np.isnan(need):
-                started = False
-                continue
-            if not started:
-                x, speed, started = (b if need > 0 else -b), 0.0, True
-            pushed = (x >= b and need >= 0) or (x <= -b and need <= 0)
-            if pushed:
-                speed = 0.0
-            else:
-                mass = inertia[k, joint]
-                speed += need / mass * dt
-                x += speed * dt
-                more[k, joint] = -need
-                if abs(x) >= b:
-                    more[k, joint] += mass * speed / dt
-                    x = b if x > 0 else -b
-                    speed = 0.0
-            side[k, joint] = x
-    return more, side
+    own = view.motor_inertia(1.0)
+    falls = view.arms(0.0).falls(view.motion, own, residual, _SHARES, _HALVES)
+    inner = np.pad(falls, 1, constant_values=-np.inf)
+    around = [np.roll(inner, by, axis)[1:-1, 1:-1] for axis in (0, 1) for by in (1, -1)]
+    peak = (falls > 0) & np.all([falls >= one for one in around], axis=0)
+    places = sorted(zip(*np.nonzero(peak), strict=True), key=lambda place: -falls[place])[:_BEST]
+    return [{"b": float(_HALVES[h]), "motor": float(_SHARES[s])} for s, h in places]
 
 
 effect = Signal(
@@ -67,6 +44,7 @@ effect = Signal(
     remedy="set or replace the gear; avoid changes of load direction where precision matters",
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
+    step=1e-2,
     parameters=(
         Quantity(
             name="b",
@@ -74,7 +52,7 @@ effect = Signal(
             meaning="half of the play",
             lower=0.0,
             upper=0.05,
-            starts=(5e-4, 2e-3, 8e-3, 0.025),
+            starts=(5e-4, 8e-3),
         ),
     ),
     shapes=(
@@ -88,4 +66,5 @@ effect = Signal(
         ),
     ),
     report=report,
+    suggest=suggest,
 )

@@ -4,13 +4,17 @@ import numpy as np
 
 from ident.effects import Additive, Quantity, Shapes
 from ident.view import GRAVITY, View
-from recordings.recording import Floats
+from recordings.recording import Floats, Ints
 
 _NEVER = 1e9
 """[s]"""
-_CANDIDATES = 40
-"""Instants that are tried."""
-_BEST = 3
+_COARSE = 100
+"""Instants between which stretches are tried."""
+_TURNS = 3
+"""Times that its beginning and its end are then sought anew, each among all instants."""
+_LEAST = 0.01
+"""Share of the run that a change is taken to last at least, and to leave."""
+_TINY = 1e-30
 
 
 def columns(view: View, shapes: Shapes) -> Floats:
@@ -21,19 +25,36 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 
 def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
-    """The instants at which a change of mass would explain most of the `residual` (n, dof)."""
+    """The instant from which on, and the stretch in which, a change of mass would explain most of the `residual`."""
     per_mass = _per_mass(view)
     known = np.isfinite(residual) & np.isfinite(per_mass)
-    together = np.where(known, residual * per_mass, 0.0).sum(axis=1)
-    squares = np.where(known, per_mass**2, 0.0).sum(axis=1)
-    instants = np.linspace(view.time[0], view.time[-1], _CANDIDATES + 2)[1:-1]
-    after = view.time >= instants[:, None]
-    # Less what a constant mass explains, which the model has already.
-    part, weight = (after * together).sum(axis=1), (after * squares).sum(axis=1)
-    part = part - weight * together.sum() / squares.sum()
-    weight = weight - weight**2 / squares.sum()
-    gain = part**2 / np.maximum(weight, 1e-12 * squares.sum())
-    return [{"t_c": float(instants[i]), "t_e": _NEVER} for i in np.argsort(-gain)[:_BEST]]
+    # Up to each instant (n + 1,): what a mass would explain together with the residual, and its own squares.
+    gain, weight = (
+        np.concatenate([[0.0], np.where(known, one, 0.0).sum(axis=1).cumsum()])
+        for one in (residual * per_mass, per_mass**2)
+    )
+    end = len(view.time)
+    every = np.arange(end + 1)
+    for_good = int(np.argmax(_falls(gain, weight, every, end)))
+    coarse = np.unique(np.linspace(0, end, _COARSE).astype(int))
+    first, second = (coarse[i] for i in np.triu_indices(len(coarse), 1))
+    best = np.argmax(_falls(gain, weight, first, second))
+    start, stop = int(first[best]), int(second[best])
+    for _ in range(_TURNS):
+        start = int(np.argmax(_falls(gain, weight, every[: stop + 1], stop)))
+        stop = start + int(np.argmax(_falls(gain, weight, start, every[start:])))
+    found = [(for_good, end), (start, stop)]
+    return [
+        {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else _NEVER} for i, j in found if i < end
+    ]
+
+
+def _falls(gain: Floats, weight: Floats, first: Ints | int, second: Ints | int) -> Floats:
+    """Fall of the sum of squares by a mass from `first` to `second`, beyond what a constant one explains."""
+    share = (weight[second] - weight[first]) / max(weight[-1], _TINY)
+    part = gain[second] - gain[first] - share * gain[-1]
+    falls: Floats = part**2 / np.maximum(weight[-1] * share * (1 - share), _LEAST * weight[-1] + _TINY)
+    return falls
 
 
 def _per_mass(view: View) -> Floats:

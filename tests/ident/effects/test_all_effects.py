@@ -95,7 +95,7 @@ def _motion_with_gap(view: View) -> View:
     )
     for field in ("position", "velocity", "acceleration", "direction"):
         getattr(motion, field)[700] = np.nan
-    return View(view.rig, view.rate, view.time, motion, view.rigid_at, view.slope, view.parameters)
+    return View(view.rig, view.rate, view.time, motion, view.rigid_at, view.parameters)
 
 
 @pytest.mark.parametrize("name", ADDITIVE)

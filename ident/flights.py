@@ -1,0 +1,78 @@
+"""A first look at play, compiled as this is imported: each joint by itself, with all else left as it is."""
+
+import math
+
+import numpy as np
+
+from ident.compiled import compiled
+from recordings.recording import Floats
+
+
+def _flights(load: Floats, inertia: Floats, half: float, dt: float, parts: int) -> Floats:
+    """Torque (n,) that one arm takes beyond its `load` (n,) because of play, `parts` steps to an instant.
+
+    inertia: (n,) [kg m^2].
+    """
+    n = len(load)
+    more = np.zeros(n)
+    h, running, free = dt / parts, False, False
+    x = w = 0.0
+    for k in range(n):
+        if not (math.isfinite(load[k]) and math.isfinite(inertia[k])):
+            running = False
+            continue
+        if not running:
+            x, w, free, running = math.copysign(half, load[k]), 0.0, False, True
+            continue
+        if not free and load[k] * x >= 0 and load[k - 1] * x >= 0:
+            continue
+        for part in range(1, parts + 1):
+            need = load[k - 1] + (load[k] - load[k - 1]) * part / parts
+            free = free or need * x < 0
+            if not free:
+                continue
+            more[k] -= need / parts
+            w += h * need / inertia[k]
+            x += h * w
+            if abs(x) >= half:
+                more[k] += inertia[k] * w / dt
+                x, w, free = math.copysign(half, x), 0.0, False
+    return more
+
+
+def _falls(
+    load: Floats,
+    inertia: Floats,
+    push: Floats,
+    own: Floats,
+    residual: Floats,
+    shares: Floats,
+    halves: Floats,
+    dt: float,
+    parts: int,
+) -> Floats:
+    """(s, h) fall of the sum of squares of the `residual` (n, dof) by play, on those joints that it suits.
+
+    load, inertia (n, dof) of arms and motors; push (n, dof), own (dof,): torque and inertia of a joint by itself, of
+    which the motors have `shares` (s,); `halves` (h,) of the play. As `_flights`.
+    """
+    n, dof = load.shape
+    fall = np.zeros((len(shares), len(halves)))
+    for j in range(dof):
+        for s in range(len(shares)):
+            arm = load[:, j] - shares[s] * push[:, j]
+            turned = np.maximum(inertia[:, j] - shares[s] * own[j], 0.01 * inertia[:, j])
+            for h in range(len(halves)):
+                more = flights(arm, turned, halves[h], dt, parts)
+                together = size = 0.0
+                for k in range(1, n - 1):
+                    smooth = (more[k - 1] + 2 * more[k] + more[k + 1]) / 4
+                    if smooth != 0.0 and math.isfinite(residual[k, j]):
+                        together += smooth * residual[k, j]
+                        size += smooth * smooth
+                fall[s, h] += max(2 * together - size, 0.0)
+    return fall
+
+
+flights = compiled(_flights)
+falls = compiled(_falls)
