@@ -43,7 +43,8 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
     for _ in range(_TURNS):
         start = int(np.argmax(_falls(gain, weight, every[: stop + 1], stop)))
         stop = start + int(np.argmax(_falls(gain, weight, start, every[start:])))
-    found = [(for_good, end), (start, stop)]
+    inside = _LEAST * weight[-1] < weight[start] and weight[stop] < (1 - _LEAST) * weight[-1]
+    found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
     return [
         {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else _NEVER} for i, j in found if i < end
     ]
