@@ -1,0 +1,37 @@
+"""When a load is picked up and put down is read off the residual."""
+
+import numpy as np
+import pytest
+
+from ident.course import prepare
+from ident.effects import load
+from ident.effects.payload_change import columns
+from ident.view import View
+from recordings.recording import Floats, Recording
+
+
+@pytest.fixture(scope="module")
+def view(make: object, truth: Floats) -> View:
+    recording: Recording = make(cycles=4, rate=250.0)  # type: ignore[operator]
+    course = prepare(recording, "parallel", 30.0)
+    return course.path.view(course, truth)
+
+
+@pytest.mark.parametrize(("start", "stop"), [(3.3, None), (3.3, 5.9)])
+def test_the_instants_are_found(view: View, start: float, stop: float | None) -> None:
+    suggest = load("payload_change").suggest
+    assert suggest
+    noise = np.random.default_rng(1).normal(0.0, 0.05, view.motion.position.shape)
+    residual = 0.2 * columns(view, {"t_c": start, "t_e": stop or 1e9})[:, :, 0] + noise
+    found = [(one["t_c"], one["t_e"]) for one in suggest(view, residual)]
+    expected = pytest.approx((start, stop or 1e9), abs=0.05)
+    assert any(one == expected for one in found)
+
+
+def test_a_load_from_the_beginning_is_one_that_comes_off_for_good(view: View) -> None:
+    """Lighter from an instant on, and heavier until then, are the same: it is said in one way."""
+    suggest = load("payload_change").suggest
+    assert suggest
+    residual = 0.2 * columns(view, {"t_c": -1.0, "t_e": 4.0})[:, :, 0]
+    (only,) = suggest(view, residual)
+    assert only["t_c"] == pytest.approx(4.0, abs=0.05)
