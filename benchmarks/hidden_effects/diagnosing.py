@@ -56,7 +56,7 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     folder, start = root / case.name, time.monotonic()
     line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
-        found = run([folder / "train.mcap"], folder / "validate.mcap", _library(), Choices())
+        found = run([folder / "train.mcap"], [folder / "validate.mcap"], _library(), Choices())
         line["document"] = _short(answer.document(found).as_json())
     except Exception as error:  # whatever it is, it is a failed case and no reason to stop
         line["error"] = f"{type(error).__name__}: {error}"
