@@ -41,7 +41,7 @@ def main() -> None:
                 f"to {proof.excess(proof.objective):.0e} in {1e3 * seconds:.0f} ms"
             )
             for neighbourhood in ("current", "personal"):
-                settings = pso.Settings(neighbourhood=neighbourhood, tolerance=0.0)  # type: ignore[arg-type]
+                settings = pso.Settings(neighbourhood=neighbourhood, tolerance=0.0)
                 ends = [_excess(given, settings, seed) for seed in range(SEEDS)]
                 print(
                     f"  pso, {neighbourhood} best: {sum(end <= NEAR for end in ends)} of {SEEDS} seeds within "
