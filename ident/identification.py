@@ -1,5 +1,6 @@
 """From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
@@ -175,6 +176,23 @@ def _prepared(
 def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing: str) -> Cutoff | None:
     """The low-pass that all recordings bear; None where the preprocessing has no choice."""
     return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
+
+
+def refuse_the_same_twice(files: Sequence[Path]) -> None:
+    """The same data counted twice make intervals too narrow, and a validation worthless.
+
+    Raises:
+        BadInput: two files hold the same.
+    """
+    seen: dict[str, Path] = {}
+    for path in files:
+        if not path.is_file():
+            continue  # said better when it is read
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        if digest in seen:
+            raise BadInput(f"{path} holds the same data as {seen[digest]}; give different recordings")
+        seen[digest] = path
 
 
 def refuse_different_rigs(recordings: Sequence[Recording]) -> None:

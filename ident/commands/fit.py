@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
 from collections.abc import Sequence
 from pathlib import Path
@@ -112,14 +111,15 @@ def command(
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
-    _refuse_the_same_twice(files, validate)
     _refuse_inputs_as_outputs([*files, *([validate] if validate else [])], out, plots)
     if not force:
         _refuse_overwriting(out, plots)
 
     from ident import estimators
-    from ident.identification import Choices, identify
+    from ident.identification import Choices, identify, refuse_the_same_twice
     from ident.progress import progress_bar
+
+    refuse_the_same_twice((*files, *([validate] if validate else [])))
 
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
@@ -148,19 +148,6 @@ def _refuse_inputs_as_outputs(inputs: Sequence[Path], out: Path, plots: Path) ->
     for path in (out, plots):
         if path.resolve() in [given.resolve() for given in inputs]:
             raise BadInput(f"{path} is one of the recordings and would be replaced; give the output another name")
-
-
-def _refuse_the_same_twice(files: Sequence[Path], validate: Path | None) -> None:
-    """The same data counted twice make intervals too narrow, and a validation worthless."""
-    seen: dict[str, Path] = {}
-    for path in (*files, *([validate] if validate else [])):
-        if not path.is_file():
-            continue  # said better when it is read
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-        if digest in seen:
-            raise BadInput(f"{path} holds the same data as {seen[digest]}; give different recordings")
-        seen[digest] = path
 
 
 def _write(result: Identification, out: Path, plots: Path) -> None:

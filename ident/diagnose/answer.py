@@ -28,6 +28,8 @@ from ident.samples import holds_torque
 from ident.stand_in import source
 from recordings.recording import Floats
 
+_DISAGREE = 1.5
+"""How many times larger the error on one held-out recording may be than on another."""
 _ABSORBED = 0.05
 """An effect that would have gained this share of the loss at first, and nothing at the end, is in others."""
 
@@ -57,8 +59,11 @@ def document(found: Diagnosis) -> Document:
             structured_rms=_numbers(found.remainder.rms),
         ),
         next_motion=_next_motion(found),
-        cautions=tuple(cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset"))),
-        recordings=tuple(dict.fromkeys(data.recording.path.name for data in material.datasets)),
+        cautions=(
+            *cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset")),
+            *_disagreement(found),
+        ),
+        recordings=tuple(_names(material, range(len(material.datasets)))),
     )
 
 
@@ -125,10 +130,34 @@ def _called(finding: Finding) -> str:
 def held_out(material: Material) -> str:
     """On what models are validated."""
     if material.other_motion:
-        pairs = zip(material.datasets, material.held, strict=True)
-        names = list(dict.fromkeys(data.recording.path.name for data, held in pairs if held.any()))
+        names = _names(material, [i for i, held in enumerate(material.held) if held.any()])
         return f"{'another recording' if len(names) == 1 else 'other recordings'}: {', '.join(names)}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
+
+
+def _names(material: Material, chosen: Sequence[int]) -> list[str]:
+    """Of the files of the `chosen` recordings: with their folders where names alone would be the same."""
+    paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
+    names = [path.name for path in paths]
+    files = (material.datasets[i].recording.path for i in chosen)
+    return list(dict.fromkeys(path.name if names.count(path.name) == 1 else str(path) for path in files))
+
+
+def _disagreement(found: Diagnosis) -> Iterator[str]:
+    """Whether the final model does much worse on one of several held-out recordings than on another."""
+    material, residuals = found.material, found.ladder.rungs[-1].state.residuals
+    held = [i for i, rows in enumerate(material.held) if rows.any()]
+    errors: dict[str, float] = {}
+    for name in _names(material, held) if material.other_motion else ():
+        own = [i for i in held if _names(material, [i]) == [name]]
+        level = rms([residuals[i] for i in own], [material.held[i] for i in own])
+        errors[name] = float(np.linalg.norm(level) / np.linalg.norm(found.ladder.floor.rms))
+    if len(errors) > 1 and max(errors.values()) > _DISAGREE * min(errors.values()):
+        each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
+        yield (
+            f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
+            "Was something changed at the machine between them? Diagnose them one by one."
+        )
 
 
 def rung_entry(material: Material, rung: Rung) -> RungEntry:
@@ -215,7 +244,7 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
 
 def _next_motion(found: Diagnosis) -> NextMotion | None:
     material = found.material
-    files = dict.fromkeys(str(data.recording.path) for data in material.datasets)
+    files = list(dict.fromkeys(str(data.recording.path) for data in material.datasets))
     beside = [f"--recording {shlex.quote(file)}" for file in files]
     for one in _news(found):
         # What changes with time no motion tells from anything.

@@ -18,7 +18,7 @@ from ident.diagnose.remainder import Remainder, remainder
 from ident.diagnose.rungs import Ladder
 from ident.diagnose.unknown import without_imitations
 from ident.effects import Effect
-from ident.identification import refuse_different_rigs
+from ident.identification import refuse_different_rigs, refuse_the_same_twice
 from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig
 from ident.samples import holds_torque, sample
@@ -124,6 +124,7 @@ def question(
     Raises:
         BadInput: a recording cannot be used, or they are not of the same rig.
     """
+    refuse_the_same_twice((*files, *validate))
     recordings = [read(path) for path in (*files, *validate)]
     refuse_different_rigs(recordings)
     courses, share = _courses(recordings, choices)

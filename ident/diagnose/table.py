@@ -25,7 +25,9 @@ def show(document: Document, console: Console) -> None:
         console.print(f"Caution: {caution}", highlight=False)
     console.print(_rejected(document))
     if document.next_motion:
-        console.print(f"Next: {document.next_motion.why}\n  {document.next_motion.command}", highlight=False)
+        # Never wrapped, so that it can be copied.
+        console.print(f"Next: {document.next_motion.why}", highlight=False)
+        console.print(f"  {document.next_motion.command}", highlight=False, soft_wrap=True)
 
 
 def _ladder(document: Document) -> Table:
