@@ -21,6 +21,8 @@ _RESOLVED = 1.0
 """Step, as such an angle, up to which a swing is followed."""
 _FLIGHT = 5e-4
 """Step of the integration of free flight [s]."""
+_ASIDE = 1e-4
+"""Of an arm, for a difference [rad or m]."""
 _GLANCE = 1e-3
 """The same, at a first look [s]."""
 
@@ -66,10 +68,15 @@ class Arms:
         from ident.arm_loops import along
         from ident.flights import falls
 
-        load, inertia = along(self.delta, self.numbers, *_moved(motion))
+        position, velocity, acceleration = _moved(motion)
+        load, inertia = along(self.delta, self.numbers, position, velocity, acceleration)
+        tilt = np.empty_like(load)
+        for joint, aside in enumerate(_ASIDE * np.eye(load.shape[1])):
+            ahead = along(self.delta, self.numbers, position - aside, velocity, acceleration)[0]
+            tilt[:, joint] = (ahead[:, joint] - load[:, joint]) / _ASIDE
         push = own * motion.acceleration
         parts = int(np.ceil(1 / (self.rate * _GLANCE)))
-        fallen: Floats = falls(load, inertia, push, own, residual, shares, halves, 1 / self.rate, parts)
+        fallen: Floats = falls(load, tilt, inertia, push, own, residual, shares, halves, 1 / self.rate, parts)
         return fallen
 
     def _fastest(self, motion: Motion, compliance: Floats) -> float:

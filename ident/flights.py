@@ -8,9 +8,11 @@ from ident.compiled import compiled
 from recordings.recording import Floats
 
 
-def _flights(load: Floats, inertia: Floats, half: float, dt: float, parts: int) -> Floats:
-    """Torque (n,) that one arm takes beyond its `load` (n,) because of play, `parts` steps to an instant.
+def _flights(load: Floats, tilt: Floats, inertia: Floats, half: float, dt: float, parts: int) -> Floats:
+    """Torque (n,) that one arm takes because of play beyond what its side of the gap asks for, `parts` steps to an
+    instant.
 
+    load: (n,) in the middle of the gap, that changes by tilt (n,) per angle by which the motor is ahead;
     inertia: (n,) [kg m^2].
     """
     n = len(load)
@@ -18,16 +20,16 @@ def _flights(load: Floats, inertia: Floats, half: float, dt: float, parts: int) 
     h, running, free = dt / parts, False, False
     x = w = 0.0
     for k in range(n):
-        if not (math.isfinite(load[k]) and math.isfinite(inertia[k])):
+        if not (math.isfinite(load[k]) and math.isfinite(tilt[k]) and math.isfinite(inertia[k])):
             running = False
             continue
         if not running:
             x, w, free, running = math.copysign(half, load[k]), 0.0, False, True
             continue
-        if not free and load[k] * x >= 0 and load[k - 1] * x >= 0:
+        if not free and (load[k] + tilt[k] * x) * x >= 0 and (load[k - 1] + tilt[k - 1] * x) * x >= 0:
             continue
         for part in range(1, parts + 1):
-            need = load[k - 1] + (load[k] - load[k - 1]) * part / parts
+            need = load[k - 1] + (load[k] - load[k - 1]) * part / parts + tilt[k] * x
             free = free or need * x < 0
             if not free:
                 continue
@@ -42,6 +44,7 @@ def _flights(load: Floats, inertia: Floats, half: float, dt: float, parts: int) 
 
 def _falls(
     load: Floats,
+    tilt: Floats,
     inertia: Floats,
     push: Floats,
     own: Floats,
@@ -53,8 +56,8 @@ def _falls(
 ) -> Floats:
     """(s, h) fall of the sum of squares of the `residual` (n, dof) by play, on those joints that it suits.
 
-    load, inertia (n, dof) of arms and motors; push (n, dof), own (dof,): torque and inertia of a joint by itself, of
-    which the motors have `shares` (s,); `halves` (h,) of the play. As `_flights`.
+    load, tilt, inertia: (n, dof) as `_flights`, of arms and motors; push (n, dof), own (dof,): torque and inertia
+    of a joint by itself, of which the motors have `shares` (s,); `halves` (h,) of the play.
     """
     n, dof = load.shape
     fall = np.zeros((len(shares), len(halves)))
@@ -63,7 +66,7 @@ def _falls(
             arm = load[:, j] - shares[s] * push[:, j]
             turned = np.maximum(inertia[:, j] - shares[s] * own[j], 0.01 * inertia[:, j])
             for h in range(len(halves)):
-                more = flights(arm, turned, halves[h], dt, parts)
+                more = flights(arm, tilt[:, j], turned, halves[h], dt, parts)
                 together = size = 0.0
                 for k in range(1, n - 1):
                     smooth = (more[k - 1] + 2 * more[k] + more[k + 1]) / 4
