@@ -6,6 +6,7 @@ is imported only when it is needed.
 """
 
 import importlib
+import math
 import os
 import pkgutil
 import sys
@@ -16,6 +17,16 @@ from typing import Any, NoReturn
 import click
 
 from recordings.errors import BadInput, RunFailed
+
+
+class FiniteRange(click.FloatRange):
+    """A number in a range; unlike click's, neither NaN, which compares as inside any range, nor infinity."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        number: float = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"a finite number expected, {number} found", param, ctx)
+        return number
 
 
 class CommandFolder(click.Group):

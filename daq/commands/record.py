@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from recordings.command_line import FiniteRange
+
 if TYPE_CHECKING:
     from daq.session import Display, Order, Result
     from daq.status import Tell
@@ -34,7 +36,7 @@ _FILE = click.Path(path_type=Path)
     "--dry-run", is_flag=True, help="All but power and file: set up the drives, exchange cycles, move nothing."
 )
 @click.option("--listen", is_flag=True, help="Send nothing: record what another master makes the drives do.")
-@click.option("--duration", type=click.FloatRange(0, min_open=True), metavar="S", help="How long to listen [s].")
+@click.option("--duration", type=FiniteRange(0, min_open=True), metavar="S", help="How long to listen [s].")
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 @click.option(
     "--status",

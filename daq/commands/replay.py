@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.command_line import FiniteRange
+
 if TYPE_CHECKING:
     from daq.replay import Plan, Replayed
     from recordings.buses import CanBus
@@ -23,9 +25,7 @@ Examples:
 @click.option("--interface", help="As in a rig file: socketcan, udp_multicast.")
 @click.option("--channel", help="As in a rig file: vcan0, 239.74.163.2.")
 @click.option("--port", type=click.IntRange(1024, 65535), help="UDP port, for udp_multicast only.")
-@click.option(
-    "--speed", type=click.FloatRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast."
-)
+@click.option("--speed", type=FiniteRange(0, min_open=True), default=1.0, show_default=True, help="Times as fast.")
 @click.option("--loop", "loops", type=click.IntRange(1), default=1, show_default=True, help="Repetitions.")
 @click.option("--id", "ids", multiple=True, metavar="ID", help="0x181, 0x181-0x183 or value/mask; may be repeated.")
 @click.option(

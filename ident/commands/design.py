@@ -8,6 +8,7 @@ from typing import Literal
 import click
 
 from ident import discovery
+from recordings.command_line import FiniteRange
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -51,7 +52,7 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--effect-file", "effect_files", type=FILE, multiple=True, metavar="FILE", help="An effect of your own (.py)."
 )
-@click.option("--period", type=click.FloatRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
+@click.option("--period", type=FiniteRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
     "--harmonics",
     type=click.IntRange(min=1, max=20),
@@ -65,7 +66,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--noise",
-    type=click.FloatRange(min=0, min_open=True),
+    type=FiniteRange(min=0, min_open=True),
     default=0.1,
     show_default=True,
     help="RMS noise of the torque that standard errors are expected for [N m or N].",

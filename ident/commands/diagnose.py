@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import discovery
+from recordings.command_line import FiniteRange
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -46,9 +47,7 @@ FILE = click.Path(path_type=Path)
     show_default=True,
     help="As in fit.",
 )
-@click.option(
-    "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
-)
+@click.option("--cutoff", type=FiniteRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
 @click.option(
     "--only",
     multiple=True,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import discovery
+from recordings.command_line import FiniteRange
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -35,9 +36,7 @@ FILE = click.Path(path_type=Path)
     "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
     "  [default: parallel]",
 )
-@click.option(
-    "--cutoff", type=click.FloatRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]"
-)
+@click.option("--cutoff", type=FiniteRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
 @click.option(
     "--neighbourhood",
     type=click.Choice(["current", "personal"]),

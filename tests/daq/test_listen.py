@@ -180,3 +180,9 @@ def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.Mon
     assert "syncs: 30" in result.stdout
     assert "recorded listened.mcap (listened)" in result.stdout
     assert isinstance(read(Path("listened.mcap")).rig, Rig)
+
+
+def test_a_duration_that_is_no_number_is_refused() -> None:
+    refused = CliRunner().invoke(command, ["--listen", "--duration", "nan"])
+    assert refused.exit_code == 2
+    assert "'--duration': a finite number expected, nan found" in refused.output

@@ -245,3 +245,9 @@ def test_the_command_says_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     result = CliRunner().invoke(command, [*arguments, "--id", "0x80", "--direction", "tx", "--yes"])
     assert "COMMAND DRIVES: any real drive on this bus will move" in result.stderr
     assert "frames: 2839 of 2839" in result.stdout
+
+
+def test_a_speed_that_is_no_number_is_refused() -> None:
+    refused = CliRunner().invoke(command, [str(SAMPLE), "--bus", "udp_multicast:239.74.163.2", "--speed", "nan"])
+    assert refused.exit_code == 2
+    assert "'--speed': a finite number expected, nan found" in refused.output

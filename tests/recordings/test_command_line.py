@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from recordings.command_line import CommandFolder, run
+from recordings.command_line import CommandFolder, FiniteRange, run
 from recordings.errors import BadInput, RunFailed
 
 
@@ -96,3 +96,16 @@ def test_success_is_zero(capsys: pytest.CaptureFixture[str]) -> None:
 def test_our_own_mistakes_keep_their_traceback() -> None:
     with pytest.raises(ZeroDivisionError):
         run(failing(ZeroDivisionError()))
+
+
+@pytest.mark.parametrize("text", ["nan", "inf"])
+def test_a_number_on_the_command_line_is_finite(text: str) -> None:
+    @click.command()
+    @click.option("--length", type=FiniteRange(0, min_open=True))
+    def program(length: float) -> None:
+        click.echo(length)
+
+    result = CliRunner().invoke(program, ["--length", text])
+    assert result.exit_code == 2
+    assert f"'--length': a finite number expected, {text} found" in result.output
+    assert CliRunner().invoke(program, ["--length", "0.5"]).output == "0.5\n"

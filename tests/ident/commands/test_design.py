@@ -75,3 +75,10 @@ def test_the_same_seed_gives_the_same_bytes(rig: Path, tmp_path: Path) -> None:
     for path, seed in zip(files, (3, 3, 4), strict=True):
         assert design("--rig", rig, "--harmonics", 2, "--seed", seed, "-o", path).exit_code == 0
     assert files[0].read_bytes() == files[1].read_bytes() != files[2].read_bytes()
+
+
+@pytest.mark.parametrize("option", ["--period", "--noise"])
+def test_what_is_no_number_is_refused(option: str, tmp_path: Path) -> None:
+    refused = design(option, "nan", "-o", tmp_path / "best.toml")
+    assert refused.exit_code == 2
+    assert f"'{option}': a finite number expected, nan found" in refused.output
