@@ -49,12 +49,17 @@ def _told_apart(outcome: Outcome) -> Table:
         table.add_column(name, justify="right")
     for effect in outcome.after.told_apart or ():
         shares = [quality.told_apart[effect] for _, quality in motions if quality.told_apart]
-        table.add_row(effect, *(f"{100 * share:.2g} %" for share in shares))
+        table.add_row(effect, *map(_percent, shares))
     table.caption = (
         f"Over what the model alone leaves of it on {outcome.against}; on the joint where it is least. "
         "The new motion counts together with those that are recorded."
     )
     return table
+
+
+def _percent(share: float) -> str:
+    """Two significant digits, but no exponent, however much an effect does."""
+    return f"{100 * share:.2g} %" if share < 0.99 else f"{100 * share:,.0f} %"
 
 
 def _errors(outcome: Outcome) -> Table:
