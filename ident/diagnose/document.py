@@ -4,6 +4,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
+from ident.effects import NEVER
 from recordings.config import Section
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
@@ -21,6 +22,11 @@ class Value(Section):
     lower: float | None
     """Physical range; None where there is no limit."""
     upper: float | None
+
+    @property
+    def never(self) -> bool:
+        """Whether it is an instant that does not come."""
+        return self.unit == "s" and self.value >= NEVER
 
 
 class RungEntry(Section):

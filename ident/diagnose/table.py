@@ -56,9 +56,8 @@ def _finding(finding: FindingEntry, document: Document, console: Console) -> Non
     console.print(f"  {finding.why}", highlight=False)
     own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}
     for name, value in own.items():
-        console.print(
-            f"  {name} = {value.value:.4g}{_interval(value)} {value.unit}  {value.meaning}", highlight=False
-        )
+        amount = "never" if value.never else f"{value.value:.4g}{_interval(value)} {value.unit}"
+        console.print(f"  {name} = {amount}  {value.meaning}", highlight=False)
     console.print(f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.", highlight=False)
 
 

@@ -27,6 +27,9 @@ Values = Mapping[str, Floats]
 """Parameters and shapes of a signal effect by name: parameters (dof,), zero for joints that do not have the effect,
 or (1,) if it is one of the whole robot; shapes (1,)."""
 
+NEVER = 1e9
+"""Stands for an instant that does not come [s]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:

@@ -2,12 +2,10 @@
 
 import numpy as np
 
-from ident.effects import Additive, Quantity, Shapes
+from ident.effects import NEVER, Additive, Quantity, Shapes
 from ident.view import GRAVITY, View
 from recordings.recording import Floats, Ints
 
-_NEVER = 1e9
-"""[s]"""
 _COARSE = 100
 """Instants between which stretches are tried."""
 _TURNS = 3
@@ -46,7 +44,7 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
     inside = _LEAST * weight[-1] < weight[start] and weight[stop] < (1 - _LEAST) * weight[-1]
     found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
     return [
-        {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else _NEVER} for i, j in found if i < end
+        {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else NEVER} for i, j in found if i < end
     ]
 
 
@@ -76,8 +74,8 @@ effect = Additive(
     whole_robot=True,
     coefficients=(Quantity(name="dm", unit="kg", meaning="mass that is added"),),
     shapes=(
-        Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=_NEVER),
-        Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=_NEVER, searched=False),
+        Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=NEVER),
+        Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=NEVER, searched=False),
     ),
     suggest=suggest,
     columns=columns,

@@ -15,4 +15,5 @@ def table(values: Mapping[str, Value]) -> Table:
 
 def _row(name: str, value: Value) -> tuple[str, ...]:
     known = interval(*value.ci95) if value.ci95 else "–"
-    return (name, number(value.value, 4), known, value.unit, value.meaning)
+    amount = "never" if value.never else number(value.value, 4)
+    return (name, amount, known, value.unit, value.meaning)

@@ -108,7 +108,7 @@ def _parameters(session: Session) -> None:
         for key, value in session.ladder.rungs[-1].entry.parameters.items():
             limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not known from these data"
             with ui.element("tr"):
-                for text in (key, f"{value.value:.4g}", limits):
+                for text in (key, "never" if value.never else f"{value.value:.4g}", limits):
                     with ui.element("td"):
                         ui.label(text)
                 for text in (value.unit, value.meaning):

@@ -1,0 +1,33 @@
+"""A diagnosis on the screen and in the report."""
+
+import io
+
+from rich.console import Console
+
+from ident.diagnose import table
+from ident.diagnose.document import Document, FindingEntry, Remaining, RungEntry, Value
+from ident.effects import NEVER
+from ident.report.sections import values
+
+TAKEN = Value(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
+LEFT = Value(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
+PARAMETERS = {"payload_change.t_c": TAKEN, "payload_change.t_e": LEFT}
+
+
+def test_an_instant_that_does_not_come_is_never() -> None:
+    finding = FindingEntry(
+        effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
+        looks="", causes="", remedy="",
+    )  # fmt: skip
+    top = RungEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
+    document = Document(
+        schema=1, verdict="missing-effect", sentence="", bandwidth_hz=30.0, noise_rms=(0.1,), torque_rms=(5.0,),
+        joints=("joint_1",), effort_units=("N m",), held_out="", rungs=(top,), findings=(finding,), rejected=(),
+        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
+    )  # fmt: skip
+    screen = io.StringIO()
+    table.show(document, Console(file=screen, width=120))
+    assert "payload_change.t_c = 7.25 s  when it is added" in screen.getvalue()
+    assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()
+    assert [row[1] for row in values.table(PARAMETERS).rows] == ["7.250", "never"]
+    assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == NEVER
