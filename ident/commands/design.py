@@ -19,9 +19,7 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--criterion",
     type=click.Choice(["d", "e"]),
-    default="d",
-    show_default=True,
-    help="d: all parameters together as well known as can be; e: what is known worst.",
+    help="d: all parameters together as well known as can be; e: what is known worst.  [default: d]",
 )
 @click.option(
     "--with", "effects", type=click.Choice(discovery.names("effects")), multiple=True, help="Of this effect, too."
@@ -79,7 +77,7 @@ FILE = click.Path(path_type=Path)
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(
     rig_file: Path | None,
-    criterion: Literal["d", "e"],
+    criterion: Literal["d", "e"] | None,
     effects: tuple[str, ...],
     pairs: tuple[tuple[str, str], ...],
     joints: tuple[int, ...],
@@ -101,6 +99,10 @@ def command(
     """
     if pairs and effects:
         raise BadInput("--with or --discriminate expected, both found; leave one out")
+    if pairs and criterion:
+        raise BadInput("--criterion or --discriminate, which has its own, expected, both found; leave one out")
+    if joints and not pairs:
+        raise BadInput("--discriminate expected beside --joint, not found; add it, or leave --joint out")
     if rig_file and recordings:
         raise BadInput("--rig or --recording, which has its rig with it, expected, both found; leave one out")
     if against and pairs and recordings:
@@ -130,7 +132,7 @@ def command(
             places = [joint - 1 for joint in joints]
             outcome, series = discrimination(order, pairs, library(effect_files), places, recorded, progress)
         else:
-            outcome, series = excitation(order, with_effects(rig, effects), criterion, progress)
+            outcome, series = excitation(order, with_effects(rig, effects), criterion or "d", progress)
     out.write_text(series.as_toml(), encoding="utf-8")
     if as_json:
         click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))

@@ -82,3 +82,18 @@ def test_what_is_no_number_is_refused(option: str, tmp_path: Path) -> None:
     refused = design(option, "nan", "-o", tmp_path / "best.toml")
     assert refused.exit_code == 2
     assert f"'{option}': a finite number expected, nan found" in refused.output
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (("--joint", 2), "--discriminate expected"),
+        (("--criterion", "d", "--discriminate", "stribeck", "backlash"), "--criterion"),
+    ],
+)
+def test_an_option_that_would_do_nothing_is_refused(options: tuple[object, ...], named: str, tmp_path: Path) -> None:
+    out = tmp_path / "best.toml"
+    refused = design(*options, "-o", out)
+    assert isinstance(refused.exception, BadInput)
+    assert str(refused.exception).startswith(named)
+    assert not out.exists()
