@@ -42,14 +42,15 @@ def command(
 
     from ident import effects, model, prediction
     from ident.compare import comparison, pictures, table
+    from ident.picture_folder import whole
 
     plots = plots or files[0].with_suffix(".compare")
     if plots.exists() and not force:
         raise BadInput(f"{plots} should not exist yet, but does; give another name, or --force to replace it")
     identified = model.load(model_file)
     found = comparison.compare(identified, prediction.predict(identified, files, effects.library(effect_files)))
-    plots.mkdir(parents=True, exist_ok=True)
-    pictures.draw(found, plots)
+    with whole(plots) as folder:
+        pictures.draw(found, folder)
     if as_json:
         click.echo(json.dumps(comparison.as_json(found), indent=2, allow_nan=False))
     else:

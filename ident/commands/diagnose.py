@@ -110,6 +110,7 @@ def command(
     from ident import effects, model
     from ident.diagnose import answer, pictures, table
     from ident.diagnose.diagnosis import Choices, diagnose
+    from ident.picture_folder import whole
     from ident.progress import spinner
 
     begin = model.load(model_file) if model_file else None
@@ -118,7 +119,8 @@ def command(
         found = diagnose(files, validate, library, Choices(preprocess, cutoff, only), progress, begin)
         document = answer.document(found)
         progress("drawing")
-        pictures.draw(found, document, plots)
+        with whole(plots) as folder:
+            pictures.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
             document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -152,21 +151,16 @@ def _refuse_inputs_as_outputs(inputs: Sequence[Path], out: Path, plots: Path) ->
 def _write(result: Identification, out: Path, plots: Path) -> None:
     """Model and pictures, or nothing."""
     from ident import model
+    from ident.picture_folder import whole
     from ident.plots import draw
 
-    partial = plots.with_name(plots.name + ".part")
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        partial.mkdir(parents=True, exist_ok=True)
-        draw(result, partial)
-        model.save(result.model, out)
-        plots.mkdir(exist_ok=True)
-        for picture in partial.iterdir():
-            picture.replace(plots / picture.name)
+        with whole(plots) as folder:
+            draw(result, folder)
+            model.save(result.model, out)
     except OSError as error:
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _show(result: Identification, as_json: bool, details: bool) -> None:

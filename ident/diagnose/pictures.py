@@ -17,8 +17,7 @@ NOISE = "#009E73"
 
 
 def draw(found: Diagnosis, document: Document, folder: Path) -> None:
-    """Draw into `folder`, which is made."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Draw into `folder`."""
     about = ", ".join(document.recordings)
     ladder(folder / "ladder.png", f"{document.verdict}: {about}", document)
     for number, one in enumerate(found.ladder.findings, start=1):

@@ -95,3 +95,14 @@ def test_a_model_file_that_is_none_is_explained(folder: Path, tmp_path: Path, mo
     assert isinstance(result.exception, BadInput)
     assert message in str(result.exception)
     assert not (tmp_path / "pictures").exists()
+
+
+def test_an_interruption_leaves_no_half_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupted(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ident.compare.pictures.worst", interrupted)
+    before = sorted(folder.iterdir())
+    result = run("compare", folder / "a.model.json", folder / "b.mcap", "--plots", folder / "half")
+    assert result.exit_code == 1
+    assert sorted(folder.iterdir()) == before

@@ -1,0 +1,20 @@
+"""A folder of pictures that is there whole or not at all."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+
+@contextmanager
+def whole(folder: Path) -> Iterator[Path]:
+    """A folder beside `folder` to draw into; its pictures go to `folder` at the end, unless something went wrong."""
+    partial = folder.with_name(folder.name + ".part")
+    try:
+        partial.mkdir(parents=True, exist_ok=True)
+        yield partial
+        folder.mkdir(exist_ok=True)
+        for picture in partial.iterdir():
+            picture.replace(folder / picture.name)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
