@@ -1,6 +1,8 @@
 """One recording from beginning to end: find and set up the drives, open the file, stream, close all of it."""
 
+import errno
 import shutil
+import tempfile
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
@@ -61,13 +63,20 @@ def check_beforehand(order: Order) -> None:
     """Refuse what is known to fail before anything is opened or moves.
 
     Raises:
-        BadInput: the file exists, its folder does not, the disk is full, or the rate does not suit bus or drives.
+        BadInput: the file exists, its folder does not or cannot be written, the disk is full, or the rate does not
+            suit bus or drives.
     """
     folder = order.out.resolve().parent
     if order.out.exists():
         raise BadInput(f"{order.out} exists and recordings are never overwritten; choose another name with --out")
     if not folder.is_dir():
         raise BadInput(f"folder {folder} does not exist; create it or choose another --out")
+    try:
+        # Trying is what tells: root may write everywhere, but not where there is no room for files at all.
+        tempfile.TemporaryFile(dir=folder).close()
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise BadInput(f"folder {folder} cannot be written: {error.strerror}; choose another --out") from None
     needed = len(order.trajectory.repeat) * _BYTES_PER_CYCLE + 100_000
     free = shutil.disk_usage(folder).free
     if free < needed:
@@ -211,3 +220,5 @@ class Session:
             if status != 0:
                 self._log("error", "daq", reason)
             raise
+        if status != 0:
+            self._log("info", "daq", f"{self._order.out} is whole and holds all up to here")

@@ -103,6 +103,7 @@ BAD = {
     "rate that is none": (["--traj", "fig5a", "--rate", "-1"], "--rate"),
     "output exists": (["--traj", "fig5a", "--out", "there.mcap"], "exists and recordings are never overwritten"),
     "no such folder": (["--traj", "fig5a", "--out", "no/such/folder.mcap"], "does not exist"),
+    "folder that takes no files": (["--traj", "fig5a", "--out", "/proc/run.mcap"], "folder /proc cannot be written"),
     "sim file with an unknown effect": (["--traj", "fig5a", "--sim", "effect.toml"], "magic"),
     "interface that is not there": (["--traj", "fig5a", "--rig", "nocan.toml"], "cannot be opened"),
     "hidden effect with a real rig": (["--traj", "fig5a", "--rig", "nocan.toml", "--hidden", "1"], "daq sim"),
@@ -142,6 +143,7 @@ def test_disk_that_fills_up_during_the_run(tmp_path: Path) -> None:
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
     assert done.returncode == 2, done.stderr
     assert "fig5a.mcap" in done.stderr
+    assert "is whole" not in done.stderr
     assert "Traceback" not in done.stderr
     recording = read(tmp_path / "fig5a.mcap")
     assert not recording.complete
@@ -196,6 +198,7 @@ def test_a_signal_in_mid_motion_ends_in_disabled_drives_and_a_whole_file(number:
     _, err = process.communicate(timeout=60)
     assert process.returncode == 1
     assert f"stopped by the operator ({signal.Signals(number).name})" in err
+    assert ".mcap is whole" in err
     recording = read(tmp_path / "fig5a.mcap")
     assert recording.complete
     assert recording.run.exit_status == 1
