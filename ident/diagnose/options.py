@@ -147,7 +147,14 @@ def possible(state: State, before: State) -> bool:
     positive = np.array([parameter.physically_positive for parameter in parameters])
     now, then = (one.solution.x[: len(parameters)] for one in (state, before))
     turned = positive & (then >= 0) & (now < -_TURNED * np.abs(then))
-    return all(within(state)) and not turned.any()
+    return all(within(state)) and not turned.any() and not _at_the_end(state)
+
+
+def _at_the_end(state: State) -> bool:
+    """Whether the search for a shape has run into the end of its range where that is not physical any more."""
+    term, index = state.terms[-1], len(state.terms) - 1
+    shapes = zip(term.effect.shapes, state.solution.composition.shapes(index, state.solution.x), strict=True)
+    return any(one.open and value >= one.upper for one, value in shapes)
 
 
 def _another(state: State, candidate: Candidate) -> bool:

@@ -44,14 +44,16 @@ effect = Signal(
             lower=0.0,
             upper=0.98,
             starts=(0.3, 0.7),
+            open=True,
         ),
         Quantity(
             name="damping",
             unit="1",
             meaning="of the spring, over the critical one",
             lower=0.0,
-            upper=0.5,
+            upper=0.12,  # of gears and belts; beyond, a spring would explain any lag
             starts=(0.03,),
+            open=True,
         ),
     ),
     report=report,
