@@ -6,9 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.composition import Term
-from ident.diagnose.options import CLEAR, Finder
+from ident import mechanisms
+from ident.composition import Composition, Term
+from ident.diagnose.options import CLEAR, Finder, possible
 from ident.effects import library
+from recordings.rig import simulated_rig
 
 ROWS = 1000.0
 
@@ -32,3 +34,25 @@ def test_what_contains_another_is_none_beside_it_unless_it_explains_more(
 ) -> None:
     finder = Finder(SimpleNamespace(independent_rows=ROWS), library())  # type: ignore[arg-type]
     assert finder.no_more("torque_offset", state("torque_offset", ROWS, 13), state(other, loss, 14)) is expected
+
+
+def _with_springs(motor: float, damping: float) -> tuple[Any, Any]:
+    """A model with springs on all joints, and the one without."""
+    rig = simulated_rig()
+    before = Composition(mechanisms.create(rig), rig)
+    after = before.plus(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
+    own = np.ones(len(before.named))
+    found = np.concatenate([own, [1e-3, 1e-3, 1e-3, motor, damping]])
+    return tuple(
+        SimpleNamespace(solution=SimpleNamespace(composition=one, x=x), terms=one.terms)
+        for one, x in ((after, found), (before, own))
+    )
+
+
+@pytest.mark.parametrize(
+    ("motor", "damping", "expected"), [(0.4, 0.03, True), (0.0, 0.0, True), (0.98, 0.03, False), (0.4, 0.12, False)]
+)
+def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
+    motor: float, damping: float, expected: bool
+) -> None:
+    assert possible(*_with_springs(motor, damping)) is expected
