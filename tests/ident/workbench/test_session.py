@@ -55,9 +55,9 @@ def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
         session.look("fig5a.mcap")
     with pytest.raises(BadInput, match="paused"):
         session.fit()
+    assert session.answer is None
     session.resume()
     wait(lambda: session.answer is not None)
-    assert used(session) > before
 
 
 @pytest.mark.slow
