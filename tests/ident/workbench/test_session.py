@@ -42,7 +42,7 @@ def used(session: Session) -> float:
 @pytest.mark.slow
 def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
     session.diagnose()
-    time.sleep(0.5)
+    wait(lambda: session.job is not None)
     session.pause()
     time.sleep(0.1)
     before = used(session)
