@@ -21,10 +21,10 @@ _RESOLVED = 1.0
 """Step, as such an angle, up to which a swing is followed."""
 _FLIGHT = 5e-4
 """Step of the integration of free flight [s]."""
-_ASIDE = 1e-4
-"""Of an arm, for a difference [rad or m]."""
 _GLANCE = 1e-3
 """The same, at a first look [s]."""
+_ASIDE = 1e-4
+"""Of an arm, for a difference [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,8 +94,7 @@ class Arms:
 def arms(rig: Rig, parameters: Mapping[str, float], share: float, rate: float) -> Arms:
     """The arms of `rig` with a mechanism's `parameters` by name, less the motors' `share` of each joint's inertia."""
     joints = range(1, rig.dof + 1)
-    own = np.array([parameters.get(f"I_{j}", parameters.get(f"m_{j}", 0.0)) for j in joints])
-    own = np.maximum(own, 0.0) * (1 - share)
+    own = own_inertia(parameters, rig.dof) * (1 - share)
     if rig.mechanism == "delta":
         lengths, phi = rig.geometry, np.array(rig.geometry.phi)
         weights = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
@@ -103,6 +102,12 @@ def arms(rig: Rig, parameters: Mapping[str, float], share: float, rate: float) -
         return Arms(True, np.array([*fixed, *np.cos(phi), *np.sin(phi), *own]), rate)
     weight = [[parameters.get(f"{name}{j}", 0.0) for j in joints] for name in ("G_c", "G_s", "G_")]
     return Arms(False, np.concatenate([own, *weight]), rate)
+
+
+def own_inertia(parameters: Mapping[str, float], dof: int) -> Floats:
+    """(dof,) inertia of each joint by itself, arm and motor [kg m^2 or kg]; 0 where a fit made it negative."""
+    found = (parameters.get(f"I_{j}", parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
+    return np.array([max(inertia, 0.0) for inertia in found])
 
 
 def _moved(motion: Motion) -> tuple[Floats, Floats, Floats]:

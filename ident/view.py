@@ -6,9 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-import numpy as np
-
-from ident.arms import Arms, arms
+from ident.arms import Arms, arms, own_inertia
 from ident.forearms import GRAVITY as GRAVITY
 from ident.motion import Motion
 from ident.platform import Platform, platform
@@ -44,9 +42,7 @@ class View:
 
     def motor_inertia(self, share: float) -> Floats:
         """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
-        dof = self.motion.position.shape[1]
-        own = (self.parameters.get(f"I_{j}", self.parameters.get(f"m_{j}", 0.0)) for j in range(1, dof + 1))
-        return np.array([share * max(inertia, 0.0) for inertia in own])
+        return share * own_inertia(self.parameters, self.motion.position.shape[1])
 
     def arms(self, share: float) -> Arms:
         """All but the motors themselves, which are a `share` of each joint's own inertia."""
