@@ -196,9 +196,8 @@ class Session:
     def cancel(self) -> None:
         """End what is being computed; what was found before stays."""
         self._stop_work()
-        self.descent = None
         self._say("Cancelled; nothing has changed.")
-        self.changed("job", "choice", "failing", "descent")
+        self._ended()
 
     def _present(self) -> Branches:
         if self.branches is None:
@@ -251,6 +250,12 @@ class Session:
         self.job = Job(what, time.monotonic(), urgent)
         self.changed("job", "message")
 
+    def _ended(self) -> None:
+        """What was still awaited will not come; what is there stays as it is, and is not drawn again."""
+        self.descent = None
+        awaited: tuple[Part, ...] = ("choice", "failing")
+        self.changed("job", "descent", *(part for part in awaited if getattr(self, part) is None))
+
     # What the working process says
 
     def _said(self, kind: str, value: Any) -> None:
@@ -263,9 +268,8 @@ class Session:
             if self._asked <= 0:
                 self._asked, self.job = 0, None
             if kind == "failed":
-                self.descent = None
                 self._say(value)
-                self.changed("choice", "failing", "descent")
+                self._ended()
             elif self.job is None and self._unfinished:
                 self._unfinished = False
                 self.look_again()

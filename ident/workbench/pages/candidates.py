@@ -6,17 +6,59 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, name, picture
-from ident.workbench.views import Candidate, Signatures
+from ident.workbench.views import Candidate
 
 _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
 
 
+class Foretaste:
+    """What one candidate would take away, in a place that stays in sight; the pictures are all made already.
+
+    It comes after the cards, which are not drawn again for it: a click on a card that is being replaced is lost.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+        self._title: ui.label | None = None
+        self._drawn: ui.plotly | None = None
+
+    def draw(self) -> None:
+        """Of the most promising candidate."""
+        session = self._page.session
+        self._title = self._drawn = None
+        if session.choice is None or not session.choice.candidates:
+            return
+        self._title = ui.label("Its signature is being drawn …").classes("font-medium")
+        name(self._title, "foretaste")
+        if session.signatures is None:
+            return
+        first = session.choice.candidates[0].name
+        figure = session.signatures.figures[first]
+        self._drawn = picture(figure, "residual, and what the effect would take away", session.dark)
+        self.look(first)
+
+    def look(self, effect: str) -> None:
+        """Turn to another candidate."""
+        known = self._page.session.signatures
+        if self._title is None or self._drawn is None or known is None:
+            return
+        self._title.text = f"{effect}: what it would take away of the residual"
+        self._drawn.update_figure(plots.shown(known.figures[effect], self._page.session.dark))
+
+
 def draw(page: Page) -> None:
     """The most promising first."""
-    session, choice = page.session, page.session.choice
+    foretaste = Foretaste(page)
+    page.follow(lambda: _head(page), "choice")
+    page.follow(foretaste.draw, "choice", "signatures").classes("foretaste")
+    page.follow(lambda: _cards(page, foretaste.look), "choice")
+
+
+def _head(page: Page) -> None:
+    session = page.session
     if session.ladder is None:
         return
-    if choice is None:
+    if session.choice is None:
         _none_yet(page)
         return
     ui.label("What could be missing").classes("head q-mt-sm")
@@ -24,7 +66,12 @@ def draw(page: Page) -> None:
         "Share of the squared error that each would take away at first sight, the model refitted. Point at a card, "
         "or move to it with Tab, to see its signature over the residual."
     ).classes("quiet")
-    look = _foretaste(page, session.signatures, choice.candidates)
+
+
+def _cards(page: Page, look: Callable[[str], None]) -> None:
+    choice = page.session.choice
+    if choice is None:
+        return
     with ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
         for candidate in choice.candidates:
             _card(page, candidate, look)
@@ -41,25 +88,6 @@ def _none_yet(page: Page) -> None:
     ui.label("Not all was looked at, because it was cancelled.").classes("quiet")
     again = ui.button("Look at every effect", on_click=page.does(page.session.look_again)).props("outline no-caps")
     name(again, "look-again")
-
-
-def _foretaste(page: Page, known: Signatures | None, candidates: tuple[Candidate, ...]) -> Callable[[str], None]:
-    """What one candidate would take away, in a place that stays in sight; the pictures are all made already."""
-    with ui.element("div").classes("w-full foretaste"):
-        title = ui.label().classes("font-medium")
-        name(title, "foretaste")
-        if known is None or not candidates:
-            title.text = "Its signature is being drawn …" if candidates else ""
-            return lambda effect: None
-        first = candidates[0].name
-        drawn = picture(known.figures[first], "residual, and what the effect would take away", page.session.dark)
-
-    def look(effect: str) -> None:
-        title.text = f"{effect}: what it would take away of the residual"
-        drawn.update_figure(plots.shown(known.figures[effect], page.session.dark))
-
-    look(first)
-    return look
 
 
 def _card(page: Page, candidate: Candidate, look: Callable[[str], None]) -> None:

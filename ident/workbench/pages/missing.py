@@ -14,7 +14,7 @@ def draw(page: Page) -> None:
     page.follow(lambda: _ladder(page), "ladder")
     page.follow(lambda: branching.draw(page), "ladder")
     page.follow(lambda: findings.draw(page), "answer")
-    page.follow(lambda: candidates.draw(page), "choice", "signatures", "ladder")
+    candidates.draw(page)
 
 
 def _buttons(page: Page) -> None:

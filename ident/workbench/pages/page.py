@@ -32,8 +32,8 @@ class Page:
         """Turn to a tab."""
         self._watched: list[_Watched] = []
 
-    def follow(self, draw: Callable[[], None], *parts: Part) -> None:
-        """Let `draw` make its elements here, and anew whenever one of `parts` has changed."""
+    def follow(self, draw: Callable[[], None], *parts: Part) -> ui.element:
+        """Let `draw` make its elements here, and anew whenever one of `parts` has changed; the place of them."""
         with ui.element("div").classes("w-full") as place:
 
             def again() -> None:
@@ -43,6 +43,7 @@ class Page:
 
             draw()
         self.watch(again, *parts)
+        return place
 
     def watch(self, react: Callable[[], None], *parts: Part, pause: float = 0.0) -> None:
         """Call `react` whenever one of `parts` has changed from now on, but not again within `pause` [s]."""

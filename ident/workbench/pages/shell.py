@@ -39,6 +39,7 @@ _STYLE = """
 .q-tab-panels { background: transparent !important; }
 .q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
 .foretaste { position: sticky; top: 64px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
+.foretaste:empty { border: 0; }
 .body--dark .foretaste { background: #121212; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
