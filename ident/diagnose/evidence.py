@@ -26,6 +26,8 @@ class Gain:
     """Student's t of the fall over the blocks."""
     fall: float
     """Of the mean square, in units of the squared floor."""
+    left: float
+    """Mean square above the floor that is left, in the same units."""
 
 
 def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], floor: Floats) -> Gain:
@@ -38,7 +40,7 @@ def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], 
     fall = first - second
     count = len(fall)
     if count < 3:
-        return Gain(0.0, (0.0, 0.0), 0.0, 0.0)
+        return Gain(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     spread = float(fall.std(ddof=1)) / np.sqrt(count)
     excess = first - 1.0
     drawn = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
@@ -46,7 +48,7 @@ def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], 
     low, high = np.percentile(shares, [2.5, 97.5])
     share = _share(fall.mean(), excess.mean())
     t = float(fall.mean() / spread) if spread else 0.0
-    return Gain(float(share), (float(low), float(high)), t, float(fall.mean()))
+    return Gain(float(share), (float(low), float(high)), t, float(fall.mean()), float(second.mean()) - 1.0)
 
 
 def _share(fall: Floats, excess: Floats) -> Floats:

@@ -7,8 +7,8 @@ import numpy as np
 from ident.composition import Composition, Term
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import Floor, floor
-from ident.diagnose.material import Material
-from ident.diagnose.options import CLEAR, Finder, possible
+from ident.diagnose.material import Material, rms
+from ident.diagnose.options import CLEAR, Finder, key_of, possible
 from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
 from ident.effects import Effect
 from recordings.errors import BadInput
@@ -28,6 +28,14 @@ SETTLED = 0.5
 """Share of what another explanation leaves above the floor that, once taken away, speaks against it."""
 WORTH = 0.05
 """Share of what is above the floor, without an effect, that makes it stay in the model."""
+CRUMB = 0.15
+"""Share of what is above the floor below which an effect is not added while much is left that it does not explain."""
+MUCH = 3.0
+"""Mean square above the floor that is much, over that of the floor."""
+FAR = 0.5
+"""Another way up is better if it leaves less than this share of what the first one leaves above the floor."""
+LACKING = 1.1
+"""A joint that leaves more than so many times its floor may have what others have."""
 MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 
@@ -48,6 +56,17 @@ class Climber:
         """From `composition` upwards, fitted from `x` (K,)."""
         state, rungs = self.begin(composition, x)
         first = self.finder.options(state)
+        ladder = self._complete(state, list(rungs), first)
+        last = ladder.rungs[-1].state
+        way = self._other_way(state, first, last) if self._left(last) > MUCH else None
+        if way is None:
+            return ladder
+        rungs.append(Rung(way.terms[-1].name, way, self.gain(rungs[-1].state, way)))
+        other = self._complete(way, rungs, first)
+        return other if self._far_better(other.rungs[-1].state, last) else ladder
+
+    def _complete(self, state: State, rungs: list[Rung], first: Options) -> Ladder:
+        """From `state`, where `rungs` end, as far up as it goes."""
         for _ in range(ROUNDS):
             state, last = self._up(state, rungs)
             looked = [self._look_again(state, index) for index in range(len(state.terms))]
@@ -58,6 +77,29 @@ class Climber:
             rungs.append(Rung(better.terms[-1].name, state, self.gain(rungs[-1].state, state)))
         findings = tuple(finding for finding, _ in looked)
         return Ladder(tuple(rungs), findings, first, last, self.floor(state), self._computed(state))
+
+    def _other_way(self, state: State, first: Options, last: State) -> State | None:
+        """Another effect to begin with beyond `state`, where the way up ended at `last` with much left.
+
+        What explains most may imitate two effects together, and beside it neither of them finds its place. So it is
+        the second step that tells which first one was right.
+        """
+        self._progress("much is left; what if it began otherwise?")
+        taken, seconds = {term.name for term in last.terms}, []
+        for way in first.states:
+            if way.terms[-1].name in taken or not possible(way, state) or not self._confirmed(state, way):
+                continue
+            second = self._first_confirmed(way, self.finder.options(way).states)
+            if second is not None and self._far_better(second, last):
+                seconds.append((second.solution.loss, way))
+        return min(seconds, key=lambda one: one[0])[1] if seconds else None
+
+    def _far_better(self, state: State, other: State) -> bool:
+        return self._left(state) < FAR * self._left(other)
+
+    def _left(self, state: State) -> float:
+        """Held-out mean square above the floor that `state` leaves, over that of the floor."""
+        return self.gain(state, state).left
 
     def begin(self, composition: Composition, x: Floats) -> tuple[State, list[Rung]]:
         """The state with all that is true anyway, fitted from `x` (K,), and the first rungs."""
@@ -92,12 +134,16 @@ class Climber:
 
     def _up(self, state: State, rungs: list[Rung]) -> tuple[State, Options]:
         """The state when nothing more is worth adding, and what could be added still."""
+        been = {key_of(state)}
         while True:
             found = self.finder.options(state)
             chosen = self._chosen(state, found.states) if len(state.terms) < MOST else None
             if chosen is None:
                 return state, found
             state = self._settled(chosen)
+            if key_of(state) in been:  # what was added makes itself superfluous
+                return state, found
+            been.add(key_of(state))
             rungs.append(Rung(chosen.terms[-1].name, state, self.gain(rungs[-1].state, state)))
             self._progress(f"{rungs[-1].added} added; what else?")
 
@@ -126,6 +172,10 @@ class Climber:
 
     def _chosen(self, state: State, options: Sequence[State]) -> State | None:
         """The next effect. What explains most may not hold before a smaller one beside it is known."""
+        if self._left(state) <= 0:  # a right model would leave no less
+            return None
+        short = np.flatnonzero(rms(state.residuals, self._material.seen) > LACKING * self.floor(state).rms)
+        options = [*options, *self.finder.wider(state, short.tolist())]
         found = self._first_confirmed(state, options)
         return found or (self._first_confirmed(state, self.finder.unlikely(state)) if options else None)
 
@@ -134,7 +184,7 @@ class Climber:
         options = [one for one in options if possible(one, state)]
         while options:
             best = self._simplest(state, options)
-            if self._confirmed(state, best):
+            if self._confirmed(state, best) and not self._crumb(state, best):
                 return best
             options = [one for one in options if one is not best]
         return None
@@ -161,6 +211,14 @@ class Climber:
             and bool((size > MATERIAL * self._material.torque_rms).any())
             and holds(self.gain(before, after))
         )
+
+    def _crumb(self, before: State, after: State) -> bool:
+        """Whether `after` explains little of much that is not understood.
+
+        Anything of which the library knows nothing can be put together of many such pieces, none of which is there.
+        """
+        found = self.gain(before, after)
+        return found.share < CRUMB and found.left > MUCH
 
     def gain(self, before: State, after: State) -> Gain:
         """What `after` has gained over `before` on held-out rows."""

@@ -35,14 +35,14 @@ class Finder:
 
     def options(self, state: State) -> Options:
         """All that could be added to `state`."""
-        key = _key(state)
+        key = key_of(state)
         if key not in self._known:
             self._known[key] = self._find(state, "")
         return self._known[key]
 
     def instead_of(self, name: str, without: State) -> list[State]:
         """What could be added to `without`, a model that lacks the effect `name`, in its place."""
-        known = self._known.get(_key(without))
+        known = self._known.get(key_of(without))
         return [one for one in (known or self._find(without, name)).states if one.terms[-1].name != name]
 
     def solved(self, composition: Composition, x: Floats) -> State:
@@ -70,6 +70,27 @@ class Finder:
         worth = self._worth(state, self.look(state)[0])
         others = [one for one in worth if all(one.term.name != term.name for term in known)][:REFINED]
         return sorted((self.added(state, one) for one in others), key=lambda one: one.solution.loss)
+
+    def wider(self, state: State, joints: Sequence[int]) -> list[State]:
+        """`state` with one of its effects on one more of the `joints` (from 0)."""
+        return [
+            self._widened(state, index, joint)
+            for index, term in enumerate(state.terms)
+            if not (term.effect.whole_robot or term.effect.repeated)
+            for joint in joints
+            if joint not in term.joints
+        ]
+
+    def _widened(self, state: State, index: int, joint: int) -> State:
+        """With the effect `index` on one more `joint`, which begins as the others are on the average."""
+        before, x = state.solution.composition, state.solution.x
+        term, own = state.terms[index], before.own(index, x)
+        more = tuple(sorted((*term.joints, joint)))
+        values = np.insert(own, more.index(joint), own.mean(axis=0), axis=0)
+        wider = before.without(index).plus(replace(term, joints=more))
+        return self.solved(
+            wider, np.concatenate([x[~before.entries(index)], values.ravel(), before.shapes(index, x)])
+        )
 
     def _find(self, state: State, leave: str) -> Options:
         candidates, unseen, gains = self.look(state, leave)
@@ -162,5 +183,6 @@ def _another(state: State, candidate: Candidate) -> bool:
     return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in state.terms)
 
 
-def _key(state: State) -> _Key:
+def key_of(state: State) -> _Key:
+    """What tells models apart: their effects, in any order."""
     return tuple(sorted((term.name, term.joints) for term in state.terms))

@@ -56,3 +56,17 @@ def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
     motor: float, damping: float, expected: bool
 ) -> None:
     assert possible(*_with_springs(motor, damping)) is expected
+
+
+def test_an_effect_may_be_on_one_more_joint() -> None:
+    rig, known = simulated_rig(), library()
+    narrow = Composition(mechanisms.create(rig), rig, (Term("stribeck", known["stribeck"], (0, 2)),))
+    own = np.arange(float(len(mechanisms.create(rig).parameters)))
+    solution = SimpleNamespace(composition=narrow, x=np.concatenate([own, [1.0, 3.0, 0.1]]))
+    material = SimpleNamespace(
+        solve=lambda composition, x: SimpleNamespace(composition=composition, x=x), residuals=lambda solution: ()
+    )
+    finder = Finder(material, known)  # type: ignore[arg-type]
+    (wider,) = finder.wider(SimpleNamespace(solution=solution, terms=narrow.terms), [0, 1])  # type: ignore[arg-type]
+    assert [term.joints for term in wider.terms] == [(0, 1, 2)]
+    np.testing.assert_array_equal(wider.solution.x, [*own, 1.0, 2.0, 3.0, 0.1])

@@ -1,0 +1,102 @@
+"""Which way the ladder goes up, in a toy world in which it is known what every set of effects would leave."""
+
+from collections.abc import Iterable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ident.diagnose import ladder
+from ident.diagnose.evidence import Gain
+
+Left = dict[str, float]
+"""By effects, a letter each: mean square above the floor, over that of the floor."""
+
+
+class Toy(ladder.Climber):
+    """Climbs where `left` says."""
+
+    def __init__(self, left: Left) -> None:
+        self._left_by = left
+        self.finder: Any = SimpleNamespace(options=self._options, wider=self._none, unlikely=self._none)
+        self._material: Any = SimpleNamespace(seen=(np.ones((1, 1), bool),))
+        self._progress = lambda text: None
+
+    def state(self, names: Iterable[str]) -> Any:
+        terms = tuple(SimpleNamespace(name=name, joints=(0,)) for name in names)
+        loss = self._left_by.get("".join(sorted(names)), np.inf)
+        return SimpleNamespace(
+            terms=terms, solution=SimpleNamespace(loss=loss, x=terms), residuals=(np.ones((1, 1)),)
+        )
+
+    def begin(self, composition: Any, x: Any) -> Any:
+        return self.state(""), [ladder.Rung(None, self.state(""), None)]
+
+    def _options(self, state: Any) -> Any:
+        names = {term.name for term in state.terms}
+        more = [self.state([*names, new]) for new in "abcd" if new not in names]
+        known = [one for one in more if np.isfinite(one.solution.loss)]
+        return SimpleNamespace(states=sorted(known, key=lambda one: one.solution.loss))
+
+    def _none(self, *arguments: Any) -> list[Any]:
+        return []
+
+    def gain(self, before: Any, after: Any) -> Gain:
+        was, now = before.solution.loss, after.solution.loss
+        return Gain((was - now) / was, (0.0, 1.0), 9.0, was - now, now)
+
+    def _simplest(self, state: Any, options: Any) -> Any:
+        return options[0]
+
+    def _confirmed(self, before: Any, after: Any) -> bool:
+        return after.solution.loss < before.solution.loss
+
+    def _settled(self, state: Any) -> Any:
+        return state
+
+    def _look_again(self, state: Any, index: int) -> Any:
+        return None, state
+
+    def floor(self, state: Any) -> Any:
+        return SimpleNamespace(rms=np.ones(1))
+
+    def _computed(self, state: Any) -> Any:
+        return ()
+
+
+@pytest.fixture(autouse=True)
+def all_is_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ladder, "possible", lambda state, before: True)
+
+
+def found(left: Left) -> str:
+    climbed = Toy(left).climb(None, None)  # type: ignore[arg-type]
+    return "".join(term.name for term in climbed.rungs[-1].state.terms)
+
+
+def test_what_explains_most_comes_first() -> None:
+    assert found({"": 100.0, "a": 10.0, "b": 50.0, "ab": 0.5}) == "ab"
+
+
+def test_an_imitation_of_two_effects_gives_way_to_them() -> None:
+    assert found({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "ab": 39.0, "ac": 38.0, "bc": 0.2}) == "bc"
+
+
+def test_another_beginning_that_is_not_far_better_is_left_alone() -> None:
+    assert found({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "bc": 30.0}) == "a"
+
+
+@pytest.mark.parametrize(("before", "after", "expected"), [(40.0, 37.0, "a"), (40.0, 30.0, "ad"), (2.9, 2.8, "ad")])
+def test_a_little_of_much_that_is_not_understood_is_no_finding(before: float, after: float, expected: str) -> None:
+    assert found({"": 100.0, "a": before, "ad": after}) == expected
+
+
+def test_nothing_is_added_below_the_floor() -> None:
+    assert found({"": 100.0, "a": -0.1, "ad": -0.5}) == "a"
+
+
+def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.MonkeyPatch) -> None:
+    toy = Toy({"": 100.0, "a": 40.0, "ad": 10.0})
+    monkeypatch.setattr(toy, "_settled", lambda state: toy.state("a"))
+    assert [rung.added for rung in toy.climb(None, None).rungs] == [None, "a"]  # type: ignore[arg-type]
