@@ -3,8 +3,8 @@
 The noise is what differs between repetitions of the motion. Errors that the steps of an encoder make may be the same
 in each repetition, and then look like something that the model lacks; so how much of that there can be is worked out.
 An error of half a step at most, evenly spread, is added to the measured motion, and what comes of it in the torque is
-looked at. The share of it that repeats is that of the finest part of the measured motion, which is hardly anything
-else than such errors.
+looked at: in the motion that is judged, and in the parameters, for errors in a regressor lead a fit astray. The share
+of it that repeats is that of the finest part of the measured motion, which is hardly anything else than such errors.
 """
 
 from collections.abc import Sequence
@@ -67,24 +67,40 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
             for data in material.datasets
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
-    pairs = zip(material.evaluators, material.disturbed, strict=True)
-    parts = [_encoder(one, disturbed, solution) for one, disturbed in pairs]
+    bare = _misread(material, solution)
+    parts = [_encoder(*one, solution) for one in zip(material.evaluators, material.disturbed, *bare, strict=True)]
     return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
-def _encoder(evaluator: Evaluator, disturbed: Evaluator, solution: Solution) -> Floats:
+def _misread(material: Material, solution: Solution) -> tuple[list[Floats], list[Floats]]:
+    """What other steps of the encoders would change, by the mechanism alone: (m, dof) of each recording [N m].
+
+    Once with the parameters of the `solution`, and once with those that a fit to the readings with other steps gives.
+    """
+    composition = solution.composition
+    always = tuple(term for term in composition.terms if term.effect.always_true)
+    own = composition.load(solution.x)
+    columns, misled = material.misread(replace(composition, terms=always))
+    kept = [(other - one) @ own for one, other in columns]
+    return kept, [same + other @ (misled @ own) for same, (_, other) in zip(kept, columns, strict=True)]
+
+
+def _encoder(
+    evaluator: Evaluator, disturbed: Evaluator, kept: Floats, refitted: Floats, solution: Solution
+) -> Floats:
     """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats.
 
     disturbed: the same recording as it might have been read with other steps. Play and springs make more of them than
-    the mechanism by itself; by how much is told by medians, for an amplifier near its limit makes anything of them.
+    the mechanism by itself, which `kept` and `refitted` (m, dof) are of; by how much is told by medians, for an
+    amplifier near its limit makes anything of them.
     """
     course, composition, x = evaluator.course, solution.composition, solution.x
-    own = x[composition.entries(-1)]
-    bare = (disturbed.course.path.regressor - course.path.regressor) @ own
     difference = disturbed.unfiltered(composition, x) - evaluator.unfiltered(composition, x)
-    seen, alone = (np.where(course.usable, course.condition(one), np.nan) for one in (difference, bare))
+    seen, alone, left = (
+        np.where(course.usable, one, np.nan) for one in (course.condition(difference), kept, refitted)
+    )
     more = _typical(seen) / np.maximum(_typical(alone), _TINY)
-    expected: Floats = np.nanmean(alone**2, axis=0) * np.maximum(more, 1.0)
+    expected: Floats = np.nanmean(left**2, axis=0) * np.maximum(more, 1.0)
     if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
     repeating: Floats = expected * _repeating(course) * _amplified(evaluator, solution, difference)

@@ -1,7 +1,7 @@
 """What a diagnosis works with: recordings, and which of their rows fits may see."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -43,6 +43,10 @@ class Material:
     """(m, dof) of each recording [1 / (N m)]; 0 where it is not seen."""
     other_motion: bool
     """Whether what is held out is another recording; else phase segments of the same."""
+    _misread: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
+        default_factory=dict, repr=False
+    )
+    """What was worked out, by the names of effects."""
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -53,6 +57,34 @@ class Material:
     def disturbed(self) -> tuple[Evaluator, ...]:
         """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
         return tuple(Evaluator(_disturbed(one.course)) for one in self.evaluators)
+
+    def misread(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
+        """Columns (m, dof, K) of a `bare` composition for each recording, as it was read and as it might have been,
+        and (K, K) what a fit to the second makes of parameters: so much more of each per unit of its own.
+
+        Errors in a regressor make a fit believe it less: where the steps are coarse, inertias come out too small.
+        """
+        names = tuple(term.name for term in bare.terms)
+        if names not in self._misread:
+            x = np.zeros(len(bare.named))
+            pairs = [
+                [e.linearised(bare, x)[1] for e in both] for both in zip(self.evaluators, self.disturbed, strict=True)
+            ]
+            self._misread[names] = [(one, other) for one, other in pairs], self._misled(pairs)
+        return self._misread[names]
+
+    def _misled(self, pairs: Sequence[Sequence[Floats]]) -> Floats:
+        """(K, K) of `misread`, by weighted least squares over the rows that fits see."""
+        rows, changed = [], []
+        for weight, (one, other) in zip(self.weights, pairs, strict=True):
+            known = (weight > 0) & np.isfinite(one).all(axis=2) & np.isfinite(other).all(axis=2)
+            rows.append((other * weight[:, :, None])[known])
+            changed.append(((one - other) * weight[:, :, None])[known])
+        size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
+        size[size == 0] = 1.0
+        found = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(changed), rcond=1e-10)[0]
+        misled: Floats = found / size[:, None]
+        return misled
 
     @cached_property
     def fitting(self) -> tuple[int, ...]:
