@@ -57,6 +57,14 @@ class Evaluator:
             derivatives[:, :, entry] = self._searched(composition, x, own, int(entry), here)
         return self.course.condition(here), derivatives
 
+    def amplification(self, composition: Composition, x: Floats, error: Floats) -> Floats:
+        """(n, dof) how many times larger an `error` (dof,) of the torque [N m] is in the report, at `x` (K,)."""
+        rigid = composition.load(x)
+        true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
+        more, less = (self._report(composition, x, rigid, true + side * error) for side in (1, -1))
+        slope: Floats = np.abs(more - less) / (2 * error)
+        return slope
+
     def columns(self, term: Term, shapes: Floats, path: Path, rigid: Floats) -> Floats:
         """(n, dof, owners * c) torque per unit of each coefficient of an additive `term`, owner by owner."""
         effect = term.effect

@@ -62,6 +62,7 @@ def document(found: Diagnosis) -> Document:
         cautions=(
             *cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset")),
             *_disagreement(found),
+            *_silent(material),
         ),
         recordings=tuple(_names(material, range(len(material.datasets)))),
     )
@@ -157,6 +158,14 @@ def _disagreement(found: Diagnosis) -> Iterator[str]:
         yield (
             f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
             "Was something changed at the machine between them? Diagnose them one by one."
+        )
+
+
+def _silent(material: Material) -> Iterator[str]:
+    if material.silent:
+        yield (
+            f"{material.silent:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
+            "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
         )
 
 

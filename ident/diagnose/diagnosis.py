@@ -104,7 +104,11 @@ def diagnose(
     asked = question(files, validate, library, choices)
     material, climber = asked.material, Climber(asked.material, asked.offered, progress)
     beginning = asked.beginning(library, model)
-    ladder = climber.by_hand(*beginning, choices.only) if choices.only else climber.climb(*beginning)
+    ladder = _ladder(climber, beginning, choices)
+    told = material.faithful(ladder.rungs[-1].state.solution, ladder.floor.rms)
+    if told is not material:
+        material, climber = told, Climber(told, asked.offered, progress)
+        ladder = _ladder(climber, beginning, choices)
     progress("what remains")
     left = remainder(material, ladder.rungs[-1].state, ladder.floor)
     stand_in = None
@@ -114,6 +118,10 @@ def diagnose(
         known = stand_in.dependences if stand_in and stand_in.holds else None
         left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
     return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt)
+
+
+def _ladder(climber: Climber, beginning: tuple[Composition, Floats], choices: Choices) -> Ladder:
+    return climber.by_hand(*beginning, choices.only) if choices.only else climber.climb(*beginning)
 
 
 def question(

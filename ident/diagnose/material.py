@@ -10,6 +10,7 @@ from ident import noise
 from ident.composition import Composition
 from ident.course import Course
 from ident.dataset import Dataset
+from ident.effects import Signal
 from ident.evaluation import KEPT, Evaluator
 from ident.refine import Solution, refine
 from recordings.recording import Bools, Floats
@@ -20,6 +21,10 @@ _GUARDS = 5
 """A segment is so many times as long as what the filter makes its neighbours know of it, at least."""
 STILL = 0.25
 """Rows with more standstill than this behind them are left out."""
+AMPLIFIED = 2.0
+"""What is reported tells little of the torque where it makes an error of it larger than so many times."""
+MENTIONED = 0.01
+"""Share of such rows up to which they may as well be judged."""
 _DEVIATIONS = 3.0
 """Speeds within so many standard deviations of what encoder steps make of it are standstill."""
 _LEAST_KEPT = 8
@@ -43,6 +48,8 @@ class Material:
     """(m, dof) of each recording [1 / (N m)]; 0 where it is not seen."""
     other_motion: bool
     """Whether what is held out is another recording; else phase segments of the same."""
+    silent: float = 0.0
+    """Share of the rows that are not judged, as what is reported there tells little of the torque."""
     _misread: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
         default_factory=dict, repr=False
     )
@@ -111,6 +118,27 @@ class Material:
         return refine(
             [self.evaluators[i] for i in self.fitting], composition, x, [self.weights[i] for i in self.fitting]
         )
+
+    def faithful(self, solution: Solution, error: Floats) -> "Material":
+        """Without judging rows in which what is reported tells little of the torque, if they are worth mentioning.
+
+        In saturation any error of the torque is amplified. Fits still see them: nothing else tells where it begins.
+
+        error: (dof,) of the torque [N m], as small as may be found.
+        """
+        if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.composition.terms):
+            return self
+        amplified = [one.amplification(solution.composition, solution.x, error) for one in self.evaluators]
+        silent = [
+            one.course.condition(np.where(np.isfinite(size), size > AMPLIFIED, np.nan).astype(float)) > STILL
+            for one, size in zip(self.evaluators, amplified, strict=True)
+        ]
+        seen, held = (
+            tuple(rows & ~left for rows, left in zip(part, silent, strict=True)) for part in (self.seen, self.held)
+        )
+        before, after = (sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.seen, self.held), (seen, held)))
+        share = 1 - after / before
+        return replace(self, seen=seen, held=held, silent=share) if share > MENTIONED else self
 
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed, of every recording [N m]."""

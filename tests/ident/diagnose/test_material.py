@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ident.diagnose.material import Material
+from ident.effects import library
 
 
 def test_errors_in_a_regressor_make_a_fit_believe_it_less() -> None:
@@ -21,3 +22,28 @@ def test_errors_in_a_regressor_make_a_fit_believe_it_less() -> None:
     assert columns == [(read, other)]
     # -E[other (other - read)] / E[other^2]
     assert misled == pytest.approx(-0.25 / 1.25, rel=0.05)
+
+
+def _with_signal(amplified: float, share: float) -> tuple[Any, Any]:
+    """Of one joint, in which a `share` of the rows amplifies errors so many times; and a solution."""
+    size = np.where(np.arange(1000) < 1000 * share, amplified, 1.0)[:, None]
+    course = SimpleNamespace(condition=lambda signal: signal)
+    evaluator: Any = SimpleNamespace(course=course, amplification=lambda composition, x, error: size)
+    every = np.ones((1000, 1), bool)
+    material = Material((evaluator, evaluator), (every, ~every), (~every, every), (every * 1.0, every * 0.0), True)
+    term = SimpleNamespace(effect=library()["amplifier_saturation"])
+    return material, SimpleNamespace(composition=SimpleNamespace(terms=(term,)), x=np.zeros(1))
+
+
+def test_rows_whose_voltage_tells_little_of_the_torque_are_not_judged_but_seen_by_fits() -> None:
+    material, solution = _with_signal(amplified=5.0, share=0.1)
+    told = material.faithful(solution, np.ones(1))
+    assert told.silent == pytest.approx(0.1)
+    assert [int(rows.sum()) for rows in (told.seen[0], told.held[1])] == [900, 900]
+    assert told.weights is material.weights
+
+
+@pytest.mark.parametrize(("amplified", "share"), [(1.5, 0.5), (5.0, 0.005)])
+def test_a_little_amplification_or_hardly_any_rows_of_it_change_nothing(amplified: float, share: float) -> None:
+    material, solution = _with_signal(amplified, share)
+    assert material.faithful(solution, np.ones(1)) is material
