@@ -19,6 +19,9 @@ PROMISING = 0.4
 parameters seldom doubles that."""
 CLEAR = 15.0
 """Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
+TOLD = 0.01
+"""A shape is told by the data if, moved across its range, it changes the residual by more than this share of what is
+left, in squares."""
 _TURNED = 0.1
 """A parameter that cannot be negative may come out so by this share of what it was, by chance."""
 
@@ -172,10 +175,24 @@ def possible(state: State, before: State) -> bool:
 
 
 def _at_the_end(state: State) -> bool:
-    """Whether the search for a shape has run into the end of its range where that is not physical any more."""
+    """Whether the search for a shape has run into the end of its range where that is not physical any more.
+
+    A shape that these data do not tell may be anywhere.
+    """
     term, index = state.terms[-1], len(state.terms) - 1
     shapes = zip(term.effect.shapes, state.solution.composition.shapes(index, state.solution.x), strict=True)
-    return any(one.open and value >= one.upper for one, value in shapes)
+    first = len(state.solution.x) - len(term.effect.shapes)
+    return any(
+        one.open and value >= one.upper and _told(state, entry, one.upper - one.lower)
+        for entry, (one, value) in enumerate(shapes, start=first)
+    )
+
+
+def _told(state: State, entry: int, span: float) -> bool:
+    """Whether the loss depends on an `entry` of the parameter vector, anywhere in its `span`."""
+    pairs = zip(state.solution.weights, state.solution.derivatives, strict=True)
+    changed = sum(float(np.nansum((weight * by_x[:, :, entry] * span) ** 2)) for weight, by_x in pairs)
+    return changed > TOLD * state.solution.loss
 
 
 def _another(state: State, candidate: Candidate) -> bool:

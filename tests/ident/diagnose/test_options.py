@@ -36,15 +36,19 @@ def test_what_contains_another_is_none_beside_it_unless_it_explains_more(
     assert finder.no_more("torque_offset", state("torque_offset", ROWS, 13), state(other, loss, 14)) is expected
 
 
-def _with_springs(motor: float, damping: float) -> tuple[Any, Any]:
-    """A model with springs on all joints, and the one without."""
+def _with_springs(motor: float, damping: float, told: bool = True) -> tuple[Any, Any]:
+    """A model with springs on all joints, whose shapes are told by the data or not, and the one without."""
     rig = simulated_rig()
     before = Composition(mechanisms.create(rig), rig)
     after = before.plus(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
     own = np.ones(len(before.named))
     found = np.concatenate([own, [1e-3, 1e-3, 1e-3, motor, damping]])
+    derivatives, weights = np.full((9, 3, len(found)), float(told)), np.ones((9, 3))
     return tuple(
-        SimpleNamespace(solution=SimpleNamespace(composition=one, x=x), terms=one.terms)
+        SimpleNamespace(
+            solution=SimpleNamespace(composition=one, x=x, derivatives=(derivatives,), weights=(weights,), loss=27.0),
+            terms=one.terms,
+        )
         for one, x in ((after, found), (before, own))
     )
 
@@ -56,6 +60,10 @@ def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
     motor: float, damping: float, expected: bool
 ) -> None:
     assert possible(*_with_springs(motor, damping)) is expected
+
+
+def test_a_shape_that_the_data_do_not_tell_may_end_anywhere() -> None:
+    assert possible(*_with_springs(0.98, 0.12, told=False))
 
 
 def test_an_effect_may_be_on_one_more_joint() -> None:
