@@ -163,9 +163,10 @@ def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
 
 
 def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:
-    """(dof,) of the `chosen` rows (m, dof) of all recordings."""
-    squares = sum(np.where(which, r**2, 0.0).sum(axis=0) for r, which in zip(residuals, chosen, strict=True))
-    count = sum(which.sum(axis=0) for which in chosen)
+    """(dof,) of the `chosen` rows (m, dof) of all recordings, as far as the model says anything of them."""
+    known = [which & np.isfinite(r) for r, which in zip(residuals, chosen, strict=True)]
+    squares = sum(np.where(which, r**2, 0.0).sum(axis=0) for r, which in zip(residuals, known, strict=True))
+    count = sum(which.sum(axis=0) for which in known)
     result: Floats = np.sqrt(squares / np.maximum(count, 1))
     return result
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.material import Material
+from ident.diagnose.material import Material, rms
 from ident.effects import library
 
 
@@ -47,3 +47,9 @@ def test_rows_whose_voltage_tells_little_of_the_torque_are_not_judged_but_seen_b
 def test_a_little_amplification_or_hardly_any_rows_of_it_change_nothing(amplified: float, share: float) -> None:
     material, solution = _with_signal(amplified, share)
     assert material.faithful(solution, np.ones(1)) is material
+
+
+def test_rows_of_which_the_model_says_nothing_do_not_count() -> None:
+    residual = np.array([[3.0], [np.nan], [4.0], [9.0]])
+    chosen = np.array([[True], [True], [True], [False]])
+    assert rms([residual], [chosen]) == pytest.approx(np.sqrt(12.5))
