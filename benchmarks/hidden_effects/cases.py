@@ -81,11 +81,11 @@ def _simulated() -> Iterator[Case]:
 def _foreign() -> Iterator[Case]:
     from tests.foreign.outside import KINDS
 
-    for size in (0.01, 0.03):
-        yield from _singles("foreign", library(), size, 1)
-    yield from _nothing("foreign", 24)
-    yield from _pairs("foreign", 15)
-    yield from _singles("foreign", tuple(KINDS), 0.03, 1, "outside")
+    for size, times in ((0.01, 2), (0.03, 2), (0.10, 1)):
+        yield from _singles("foreign", library(), size, times)
+    yield from _nothing("foreign", 110)
+    yield from _pairs("foreign", 75)
+    yield from _singles("foreign", tuple(KINDS), 0.03, 3, "outside")
 
 
 def _singles(
