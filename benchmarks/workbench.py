@@ -67,6 +67,8 @@ def _look(browser: str, address: str, server: int) -> None:
         _memory(server, "shown")
         _fit(page)
         _memory(server, "fitted")
+        _whole(page)
+        _memory(server, "fitted to the whole")
         launched.close()
 
 
@@ -82,6 +84,15 @@ def _fit(page: Any) -> None:
     page.locator('[data-test="tab-failing"]').click()
     page.locator('[data-test="where-0"]').wait_for(timeout=600_000)
     print(f"where it fails {time.perf_counter() - began:.1f} s")
+
+
+def _whole(page: Any) -> None:
+    """The model to keep."""
+    began = time.perf_counter()
+    page.locator('[data-test="tab-export"]').click()
+    page.locator('[data-test="whole"]').click()
+    page.locator('[data-test="save"]').wait_for(timeout=600_000)
+    print(f"fitted to the whole {time.perf_counter() - began:.1f} s")
 
 
 def _memory(server: int, done: str) -> None:

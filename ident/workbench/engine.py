@@ -12,8 +12,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident import effects, where
-from ident.composition import Term
+from ident import effects, mechanisms, where
+from ident.composition import Composition, Term
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
 from ident.diagnose.ladder import Climber
@@ -27,6 +27,7 @@ from ident.workbench.foretaste import foretaste
 from ident.workbench.look import looks
 from ident.workbench.views import Kept, Place
 from recordings.errors import BadInput
+from recordings.reader import read_rig
 
 Shown = (
     views.RecordingView
@@ -221,11 +222,15 @@ class Engine:
         else:
             yield of_excerpts(climb.asked.material, climb.state)
 
-    def whole(self, place: Place) -> Iterator[Shown]:
-        """The present model, fitted to all of long recordings."""
-        climb = self._at(place)
+    def whole(self, place: Place, bandwidth: float) -> Iterator[Shown]:
+        """The model on top of `place`, fitted to all of long recordings at its `bandwidth` [Hz].
+
+        It needs nothing of the climb, so that a process that remembers none has the memory for it.
+        """
         self._progress("fitting to the whole recording")
-        yield self._failing(climb)
+        rig, (_, terms, x) = read_rig(place.train), place.rungs[-1]
+        composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
+        yield failing((place.train, place.validate), (composition, np.array(x)), bandwidth, self._library)
 
     def _failing(self, climb: _Climb) -> views.Failing:
         solution = climb.state.solution

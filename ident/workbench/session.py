@@ -170,7 +170,9 @@ class Session:
     def whole(self) -> None:
         """The present model, fitted to all of long recordings: what can be saved."""
         self._refuse_while_busy()
-        self._aside("whole", True, "whole", self._place(self._present()))
+        place, ladder = self._place(self._present()), self._present().present.ladder
+        self._stop_work()  # a new process has the memory for it; who goes on with the ladder climbs it again
+        self._aside("whole", True, "whole", place, ladder.bandwidth)
 
     def swarm(self, seed: int) -> None:
         """The parameters of the present model, or of the base model, by the swarm."""

@@ -186,7 +186,7 @@ def test_a_long_recording_is_looked_at_in_parts_and_fitted_as_a_whole_when_asked
     assert failing.windows
     for window in failing.windows:
         assert any(one.held_out and one.time[0] <= window.start < window.end <= one.time[-1] for one in series)
-    (whole,) = engine.whole(place_of(ladder))
+    (whole,) = engine.whole(place_of(ladder), ladder.bandwidth)
     assert isinstance(whole, views.Failing)
     assert whole.model
     assert whole.model.effects == ("rod_inertia",)
