@@ -24,13 +24,14 @@ from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views
 from ident.workbench.failing import failing, of_excerpts
 from ident.workbench.foretaste import foretaste
-from ident.workbench.look import looks
+from ident.workbench.look import BEGINNING, looks, mismatch
 from ident.workbench.views import Kept, Place
 from recordings.errors import BadInput
-from recordings.reader import read_rig
+from recordings.reader import read
 
 Shown = (
     views.RecordingView
+    | views.Mismatch
     | views.LadderView
     | tuple[views.Series, ...]
     | views.Choice
@@ -110,9 +111,11 @@ class Engine:
         self._candidates: dict[str, Candidate] = {}
         self._known: WeakKeyDictionary[_Step, views.RungView] = WeakKeyDictionary()
 
-    def look(self, path: Path) -> Iterator[Shown]:
-        """A recording as it is."""
+    def look(self, path: Path, check: Path | None = None) -> Iterator[Shown]:
+        """A recording as it is; first, whether a model of it could be judged on `check`."""
         self._progress(f"reading {path.name}")
+        if check is not None:
+            yield from mismatch(path, check)
         yield from looks(path)
 
     def fit(self, train: Path, validate: Path | None) -> Iterator[Shown]:
@@ -228,7 +231,7 @@ class Engine:
         It needs nothing of the climb, so that a process that remembers none has the memory for it.
         """
         self._progress("fitting to the whole recording")
-        rig, (_, terms, x) = read_rig(place.train), place.rungs[-1]
+        rig, (_, terms, x) = read(place.train, BEGINNING).rig, place.rungs[-1]
         composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
         yield failing((place.train, place.validate), (composition, np.array(x)), bandwidth, self._library)
 

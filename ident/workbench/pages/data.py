@@ -15,7 +15,7 @@ def draw(page: Page) -> None:
 def _draw(page: Page) -> None:
     session, view = page.session, page.session.recording
     if view is None:
-        ui.label("Choose a recording with Fit on the left to see how good it is.").classes("quiet")
+        ui.label("Choose a recording with Train on the left to see how good it is.").classes("quiet")
         return
     with ui.row().classes("items-center gap-3"):
         ui.label(view.name).classes("head")
