@@ -27,7 +27,7 @@ def draw(found: Diagnosis, document: Document, folder: Path) -> None:
 def ladder(path: Path, title: str, document: Document) -> None:
     """Training and held-out error of each rung, joint by joint, and the noise floor as the line to reach."""
     dof = len(document.joints)
-    names = [f"+ {rung.added}" if rung.added else "base model" for rung in document.rungs]
+    names = document.labels
     with figure(path, title, 2.0 + 3.2 * dof, 1.6 + 0.5 * len(names)) as drawn:
         axes = drawn.subplots(1, dof, squeeze=False, sharey=True)[0]
         place = np.arange(len(names))

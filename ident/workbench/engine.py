@@ -16,6 +16,7 @@ from ident import effects, mechanisms, where
 from ident.composition import Composition, Term
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
+from ident.diagnose.document import labels
 from ident.diagnose.ladder import Climber
 from ident.diagnose.rungs import Rung, State
 from ident.diagnose.screen import Candidate
@@ -204,7 +205,7 @@ class Engine:
                 composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
                 state = climb.climber.finder.solved(composition, np.array(x))
                 gain = climb.climber.gain(before.rung.state, state) if before else None
-                step = _Step(label, Rung(label.removeprefix("+ ") if before else None, state, gain))
+                step = _Step(label, Rung(terms[-1][0] if label.startswith("+") else None, state, gain))
             yield step
             before = step
 
@@ -288,7 +289,8 @@ def _given(path: Path | None) -> list[Path]:
 
 
 def _steps(rungs: Sequence[Rung]) -> tuple[_Step, ...]:
-    return tuple(_Step(f"+ {rung.added}" if rung.added else "base model", rung) for rung in rungs)
+    names = labels([[term.name for term in rung.state.terms] for rung in rungs])
+    return tuple(_Step(name, rung) for name, rung in zip(names, rungs, strict=True))
 
 
 def _joints(term: Term) -> tuple[int, ...]:
