@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.effects import NEVER
+from ident.effects import is_never
 from recordings.config import Section
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
@@ -28,7 +28,7 @@ class Value(Section):
     @property
     def never(self) -> bool:
         """Whether it is an instant that does not come."""
-        return self.unit == "s" and self.value >= NEVER
+        return is_never(self.value, self.unit)
 
 
 class RungEntry(Section):
