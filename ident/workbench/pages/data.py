@@ -31,7 +31,7 @@ def _draw(page: Page) -> None:
             ui.label(label).classes("quiet")
             name(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     whole = (float(view.time[0]), float(view.time[-1]))
-    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps")
+    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
     shown = Zoomed(
         lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
     )

@@ -178,7 +178,7 @@ def _list(page: Page) -> None:
     if not names:
         ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
     for number, each in enumerate(names):
-        with ui.row().classes("w-full items-center no-wrap gap-1"):
+        with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
             ui.label(each).classes("ellipsis col").tooltip(each)
             for text, chosen, act in (
                 ("Train", each == session.train, _train_on(session, each)),
