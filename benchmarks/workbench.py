@@ -54,10 +54,10 @@ def _look(browser: str, address: str, server: int) -> None:
         launched = playwright.chromium.launch(executable_path=browser, args=["--no-sandbox"])
         page = launched.new_page(viewport={"width": 1280, "height": 800})
         page.goto(address)
-        page.locator('[data-test="fit-0"]').wait_for(timeout=60_000)
+        page.locator('[data-test="train-0"]').wait_for(timeout=60_000)
         time.sleep(5)  # a person reads the page before the first click
         began = time.perf_counter()
-        page.locator('[data-test="fit-0"]').click()
+        page.locator('[data-test="train-0"]').click()
         page.locator(f"{_PLOT} .scatterlayer").first.wait_for(timeout=120_000)
         print(f"workbench, one hour at 500 Hz: first view {time.perf_counter() - began:.1f} s")
         page.get_by_text("the rest is being read").wait_for(state="detached", timeout=300_000)
@@ -67,6 +67,8 @@ def _look(browser: str, address: str, server: int) -> None:
         _memory(server, "shown")
         _fit(page)
         _memory(server, "fitted")
+        _whole(page)
+        _memory(server, "fitted to the whole")
         launched.close()
 
 
@@ -82,6 +84,15 @@ def _fit(page: Any) -> None:
     page.locator('[data-test="tab-failing"]').click()
     page.locator('[data-test="where-0"]').wait_for(timeout=600_000)
     print(f"where it fails {time.perf_counter() - began:.1f} s")
+
+
+def _whole(page: Any) -> None:
+    """The model to keep."""
+    began = time.perf_counter()
+    page.locator('[data-test="tab-export"]').click()
+    page.locator('[data-test="whole"]').click()
+    page.locator('[data-test="save"]').wait_for(timeout=600_000)
+    print(f"fitted to the whole {time.perf_counter() - began:.1f} s")
 
 
 def _memory(server: int, done: str) -> None:

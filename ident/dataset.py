@@ -102,7 +102,7 @@ def assemble(recording: Recording, samples: Samples, prepared: Prepared, mechani
     return Dataset(
         recording=recording,
         time=instants / samples.rate,
-        motion=_part(prepared.motion, keep),
+        motion=_part(prepared.motion, np.arange(len(prepared.instants))[keep]),  # a slice would keep all of it
         regressor=regressor,
         torque=np.where(usable, prepared.torque, np.nan),
         nominal=_nominal(prepared, mechanism),
@@ -165,7 +165,7 @@ def _nominal(prepared: Prepared, mechanism: Mechanism) -> Floats | None:
     return _conditioned(prepared, lambda motion: cast(Floats, mechanism.nominal_torque(motion)), mechanism.pointwise)
 
 
-def _part(motion: Motion, which: slice) -> Motion:
+def _part(motion: Motion, which: slice | Ints) -> Motion:
     return Motion(**{field.name: getattr(motion, field.name)[which] for field in fields(Motion)})
 
 

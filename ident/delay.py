@@ -42,15 +42,13 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
         np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.computed(parameters), np.nan)
         for dataset, slope in zip(datasets, own, strict=True)
     ]
-    regressor = _stacked([dataset.regressor for dataset in datasets], residuals)
-    slopes = _stacked(own, residuals)
     # What the parameters could explain of the new columns, they will: only the rest tells of delays.
-    taken = np.linalg.lstsq(regressor, slopes, rcond=None)[0]
-    rest = slopes - regressor @ taken
+    taken = _explained(datasets, own, residuals)
+    columns = [slope - dataset.regressor @ taken for dataset, slope in zip(datasets, own, strict=True)]
+    rest, slopes = _stacked(columns, residuals), _stacked(own, residuals)
     if ((rest**2).sum(axis=0) <= _LEAST_OWN * (slopes**2).sum(axis=0)).any():
         return None
     seconds: Floats = np.linalg.lstsq(rest, _stacked(residuals, residuals), rcond=None)[0].astype(np.float64)
-    columns = [slope - dataset.regressor @ taken for dataset, slope in zip(datasets, own, strict=True)]
     return _with_intervals(datasets, columns, residuals, seconds)
 
 
@@ -59,6 +57,14 @@ def _slopes(dataset: Dataset, parameters: Floats) -> Floats:
     slope = first_derivative(dataset.computed(parameters), dataset.rate)
     columns: Floats = slope[:, :, None] * np.eye(slope.shape[1])
     return np.where(np.isfinite(slope)[:, :, None], columns, np.nan)
+
+
+def _explained(datasets: Sequence[Dataset], own: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:
+    """(k, dof) parameters with which the model comes closest to the columns `own` (m, dof, dof)."""
+    regressor = _stacked([dataset.regressor for dataset in datasets], residuals)
+    # From their products: of the columns themselves, those of an hour being large, the solver would make a copy.
+    products = regressor.T @ regressor, regressor.T @ _stacked(own, residuals)
+    return np.linalg.lstsq(*products, rcond=None)[0].astype(np.float64)
 
 
 def _stacked(arrays: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:

@@ -77,6 +77,8 @@ def fit(
 
 def _rows(datasets: Sequence[Dataset]) -> tuple[Floats, Floats]:
     """Regressor (r, k) and torque (r,) of all `datasets`."""
+    if len(datasets) == 1:
+        return datasets[0].rows()  # no copy: those of an hour are large
     regressors, torques = zip(*(dataset.rows() for dataset in datasets), strict=True)
     return np.concatenate(regressors), np.concatenate(torques)
 

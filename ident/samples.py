@@ -176,6 +176,8 @@ def _is_even(recording: Recording, index: Ints) -> bool:
 
 def _on_every_instant(x: Floats, index: Ints) -> Floats:
     """`x` (n, ...) at the instants `index`; NaN where there is no sample: a SYNC that nobody answered to."""
+    if len(index) == index[-1] + 1:
+        return x  # no copy: they are large, and nobody changes them
     full: Floats = np.full((index[-1] + 1, *x.shape[1:]), np.nan)
     full[index] = x
     return full

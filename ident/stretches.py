@@ -12,7 +12,7 @@ from ident.dataset import Dataset
 from ident.evaluation import Evaluator
 from recordings.recording import Floats
 
-LONGEST = 120_000
+LONGEST = 40_000
 """Instants that are looked at together."""
 RUN_IN = 5.0
 """Seconds before a stretch after which effects with a memory are as if they had seen all that went before."""

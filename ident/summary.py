@@ -7,6 +7,7 @@ from rich.table import Table
 
 from ident import trust_summary
 from ident.delay import Delay
+from ident.effects import is_never
 from ident.frozen import Frozen
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
@@ -18,6 +19,9 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     for line in notices(result):
         console.print(line, style="bold yellow", highlight=False)
     console.print(_parameters(model))
+    if isinstance(result.mechanism, Frozen):
+        for line in searched(result.mechanism):
+            console.print(line, highlight=False)
     for line in _method(model):
         console.print(line, highlight=False)
     console.print(_agreements(model))
@@ -86,6 +90,18 @@ def _parameters(model: Model) -> Table:
         table.caption = "Friction is positive where it opposes motion"
         table.caption += "; (36) has the opposite sign." if of_paper else "."
     return table
+
+
+def searched(mechanism: Frozen) -> Iterator[str]:
+    """What was found by a search before the fit: shapes of effects, and distortions of what was measured."""
+    composition = mechanism.composition
+    found = [
+        f"{one.name} {'never' if is_never(value, one.unit) else f'= {value:.4g} {one.unit}'.rstrip()}"
+        for one, value in zip(composition.named, mechanism.x.tolist(), strict=True)
+        if not one.linear
+    ]
+    if found:
+        yield f"Found by a search before the fit, without intervals: {', '.join(found)}."
 
 
 def _method(model: Model) -> Iterator[str]:

@@ -59,6 +59,11 @@ class Block:
         product: Floats = np.where(self.known[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
         return product
 
+    def products(self) -> Floats:
+        """Their share of B (k, k) where they were fitted by least squares: w^2 is factor times per_residual."""
+        rows = self.weighted(np.sqrt(self.factor * self.per_residual)).reshape(-1, self.regressor.shape[2])
+        return rows.T @ rows
+
     def influence(self, inverse: Floats) -> Floats:
         """(m, dof, k), given B^-1 (k, k)."""
         scaled: Floats = self.weighted(self.factor) @ inverse
@@ -138,11 +143,10 @@ def least_squares(
     """
     weight = np.ones_like(residual) if weight is None else weight
     known = np.isfinite(residual)
-    weighted = np.where(known[:, :, None], regressor * weight[:, :, None], 0.0).reshape(-1, regressor.shape[2])
     share = np.where(known, 1 / std, 0.0)
     noise = np.where(known, residual, 0.0) * share
     block = Block(regressor, weight**2 * std, noise, known.astype(np.float64), share, cycle)
-    return block, weighted.T @ weighted
+    return block, np.sum([part.products() for part in block.cut()], axis=0)
 
 
 def least_absolute(regressor: Floats, residual: Floats, std: Floats, cycle: Ints) -> tuple[Block, Floats]:

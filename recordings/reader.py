@@ -55,8 +55,8 @@ def read(path: Path, most: int | None = None) -> Recording:
         voltage=grid.joints("/amplifiers", "voltage", np.nan),
         velocity=_if_any(grid.joints("/joint_states", "velocity", np.nan)),
         effort=_if_any(grid.joints("/joint_states", "effort", np.nan)),
-        statusword=grid.joints("/amplifiers", "statusword", 0),
-        error_code=grid.joints("/amplifiers", "error_code", 0),
+        statusword=grid.joints("/amplifiers", "statusword", np.uint16(0)),
+        error_code=grid.joints("/amplifiers", "error_code", np.uint16(0)),
         repeat=grid.scalars("repeat", -1),
         lateness=grid.scalars("lateness", np.nan),
         extra=grid.extra(),
@@ -108,8 +108,8 @@ class _Grid:
     stamps: Ints
     """(n,) [ns], ascending."""
 
-    def joints(self, topic: str, name: str, missing: float) -> NDArray[Any]:
-        """(n, dof) one field of a topic, in the rig's order of joints."""
+    def joints(self, topic: str, name: str, missing: float | np.uint16) -> NDArray[Any]:
+        """(n, dof) one field of a topic, of the type of `missing`, in the rig's order of joints."""
         table = np.full((len(self.stamps), self.rig.dof), missing)
         for batch in self.container.batches.get(topic, []):
             values = batch["message"][name]

@@ -15,6 +15,8 @@ from recordings.schemas import Level
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
+Words = NDArray[np.uint16]
+"""As drives send them: an hour of them need not take the memory of measurements."""
 
 
 class Run(Section):
@@ -71,9 +73,9 @@ class Recording:
     """(n, dof) [rad/s], only if the drives measure it."""
     effort: Floats | None
     """(n, dof) torque actual (object 6077) [N m], only if the drives measure it."""
-    statusword: Ints
+    statusword: Words
     """(n, dof)."""
-    error_code: Ints
+    error_code: Words
     """(n, dof)."""
     repeat: Ints
     """(n,) repetition of the motion this sample belongs to, 0 to cycles - 1; -1 while approaching and stopping."""

@@ -281,6 +281,12 @@ def simulated_rig() -> Rig:
     return Rig(name="simulated delta robot", drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
 
 
+def is_default(rig: Rig) -> bool:
+    """Whether a command without a rig file means this machine, at whatever rate."""
+    default = simulated_rig()
+    return rig.model_copy(update={"rate": default.rate}) == default
+
+
 def load_rig(path: Path, *, driven: bool = True) -> Rig:
     """Read a rig file; `driven` where its drives will be needed.
 

@@ -14,7 +14,36 @@ from recordings.errors import BadInput
 FILE = click.Path(path_type=Path)
 
 
-@click.command(epilog="Example: ident design --rig bench.toml -o best.toml, then: daq record --traj best.toml")
+_ONE_NAME = (
+    "--discriminate: the names of two effects expected, such as --discriminate arm_com_offset joint_spring, fewer "
+    "found; name both (ident effects lists them)"
+)
+
+
+class _Command(click.Command):
+    """Says in our words what --discriminate lacks."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except click.BadOptionUsage as error:
+            if error.option_name != "--discriminate":
+                raise
+            raise BadInput(_ONE_NAME) from None
+
+
+Pairs = tuple[tuple[str, str], ...]
+
+
+def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pairs:
+    if any(name.startswith("-") for pair in pairs for name in pair):  # the next option was taken for a name
+        raise BadInput(_ONE_NAME)
+    return pairs
+
+
+@click.command(
+    cls=_Command, epilog="Example: ident design --rig bench.toml -o best.toml, then: daq record --traj best.toml"
+)
 @click.option("--rig", "rig_file", type=FILE, metavar="FILE", help="Rig file (TOML).  [default: the simulated rig]")
 @click.option(
     "--criterion",
@@ -30,6 +59,7 @@ FILE = click.Path(path_type=Path)
     nargs=2,
     multiple=True,
     metavar="A B",
+    callback=_pairs,
     help="Instead: the motion that tells the effects A and B apart best (ident effects lists them). May be repeated.",
 )
 @click.option(
@@ -79,7 +109,7 @@ def command(
     rig_file: Path | None,
     criterion: Literal["d", "e"] | None,
     effects: tuple[str, ...],
-    pairs: tuple[tuple[str, str], ...],
+    pairs: Pairs,
     joints: tuple[int, ...],
     recordings: tuple[Path, ...],
     effect_files: tuple[Path, ...],
@@ -113,6 +143,7 @@ def command(
         raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
 
     import json
+    import shlex
 
     from rich.console import Console
 
@@ -122,7 +153,7 @@ def command(
     from ident.design.with_effects import with_effects
     from ident.effects import library
     from ident.progress import progress_bar
-    from recordings.rig import load_rig, simulated_rig
+    from recordings.rig import is_default, load_rig, simulated_rig
 
     recorded = from_recordings(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
@@ -138,4 +169,5 @@ def command(
         click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))
     else:
         table.show(outcome, Console())
-    click.echo(f"trajectory: {out}; next: daq record --traj {out}", err=True)
+    on = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
+    click.echo(f"trajectory: {out}; next: daq record --traj {out}{on}", err=True)

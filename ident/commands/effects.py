@@ -57,6 +57,8 @@ def _list(known: dict[str, Effect]) -> None:
 
 
 def _explain(name: str, effect: Effect) -> None:
+    from ident.effects import is_never
+
     entry = _entry(name, effect)
     click.echo(f"{name}: {effect.sentence}\n")
     for title, key in (("Looks like", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
@@ -66,9 +68,10 @@ def _explain(name: str, effect: Effect) -> None:
         f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {where}; mechanisms: {', '.join(effect.mechanisms)}"
     )
     for one in entry["parameters"]:
-        low, high = ("" if limit is None else f"{limit:g}" for limit in (one["lower"], one["upper"]))
-        limits = f", {low or '-inf'} to {high or 'inf'}" if low or high else ""
-        click.echo(f"  {one['name']} [{one['unit']}]: {one['meaning']}{limits}")
+        limits = (one["lower"], one["upper"])
+        low, high = ("" if limit is None or is_never(limit, one["unit"]) else f"{limit:g}" for limit in limits)
+        physical = f", {low or '-inf'} to {high or 'inf'}" if low or high else ""
+        click.echo(f"  {one['name']} [{one['unit']}]: {one['meaning']}{physical}")
 
 
 def _entry(name: str, effect: Effect) -> dict[str, Any]:

@@ -74,9 +74,12 @@ def discrimination(
     effects: by name; joints: on which the true one is, from 0, or anywhere if empty.
 
     Raises:
-        BadInput: an effect is none of this mechanism, or depends on time; or no motion tells them apart.
+        BadInput: an effect is none of this mechanism, depends on time, or leaves no trace in recordings of this rig;
+            or no motion tells them apart.
     """
-    mechanism = rivals(order.rig, pairs, effects, joints, recorded[0].known if recorded else None)
+    first = recorded[0] if recorded else None
+    known, torque_measured = (first.known, first.torque_measured) if first else (None, False)
+    mechanism = rivals(order.rig, pairs, effects, joints, known, torque_measured=torque_measured)
     reference = recorded[0].trajectory if recorded else order.compared or _random(order, mechanism)
     mechanism = mechanism.sampled(reference.rate).as_strong_as_on(repeated(reference))
     for other in recorded[1:]:

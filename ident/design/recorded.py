@@ -12,6 +12,7 @@ from ident.design.rivals import always_true
 from ident.design.with_effects import with_effects
 from ident.diagnose.excerpts import excerpts
 from ident.identification import refuse_different_rigs
+from ident.samples import holds_torque
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
@@ -27,6 +28,8 @@ class Recorded:
     """The measured motion without gaps."""
     known: Floats
     """(k,) parameters of the mechanism with what is always true of it, fitted by least squares."""
+    torque_measured: bool
+    """Whether it holds the torque itself, and no voltage."""
 
 
 def recorded(paths: Sequence[Path]) -> list[Recorded]:
@@ -52,4 +55,4 @@ def _seen(recording: Recording) -> Recorded:
     whole = np.isfinite(signals).all(axis=(0, 2))
     position, velocity, acceleration = (signal[whole] for signal in signals)
     made = trajectory(recording.path.name, rig, course.samples.rate, position, velocity, acceleration)
-    return Recorded(rig, made, known)
+    return Recorded(rig, made, known, holds_torque(recording))

@@ -163,20 +163,23 @@ def rivals(
     effects: Mapping[str, Effect],
     joints: Sequence[int] = (),
     known: Floats | None = None,
+    *,
+    torque_measured: bool = False,
 ) -> Rivals:
     """The mechanism of `rig` with effects of which each of the `pairs` is to be told apart.
 
     effects: by name, those of the pairs among them.
     joints: where the true one is, from 0; empty: nobody knows.
     known: (k,) parameters of the mechanism with what is always true of it; those of the rig file if None.
+    torque_measured: recordings hold the torque itself, and no voltage.
 
     Raises:
-        BadInput: an effect is unknown or none of this mechanism, or depends on when something happens; or there is no
-            such joint.
+        BadInput: an effect is unknown or none of this mechanism, depends on when something happens, or leaves no
+            trace in recordings of this rig; or there is no such joint.
     """
     for first, second in pairs:
         for name in (first, second):
-            _refuse(name, effects, rig)
+            _refuse(name, effects, rig, torque_measured)
         if first == second:
             raise BadInput(f"two different effects expected, {first} found twice; name another")
     if any(joint >= rig.dof for joint in joints):
@@ -197,7 +200,7 @@ def always_true(rig: Rig) -> list[str]:
     return [name for name in names() if (effect := load(name)).always_true and rig.mechanism in effect.mechanisms]
 
 
-def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig) -> None:
+def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig, torque_measured: bool) -> None:
     if name not in effects:
         raise BadInput(f"effect: one of {', '.join(effects)} expected, '{name}' found; name another")
     effect = effects[name]
@@ -206,6 +209,10 @@ def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig) -> None:
     if effect.axis == "time":
         raise BadInput(
             f"effect {name}: one that depends on the motion expected, it depends on time; record longer instead"
+        )
+    if why := effect.unobservable(rig, torque_measured):
+        raise BadInput(
+            f"effect {name}: one that recordings of this rig can show expected: {why.rstrip('.')}; choose another"
         )
 
 

@@ -1,10 +1,12 @@
 """A diagnosis as a document: what `ident diagnose --json` prints."""
 
+from collections import Counter
+from collections.abc import Sequence
 from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.effects import NEVER
+from ident.effects import is_never
 from recordings.config import Section
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
@@ -26,7 +28,7 @@ class Value(Section):
     @property
     def never(self) -> bool:
         """Whether it is an instant that does not come."""
-        return self.unit == "s" and self.value >= NEVER
+        return is_never(self.value, self.unit)
 
 
 class RungEntry(Section):
@@ -38,6 +40,20 @@ class RungEntry(Section):
     """Per joint [N m]."""
     validate_rms: Numbers
     parameters: dict[str, Value]
+
+
+def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
+    """Names of the models of a ladder, by what each has more or less than the one before.
+
+    rungs: the effects of each. More than one may come at a time: what is true of any such machine is always there.
+    """
+    first, *others = rungs
+    names = [f"base model with {', '.join(first)}" if first else "base model"]
+    for before, effects in zip(rungs, others, strict=False):
+        more, less = Counter(effects) - Counter(before), Counter(before) - Counter(effects)
+        changes = [*(f"+ {name}" for name in more), *(f"− {name}" for name in less)]
+        names.append(" ".join(changes) or "the same effects, refitted")
+    return names
 
 
 class FindingEntry(Section):
@@ -121,6 +137,11 @@ class Document(Section):
     cautions: tuple[str, ...] = ()
     """What these recordings tell less well than their length promises."""
     recordings: tuple[str, ...] = ()
+
+    @property
+    def labels(self) -> list[str]:
+        """Names of the rungs."""
+        return labels([rung.effects for rung in self.rungs])
 
     def as_json(self) -> dict[str, Any]:
         """As it is printed."""

@@ -1,19 +1,19 @@
-"""A diagnosis as pictures: the ladder, and every finding over the quantity in which it shows."""
+"""A diagnosis as pictures: the ladder, every finding over the quantity in which it shows, what is unknown."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ident.compare.comparison import compare
+from ident.compare.pictures import NOISE, curves, spectra
 from ident.diagnose import signature
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
 from ident.diagnose.rungs import Finding
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
+from ident.prediction import Prediction
 from recordings.recording import Floats
-
-NOISE = "#009E73"
-"""Of Okabe and Ito's palette, as the others."""
 
 
 def draw(found: Diagnosis, document: Document, folder: Path) -> None:
@@ -22,12 +22,14 @@ def draw(found: Diagnosis, document: Document, folder: Path) -> None:
     ladder(folder / "ladder.png", f"{document.verdict}: {about}", document)
     for number, one in enumerate(found.ladder.findings, start=1):
         finding(folder / f"finding_{number}_{one.term.name}.png", found, one)
+    if found.remainder.unexplained:
+        remains(folder, about, found)
 
 
 def ladder(path: Path, title: str, document: Document) -> None:
     """Training and held-out error of each rung, joint by joint, and the noise floor as the line to reach."""
     dof = len(document.joints)
-    names = [f"+ {rung.added}" if rung.added else "base model" for rung in document.rungs]
+    names = document.labels
     with figure(path, title, 2.0 + 3.2 * dof, 1.6 + 0.5 * len(names)) as drawn:
         axes = drawn.subplots(1, dof, squeeze=False, sharey=True)[0]
         place = np.arange(len(names))
@@ -61,6 +63,15 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
             axis.set(title=f"joint {joint + 1}", xlabel=label)
         axes[0].set_ylabel(f"residual [{unit}]")
         axes[0].legend(frameon=False, fontsize=9)
+
+
+def remains(folder: Path, about: str, found: Diagnosis) -> None:
+    """What the last model leaves, over each quantity that it may depend on, and its spectrum where that tells."""
+    pairs = zip(found.material.datasets, found.ladder.computed, strict=True)
+    left = compare(None, [Prediction(data, computed) for data, computed in pairs])
+    curves(folder / "remains.png", f"What no effect explains, with its 95 % band and noise floor: {about}", left)
+    if "frequency" in found.remainder.variables:
+        spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {about}", left)
 
 
 def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str) -> None:

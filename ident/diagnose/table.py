@@ -36,9 +36,8 @@ def _ladder(document: Document) -> Table:
     table.add_column("model")
     for joint in document.joints:
         table.add_column(joint, justify="right")
-    for rung in document.rungs:
-        name = f"+ {rung.added}" if rung.added else "base model"
-        table.add_row(name, *_errors(rung))
+    for label, rung in zip(document.labels, document.rungs, strict=True):
+        table.add_row(label, *_errors(rung))
     table.add_section()
     table.add_row("noise floor", *(f"{value:.3g}" for value in document.noise_rms), style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")

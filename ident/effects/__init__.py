@@ -31,6 +31,11 @@ NEVER = 1e9
 """Stands for an instant that does not come [s]."""
 
 
+def is_never(value: float, unit: str) -> bool:
+    """Whether `value` is an instant that does not come."""
+    return unit == "s" and value >= NEVER
+
+
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
     """A parameter of an effect."""

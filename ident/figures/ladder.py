@@ -14,7 +14,7 @@ MOST = 14
 
 def ladder(document: Document) -> go.Figure:
     """Training and held-out RMS of each rung, joint by joint, and the noise floor as the line to reach."""
-    names = [f"+ {theme.plain(rung.added)}" if rung.added else "base model" for rung in document.rungs]
+    names = [theme.plain(label) for label in document.labels]
     return bars(names, document.rungs, document.noise_rms, document.effort_units)
 
 

@@ -11,6 +11,8 @@ from ident.figures import theme
 from ident.where import PHASES
 from recordings.recording import Floats
 
+HEADROOM = 1.12
+"""Above the highest bar, for what is written over it."""
 HIGHEST = 1.3
 """What curves are drawn of, over the largest RMS of any bin."""
 
@@ -50,7 +52,10 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
     if any(found.split for found in first.joints):
         theme.key(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
     _models(figure, models)
-    figure.update_yaxes(rangemode="tozero")
+    most = max(
+        phase.rms for one in models.values() for found in one.joints for phase in found.summary.phases.values()
+    )
+    figure.update_yaxes(range=[0, HEADROOM * most or 1.0])
     figure.update_yaxes(title_text=f"RMS residual [{first.joints[0].unit}]", row=1, col=1)
     return figure
 

@@ -12,10 +12,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident import effects, where
-from ident.composition import Term
+from ident import effects, mechanisms, where
+from ident.composition import Composition, Term
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
+from ident.diagnose.document import labels
 from ident.diagnose.ladder import Climber
 from ident.diagnose.rungs import Rung, State
 from ident.diagnose.screen import Candidate
@@ -24,12 +25,14 @@ from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views
 from ident.workbench.failing import failing, of_excerpts
 from ident.workbench.foretaste import foretaste
-from ident.workbench.look import looks
+from ident.workbench.look import BEGINNING, looks, mismatch
 from ident.workbench.views import Kept, Place
 from recordings.errors import BadInput
+from recordings.reader import read
 
 Shown = (
     views.RecordingView
+    | views.Mismatch
     | views.LadderView
     | tuple[views.Series, ...]
     | views.Choice
@@ -109,9 +112,11 @@ class Engine:
         self._candidates: dict[str, Candidate] = {}
         self._known: WeakKeyDictionary[_Step, views.RungView] = WeakKeyDictionary()
 
-    def look(self, path: Path) -> Iterator[Shown]:
-        """A recording as it is."""
+    def look(self, path: Path, check: Path | None = None) -> Iterator[Shown]:
+        """A recording as it is; first, whether a model of it could be judged on `check`."""
         self._progress(f"reading {path.name}")
+        if check is not None:
+            yield from mismatch(path, check)
         yield from looks(path)
 
     def fit(self, train: Path, validate: Path | None) -> Iterator[Shown]:
@@ -200,7 +205,7 @@ class Engine:
                 composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
                 state = climb.climber.finder.solved(composition, np.array(x))
                 gain = climb.climber.gain(before.rung.state, state) if before else None
-                step = _Step(label, Rung(label.removeprefix("+ ") if before else None, state, gain))
+                step = _Step(label, Rung(terms[-1][0] if label.startswith("+") else None, state, gain))
             yield step
             before = step
 
@@ -221,11 +226,15 @@ class Engine:
         else:
             yield of_excerpts(climb.asked.material, climb.state)
 
-    def whole(self, place: Place) -> Iterator[Shown]:
-        """The present model, fitted to all of long recordings."""
-        climb = self._at(place)
+    def whole(self, place: Place, bandwidth: float) -> Iterator[Shown]:
+        """The model on top of `place`, fitted to all of long recordings at its `bandwidth` [Hz].
+
+        It needs nothing of the climb, so that a process that remembers none has the memory for it.
+        """
         self._progress("fitting to the whole recording")
-        yield self._failing(climb)
+        rig, (_, terms, x) = read(place.train, BEGINNING).rig, place.rungs[-1]
+        composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
+        yield failing((place.train, place.validate), (composition, np.array(x)), bandwidth, self._library)
 
     def _failing(self, climb: _Climb) -> views.Failing:
         solution = climb.state.solution
@@ -280,7 +289,8 @@ def _given(path: Path | None) -> list[Path]:
 
 
 def _steps(rungs: Sequence[Rung]) -> tuple[_Step, ...]:
-    return tuple(_Step(f"+ {rung.added}" if rung.added else "base model", rung) for rung in rungs)
+    names = labels([[term.name for term in rung.state.terms] for rung in rungs])
+    return tuple(_Step(name, rung) for name, rung in zip(names, rungs, strict=True))
 
 
 def _joints(term: Term) -> tuple[int, ...]:

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.identification import refuse_different_rigs
 from ident.samples import drive_signal, holds_torque
-from ident.workbench.views import RecordingView, Small
+from ident.workbench.views import Mismatch, RecordingView, Small
+from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
@@ -26,6 +28,14 @@ def looks(path: Path) -> Iterator[RecordingView]:
         yield _view(read(path, BEGINNING), ("The beginning; the rest is being read.",))
     recording = read(path)
     yield _view(recording, tuple(_warnings(recording)))
+
+
+def mismatch(train: Path, check: Path) -> Iterator[Mismatch]:
+    """Why a model of `train` cannot be judged on `check`, if so."""
+    try:
+        refuse_different_rigs([read(path, BEGINNING) for path in (train, check)])
+    except BadInput as error:
+        yield Mismatch(f"{check.name} cannot check a model of {train.name}: {error}")
 
 
 def _view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:

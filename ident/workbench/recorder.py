@@ -41,6 +41,11 @@ class Run:
     code: int | None = None
     """None while it runs."""
 
+    @property
+    def rig_file(self) -> bool:
+        """Whether a rig file says where the drives are; without one they are simulated."""
+        return "--rig" in self.command
+
 
 class Recorder:
     """At most one `daq record` at a time, in the folder `root`."""

@@ -105,7 +105,7 @@ class Session:
         self._forget()
         self.changed("folder", "job", "recording", "answer", "descent", "swarmed")
         if train is not None:
-            self.look(train)
+            self._aside("reading", False, "look", *self._files())
 
     def _forget(self) -> None:
         self.branches = self.choice = self.signatures = self.failing = None
@@ -170,7 +170,9 @@ class Session:
     def whole(self) -> None:
         """The present model, fitted to all of long recordings: what can be saved."""
         self._refuse_while_busy()
-        self._aside("whole", True, "whole", self._place(self._present()))
+        place, ladder = self._place(self._present()), self._present().present.ladder
+        self._stop_work()  # a new process has the memory for it; who goes on with the ladder climbs it again
+        self._aside("whole", True, "whole", place, ladder.bandwidth)
 
     def swarm(self, seed: int) -> None:
         """The parameters of the present model, or of the base model, by the swarm."""
@@ -213,7 +215,7 @@ class Session:
 
     def _files(self) -> tuple[Path, Path | None]:
         if self.train is None:
-            raise BadInput("a recording to fit expected, none chosen; choose one of the list")
+            raise BadInput("a recording to train on expected, none chosen; choose one with Train")
         return self.folder.path(self.train), self.folder.path(self.validate) if self.validate else None
 
     def _ask(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
@@ -280,6 +282,10 @@ class Session:
             self.branches = self._then(value)
             self.choice = self.signatures = self.failing = None
             self.changed("ladder", "choice", "signatures", "failing")
+        elif isinstance(value, views.Mismatch):
+            self.validate = None
+            self.changed("folder")
+            self._say(value.why)
         elif isinstance(value, tuple):
             self.series = value
             if self.job:

@@ -181,6 +181,13 @@ class LadderView:
 
 
 @dataclass(frozen=True)
+class Mismatch:
+    """Two recordings that do not go together."""
+
+    why: str
+
+
+@dataclass(frozen=True)
 class Choice:
     """What could be added to the present model."""
 

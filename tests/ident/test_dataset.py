@@ -119,3 +119,11 @@ def test_several_recordings_get_one_bandwidth(make: Callable[..., Recording]) ->
     assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < built(fine).bandwidth
     assert both[0].rate == both[1].rate
     assert both[0].cutoff == both[1].cutoff
+
+
+def test_rows_do_not_keep_the_motion_at_full_rate_in_memory(recording: Recording) -> None:
+    dataset = built(recording)
+    assert len(dataset.motion.position) < len(recording.time)
+    assert all(
+        signal.base is None or len(signal.base) <= len(dataset.time) for signal in vars(dataset.motion).values()
+    )

@@ -7,6 +7,7 @@ from ident.figures import remainder
 from ident.figures.theme import percent
 from ident.report.blocks import Block, Code, Plot, Section, Text
 from ident.report.material import Material
+from recordings.rig import is_default
 
 _CAPTION = (
     "Noise, what encoder steps leave, and what is structured in all rows (their squares add up), beside the error on "
@@ -40,7 +41,8 @@ def following(material: Material) -> Section | None:
     lines = tuple(_reasons(document))
     blocks: list[Block] = [Text(lines)]
     if document.next_motion:
-        blocks.append(Code((document.next_motion.command, "daq record --traj next.toml")))
+        rig = "" if is_default(material.recordings[0].rig) else " --rig RIG.toml"
+        blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
     return Section("next", "What to record next", tuple(blocks))
 
 

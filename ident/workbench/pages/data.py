@@ -15,7 +15,7 @@ def draw(page: Page) -> None:
 def _draw(page: Page) -> None:
     session, view = page.session, page.session.recording
     if view is None:
-        ui.label("Choose a recording with Fit on the left to see how good it is.").classes("quiet")
+        ui.label("Choose a recording with Train on the left to see how good it is.").classes("quiet")
         return
     with ui.row().classes("items-center gap-3"):
         ui.label(view.name).classes("head")
@@ -31,7 +31,7 @@ def _draw(page: Page) -> None:
             ui.label(label).classes("quiet")
             name(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     whole = (float(view.time[0]), float(view.time[-1]))
-    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps")
+    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
     shown = Zoomed(
         lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
     )

@@ -40,7 +40,9 @@ def _whole(page: Page) -> None:
     """Of long recordings only parts were looked at."""
     ui.label("The ladder looks at parts of these long recordings; a model to keep is fitted to all of them.")
     fit = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.does(page.session.whole))
-    fit.props("no-caps").tooltip("For an hour at 500 Hz about a minute, and 2 GB of memory")
+    fit.props("no-caps").tooltip(
+        "For an hour at 500 Hz about a minute; the ladder is then climbed again when you go on with it"
+    )
     name(fit, "whole")
 
 

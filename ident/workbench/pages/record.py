@@ -16,7 +16,12 @@ from trajectories.library import names
 
 SIMULATED, NOTHING = "simulated", "nothing hidden"
 UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
-_CARE = "Real drives move. Keep a hand on the hard-wired emergency stop: STOP above is no substitute."
+_SAFETY = {
+    True: "Simulated drives: no real robot moves.",
+    False: "Real drives move, unless the rig file is that of simulated ones. Keep a hand on the hard-wired emergency "
+    "stop: STOP above is no substitute.",
+}
+"""Where no rig file is chosen, and where one is."""
 
 
 def draw(page: Page) -> None:
@@ -34,7 +39,14 @@ def draw(page: Page) -> None:
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").props("dense outlined").classes("w-20")
         out = ui.input("file", value=_free(page, "fig5a")).props("dense outlined")
         motion.on_value_change(lambda: out.set_value(_free(page, Path(str(motion.value)).stem)))
-        for element, what in ((motion, "motion"), (pace, "pace"), (cycles, "cycles"), (out, "out"), (sim, "sim")):
+        for element, what in (
+            (motion, "motion"),
+            (rig, "rig"),
+            (pace, "pace"),
+            (cycles, "cycles"),
+            (out, "out"),
+            (sim, "sim"),
+        ):
             name(element, f"record-{what}")
 
     def arguments() -> list[str]:
@@ -57,7 +69,9 @@ def draw(page: Page) -> None:
         name(check, "preflight")
         begin = ui.button("Record", icon="fiber_manual_record", on_click=page.does(start)).props("no-caps")
         name(begin, "record")
-        ui.label(_CARE).classes("quiet")
+        safety = ui.label(_SAFETY[True]).classes("quiet")
+        name(safety, "safety")
+        rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == SIMULATED]))
     _live(page)
 
 
@@ -112,7 +126,7 @@ def _live(page: Page) -> None:
 
     def look() -> None:
         run = session.recorder.run
-        state.text, bar.visible = _state(run), run is not None
+        state.text, bar.visible = progress(run), run is not None
         for kind, plot in shown.items():
             plot.update_figure(plots.shown(_plot(run, kind), session.dark))
         if run is None:
@@ -128,22 +142,25 @@ def _live(page: Page) -> None:
     page.watch(look, "run", pause=0.5)
 
 
-def _state(run: Run | None) -> str:
+def progress(run: Run | None) -> str:
+    """How the run goes, or how it ended."""
     if run is None:
         return "No run yet."
     if run.code is None:
         word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stops, "quick stop")
         return f"{run.out.name}: {word}"
     if run.code == 0:
-        return f"{run.out.name}: done. Choose it with Fit or Check on the left."
+        return f"{run.out.name}: done. Choose it with Train or Check on the left."
     if run.code < 0:
-        return (
-            f"{run.out.name}: daq was killed (signal {-run.code}). LOOK AT THE DRIVES: only their watchdogs act now."
+        left = (
+            "LOOK AT THE DRIVES: only their watchdogs act now." if run.rig_file else "The simulated drives with it."
         )
+        return f"{run.out.name}: daq was killed (signal {-run.code}). {left}"
     why = next((line for line in reversed(run.said) if line.startswith("error")), f"exit status {run.code}")
     if run.code == 2:
         return f"{run.out.name}: did not begin. {why}"
-    disabled = "" if "NOT CONFIRMED" in why else " The drives were disabled and the file closed."
+    drives = "drives" if run.rig_file else "simulated drives"
+    disabled = "" if "NOT CONFIRMED" in why else f" The {drives} were disabled and the file closed."
     return f"{run.out.name}: ended early, {why}.{disabled}"
 
 

@@ -134,7 +134,7 @@ def _about(session: Session) -> str:
     if session.train is None:
         return "choose a recording on the left"
     simulated = " · simulated" if session.ladder and session.ladder.simulated else ""
-    return f"fit {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
+    return f"train {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
 
 
 def _announce(session: Session) -> None:
@@ -148,7 +148,7 @@ def _recordings(page: Page) -> None:
     root = session.folder.root
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
     page.follow(lambda: _list(page), "folder")
-    ui.label("Fit: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
+    ui.label("Train: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _keep(page, upload)
@@ -178,10 +178,10 @@ def _list(page: Page) -> None:
     if not names:
         ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
     for number, each in enumerate(names):
-        with ui.row().classes("w-full items-center no-wrap gap-1"):
+        with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
             ui.label(each).classes("ellipsis col").tooltip(each)
             for text, chosen, act in (
-                ("Fit", each == session.train, _fit_to(session, each)),
+                ("Train", each == session.train, _train_on(session, each)),
                 ("Check", each == session.validate, _check_on(session, each)),
             ):
                 button = ui.button(text, on_click=page.does(act)).props("dense size=sm no-caps")
@@ -190,7 +190,7 @@ def _list(page: Page) -> None:
                 name(button, f"{text.lower()}-{number}")
 
 
-def _fit_to(session: Session, chosen: str) -> Callable[[], None]:
+def _train_on(session: Session, chosen: str) -> Callable[[], None]:
     return lambda: session.choose(chosen, None if session.validate == chosen else session.validate)
 
 

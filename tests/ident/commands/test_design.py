@@ -97,3 +97,16 @@ def test_an_option_that_would_do_nothing_is_refused(options: tuple[object, ...],
     assert isinstance(refused.exception, BadInput)
     assert str(refused.exception).startswith(named)
     assert not out.exists()
+
+
+@pytest.mark.parametrize("rest", [(), ("--joint", 2), ("-o", "next.toml")])
+def test_one_effect_alone_cannot_be_told_apart(rest: tuple[object, ...]) -> None:
+    refused = design("--discriminate", "stribeck", *rest)
+    assert isinstance(refused.exception, BadInput)
+    assert "names of two effects expected" in str(refused.exception)
+
+
+def test_the_next_command_names_the_rig(rig: Path, tmp_path: Path) -> None:
+    out = tmp_path / "best.toml"
+    result = design("--rig", rig, "--harmonics", 1, "-o", out)
+    assert f"next: daq record --traj {out} --rig {rig}" in result.stderr

@@ -117,6 +117,7 @@ def test_a_distortion_beyond_what_closes_is_looked_at_smaller() -> None:
         (simulated_rig(), ("stribeck", "thermal_drift"), "depends on time"),
         (simulated_rig(), ("stribeck", "sponge"), "'sponge' found"),
         (AXES, ("stribeck", "air_drag"), "mechanism axes"),
+        (simulated_rig(), ("stribeck", "amplifier_deadband"), "recordings of this rig can show expected: .*motor"),
     ],
 )
 def test_what_no_motion_tells_apart_is_refused(rig: Rig, pair: tuple[str, str], found: str) -> None:

@@ -99,10 +99,13 @@ def test_two_effects_are_both_found(hide: Hide) -> None:
     assert len(news(found)) <= 3
 
 
-def test_what_is_in_no_library_is_said_to_be_unknown(hide: Hide) -> None:
-    found = diagnose(hide(["fan"]))
+def test_what_is_in_no_library_is_said_to_be_unknown_and_drawn(hide: Hide) -> None:
+    folder = hide(["fan"])
+    found = diagnose(folder)
     assert found["verdict"] == "unknown-structure"
     assert "frequency" in found["remaining"]["depends_on"]
+    drawn = {path.name for path in (folder / TRAIN).with_suffix(".diagnose").iterdir()}
+    assert {"remains.png", "remains_spectrum.png"} <= drawn
 
 
 def test_a_learned_curve_stands_in_for_what_nobody_knows(hide: Hide, tmp_path: Path) -> None:
@@ -112,6 +115,8 @@ def test_a_learned_curve_stands_in_for_what_nobody_knows(hide: Hide, tmp_path: P
     joints = stand_in["joints"]
     assert all(stand_in["validate_rms"][joint - 1] < 0.5 * before[joint - 1] for joint in joints)
     assert found["remaining"]["depends_on"] == ["position", "velocity"]
+    assert (tmp_path / "plots" / "remains.png").exists()
+    assert not (tmp_path / "plots" / "remains_spectrum.png").exists()
     assert stand_in["gain_ci95"][0] > 0.5
     with_it = (
         "--with",

@@ -5,7 +5,7 @@ import io
 from rich.console import Console
 
 from ident.diagnose import table
-from ident.diagnose.document import Document, FindingEntry, Remaining, RungEntry, Value
+from ident.diagnose.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
 from ident.effects import NEVER
 from ident.report.sections import values
 
@@ -31,3 +31,13 @@ def test_an_instant_that_does_not_come_is_never() -> None:
     assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()
     assert [row[1] for row in values.table(PARAMETERS).rows] == ["7.250", "never"]
     assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == NEVER
+
+
+def test_a_rung_is_named_by_all_that_its_model_has_more_or_less_than_the_one_before() -> None:
+    base, true = (), ("rod_inertia",)
+    assert labels([base, true, (*true, "cogging")]) == ["base model", "+ rod_inertia", "+ cogging"]
+    assert labels([base, (*true, "cogging")]) == ["base model", "+ rod_inertia + cogging"]
+    assert labels([true, (*true, "backlash")]) == ["base model with rod_inertia", "+ backlash"]
+    assert labels([("cogging",), ("cogging", "cogging")])[1] == "+ cogging", "another line of the spectrum"
+    assert labels([("joint_spring",), ("backlash",)])[1] == "+ backlash − joint_spring"
+    assert labels([true, true])[1] == "the same effects, refitted"

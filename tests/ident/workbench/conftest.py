@@ -110,6 +110,7 @@ class Browser:
 
     def shot(self, name: str) -> None:
         """Kept, to be looked at."""
+        self.page.evaluate("window.scrollTo(0, 0)")  # the last click may have been far below
         time.sleep(1.0)  # plots settle
         ARTEFACTS.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=ARTEFACTS / f"{name}.png")

@@ -12,6 +12,7 @@ from ident.workbench.engine import Engine
 from ident.workbench.region import explaining, special, verdict
 from ident.workbench.script import script
 from recordings.errors import BadInput
+from tests.ident.commands.test_axes import write
 
 SAMPLES = Path("recordings/samples")
 TRAIN, VALIDATE = SAMPLES / "fig5a.mcap", SAMPLES / "fig5b.mcap"
@@ -34,6 +35,16 @@ def test_a_recording_as_it_is(engine: Engine) -> None:
     assert dict(view.quality)["Drives"].startswith("simulated")
     assert view.signals["position"][1].shape == (len(view.time), 3)
     assert not view.warnings
+
+
+def test_a_recording_of_another_machine_cannot_be_checked_on(engine: Engine, tmp_path: Path) -> None:
+    slide = write(tmp_path / "slide.mcap", 0)
+    found, view = engine.look(TRAIN, slide)
+    assert isinstance(found, views.Mismatch)
+    assert "slide.mcap cannot check a model of fig5a.mcap" in found.why
+    assert "mechanism is delta in fig5a.mcap, axes in slide.mcap" in found.why
+    assert isinstance(view, views.RecordingView)
+    assert len([*engine.look(TRAIN, VALIDATE)]) == 1
 
 
 def place_of(ladder: views.LadderView, validate: Path | None = VALIDATE) -> views.Place:
@@ -186,7 +197,7 @@ def test_a_long_recording_is_looked_at_in_parts_and_fitted_as_a_whole_when_asked
     assert failing.windows
     for window in failing.windows:
         assert any(one.held_out and one.time[0] <= window.start < window.end <= one.time[-1] for one in series)
-    (whole,) = engine.whole(place_of(ladder))
+    (whole,) = engine.whole(place_of(ladder), ladder.bandwidth)
     assert isinstance(whole, views.Failing)
     assert whole.model
     assert whole.model.effects == ("rod_inertia",)

@@ -36,12 +36,12 @@ def test_names_and_metadata_are_text(folder: Path, serve: Serve, browser: Browse
     browser.open(serve(folder).address)
     page, names = browser.page, Folder.at(folder).recordings()
     page.get_by_text(NAME).wait_for()
-    browser.click(f"fit-{names.index('evil.mcap')}")
+    browser.click(f"train-{names.index('evil.mcap')}")
     assert browser.text("quality-rig") == IMAGE
     assert SCRIPT in browser.text("quality-motion")
-    browser.click(f"fit-{names.index(NAME)}")
+    browser.click(f"train-{names.index(NAME)}")
     page.get_by_text("a plain file name").wait_for()
-    browser.click(f"fit-{names.index('huge.mcap')}")
+    browser.click(f"train-{names.index('huge.mcap')}")
     page.get_by_text("is not an MCAP file").wait_for(timeout=60_000)
     browser.shot("hostile")
     assert page.evaluate("window.hacked") is None

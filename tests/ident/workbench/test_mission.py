@@ -112,7 +112,7 @@ def test_a_dropped_file_is_one_more_recording_and_never_replaces_one(
     browser.open(serve(tmp_path).address)
     chooser = browser.page.locator('input[type="file"]')
     chooser.set_input_files(source)
-    browser.at("fit-0").wait_for(timeout=60_000)
+    browser.at("train-0").wait_for(timeout=60_000)
     assert (tmp_path / "fig5a.mcap").read_bytes() == source.read_bytes()
     (tmp_path / "fig5a.mcap").write_bytes(b"mine")
     chooser.set_input_files(source)

@@ -71,7 +71,7 @@ def test_stop_in_mid_motion_disables_the_drives_and_the_file_is_whole(
     browser.shot("recording-from-here")
     browser.click("stop")
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
-    browser.page.get_by_text("The drives were disabled").wait_for(timeout=30_000)
+    browser.page.get_by_text("The simulated drives were disabled").wait_for(timeout=30_000)
 
 
 def test_the_motion_ends_with_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:

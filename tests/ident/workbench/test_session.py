@@ -1,5 +1,6 @@
 """Long work can be paused, goes on where it stood, and leaves nothing behind when it is cancelled."""
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from ident.workbench.folder import Folder
 from ident.workbench.session import Session
 from recordings.errors import BadInput
+from tests.ident.commands.test_axes import write
 
 SAMPLES = Path("recordings/samples").resolve()
 
@@ -58,6 +60,18 @@ def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
     assert session.answer is None
     session.resume()
     wait(lambda: session.answer is not None)
+
+
+def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path) -> None:
+    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
+    write(tmp_path / "slide.mcap", 0)
+    session = Session(Folder.at(tmp_path))
+    session.choose("fig5a.mcap", "slide.mcap")
+    wait(lambda: session.recording is not None and session.job is None)
+    assert session.train == "fig5a.mcap"
+    assert session.validate is None
+    assert "axes in slide.mcap" in session.message
+    session.close()
 
 
 @pytest.mark.slow

@@ -1,0 +1,21 @@
+"""A fit on the screen."""
+
+import numpy as np
+
+from ident import mechanisms
+from ident.composition import Composition, Term
+from ident.effects import NEVER, load
+from ident.frozen import Frozen
+from ident.summary import searched
+from recordings.rig import simulated_rig
+
+
+def test_what_was_searched_for_is_said_and_an_instant_that_does_not_come_is_never() -> None:
+    rig = simulated_rig()
+    term = Term("payload_change", load("payload_change"), (0, 1, 2))
+    composition = Composition(mechanisms.create(rig), rig, (term,))
+    x = np.concatenate([np.ones(12), [7.25, NEVER]])
+    (line,) = searched(Frozen(composition, x))
+    assert line.endswith("payload_change.t_c = 7.25 s, payload_change.t_e never.")
+    bare = Composition(mechanisms.create(rig), rig)
+    assert not [*searched(Frozen(bare, np.ones(11)))]
