@@ -6,7 +6,7 @@ process that knows this ladder goes on at once, another one climbs it again. Mod
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from weakref import WeakKeyDictionary
 
@@ -18,11 +18,12 @@ from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
 from ident.diagnose.document import labels
 from ident.diagnose.ladder import Climber
-from ident.diagnose.rungs import Rung, State
+from ident.diagnose.rungs import Rung
 from ident.diagnose.screen import Candidate
 from ident.figures.finding import before_after
 from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views
+from ident.workbench.climb import Climb, Step
 from ident.workbench.failing import failing, of_excerpts
 from ident.workbench.foretaste import foretaste
 from ident.workbench.look import BEGINNING, looks, mismatch
@@ -44,56 +45,6 @@ Shown = (
 )
 Progress = Callable[[str], None]
 
-_REMEMBERED = 16
-"""Rungs that need not be fitted again when the page goes back to them."""
-
-
-@dataclass(frozen=True, eq=False)
-class _Step:
-    """A rung, and what was done to get there."""
-
-    label: str
-    rung: Rung
-
-    @property
-    def kept(self) -> Kept:
-        terms = tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in self.rung.state.terms)
-        return self.label, terms, tuple(self.rung.state.solution.x.tolist())
-
-
-@dataclass(eq=False)
-class _Climb:
-    """Recordings, and the present ladder on them."""
-
-    files: tuple[Path, Path | None]
-    asked: Question
-    climber: Climber
-    steps: tuple[_Step, ...] = ()
-    known: dict[tuple[Kept, ...], _Step] = field(default_factory=dict)
-    """Rungs, by the ladder that leads there."""
-    diagnosed: State | None = None
-    """The model that the full diagnosis ended with."""
-
-    @property
-    def state(self) -> State:
-        return self.steps[-1].rung.state
-
-    @property
-    def kept(self) -> tuple[Kept, ...]:
-        return tuple(step.kept for step in self.steps)
-
-    def go(self, *steps: _Step) -> None:
-        """To the ladder of these `steps`."""
-        self.steps = steps
-        for number, step in enumerate(steps, start=1):
-            self.known[self.kept[:number]] = step
-        while len(self.known) > max(_REMEMBERED, len(steps)):
-            del self.known[next(iter(self.known))]
-
-    def push(self, label: str, added: str | None, state: State) -> None:
-        """One step further, to `state`."""
-        self.go(*self.steps, _Step(label, Rung(added, state, self.climber.gain(self.state, state))))
-
 
 class Engine:
     """Does the tasks of one session."""
@@ -108,9 +59,9 @@ class Engine:
         self._progress, self._tell = progress, tell
         self._effect_files = tuple(effect_files)
         self._library = effects.library(effect_files)
-        self._climb: _Climb | None = None
+        self._climb: Climb | None = None
         self._candidates: dict[str, Candidate] = {}
-        self._known: WeakKeyDictionary[_Step, views.RungView] = WeakKeyDictionary()
+        self._known: WeakKeyDictionary[Step, views.RungView] = WeakKeyDictionary()
 
     def look(self, path: Path, check: Path | None = None) -> Iterator[Shown]:
         """A recording as it is; first, whether a model of it could be judged on `check`."""
@@ -170,7 +121,7 @@ class Engine:
         self._progress("reading and preparing the recordings; then the swarm")
         yield swarming.found(train, validate, chosen, self._effect_files, self._tell)
 
-    def _at(self, place: Place) -> _Climb:
+    def _at(self, place: Place) -> Climb:
         """The climb, at the ladder of `place`."""
         climb = self._climb
         if climb is None or climb.files != (place.train, place.validate):
@@ -181,13 +132,13 @@ class Engine:
         self._climb = climb
         return climb
 
-    def _begun(self, train: Path, validate: Path | None) -> _Climb:
+    def _begun(self, train: Path, validate: Path | None) -> Climb:
         self._progress("reading and preparing the recordings")
         asked = question([train], _given(validate), self._library, Choices())
         climber = Climber(asked.material, asked.offered, self._progress)
         self._progress("fitting the base model")
         state, rungs = climber.begin(*asked.beginning(self._library))
-        climb = _Climb((train, validate), asked, climber)
+        climb = Climb((train, validate), asked, climber)
         climb.go(*_steps(rungs))
         if climb.state is not state:  # what is true anyway is in the model, be it seen or not
             name = state.terms[-1].name
@@ -195,24 +146,24 @@ class Engine:
         self._candidates = {}
         return climb
 
-    def _climbed(self, climb: _Climb, rungs: tuple[Kept, ...]) -> Iterator[_Step]:
+    def _climbed(self, climb: Climb, rungs: tuple[Kept, ...]) -> Iterator[Step]:
         """The ladder of these `rungs`, fitted where it is not known."""
         bare = replace(climb.state.solution.composition, terms=())
-        before: _Step | None = None
+        before: Step | None = None
         for number, (label, terms, x) in enumerate(rungs, start=1):
             step = climb.known.get(rungs[:number])
             if step is None:
                 composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
                 state = climb.climber.finder.solved(composition, np.array(x))
                 gain = climb.climber.gain(before.rung.state, state) if before else None
-                step = _Step(label, Rung(terms[-1][0] if label.startswith("+") else None, state, gain))
+                step = Step(label, Rung(terms[-1][0] if label.startswith("+") else None, state, gain))
             yield step
             before = step
 
     def _term(self, name: str, joints: tuple[int, ...]) -> Term:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))
 
-    def _show(self, climb: _Climb) -> Iterator[Shown]:
+    def _show(self, climb: Climb) -> Iterator[Shown]:
         self._candidates = {}
         yield self._ladder(climb)
         yield _series(climb)
@@ -236,12 +187,12 @@ class Engine:
         composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
         yield failing((place.train, place.validate), (composition, np.array(x)), bandwidth, self._library)
 
-    def _failing(self, climb: _Climb) -> views.Failing:
+    def _failing(self, climb: Climb) -> views.Failing:
         solution = climb.state.solution
         bandwidth = climb.asked.material.datasets[0].bandwidth
         return failing(climb.files, (solution.composition, solution.x), bandwidth, self._library)
 
-    def _ladder(self, climb: _Climb) -> views.LadderView:
+    def _ladder(self, climb: Climb) -> views.LadderView:
         material, (train, validate) = climb.asked.material, climb.files
         recording = material.datasets[0].recording
         return views.LadderView(
@@ -262,7 +213,7 @@ class Engine:
             diagnosed=climb.state is climb.diagnosed,
         )
 
-    def _rung(self, climb: _Climb, step: _Step) -> views.RungView:
+    def _rung(self, climb: Climb, step: Step) -> views.RungView:
         if step not in self._known:
             gain, (label, terms, x) = step.rung.gain, step.kept
             self._known[step] = views.RungView(
@@ -275,7 +226,7 @@ class Engine:
             )
         return self._known[step]
 
-    def _choice(self, climb: _Climb) -> views.Choice:
+    def _choice(self, climb: Climb) -> views.Choice:
         candidates, unseen, gains = climb.climber.finder.look(climb.state)
         self._candidates = {}
         for one in candidates:
@@ -288,16 +239,16 @@ def _given(path: Path | None) -> list[Path]:
     return [path] if path else []
 
 
-def _steps(rungs: Sequence[Rung]) -> tuple[_Step, ...]:
+def _steps(rungs: Sequence[Rung]) -> tuple[Step, ...]:
     names = labels([[term.name for term in rung.state.terms] for rung in rungs])
-    return tuple(_Step(name, rung) for name, rung in zip(names, rungs, strict=True))
+    return tuple(Step(name, rung) for name, rung in zip(names, rungs, strict=True))
 
 
 def _joints(term: Term) -> tuple[int, ...]:
     return () if term.effect.whole_robot else tuple(joint + 1 for joint in term.joints)
 
 
-def _series(climb: _Climb) -> tuple[views.Series, ...]:
+def _series(climb: Climb) -> tuple[views.Series, ...]:
     material, residuals = climb.asked.material, climb.state.residuals
     return tuple(
         views.Series(
