@@ -64,7 +64,10 @@ FILE = click.Path(path_type=Path)
     help="Write curves for what no effect explains, as an effect file (.py), if rows not fitted bear them out.",
 )
 @click.option(
-    "--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .diagnose]"
+    "--plots",
+    type=FILE,
+    metavar="DIR",
+    help="Folder of pictures.  [default: first FILE's name, .diagnose; none with --json]",
 )
 @click.option("--force", is_flag=True, help="Replace an existing model and pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
@@ -89,19 +92,11 @@ def command(
     all parameters of the model, adds the one that explains most, and asks again until nothing is left above the
     noise, or nothing that an effect of the library explains.
     """
-    if out and not apply:
-        raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
-    if apply and len(validate) > 1:
-        raise BadInput(
-            f"one --validate expected beside --apply, {len(validate)} found; give one, or leave --apply out"
-        )
-    if stand_in and stand_in.suffix != ".py":
-        raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
+    _refuse_options(apply, out, validate, stand_in)
     out = out or files[0].with_suffix(".model.json")
-    plots = plots or files[0].with_suffix(".diagnose")
-    for path in (plots, *([out] if apply else []), *([stand_in] if stand_in else [])):
-        if path.exists() and not force:
-            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+    plots = plots or (None if as_json else files[0].with_suffix(".diagnose"))
+    written = (plots, out if apply else None, stand_in)
+    _refuse_places([path for path in written if path], force)
 
     import json
 
@@ -118,9 +113,10 @@ def command(
     with spinner() as progress:
         found = diagnose(files, validate, library, Choices(preprocess, cutoff, only), progress, begin)
         document = answer.document(found)
-        progress("drawing")
-        with whole(plots) as folder:
-            pictures.draw(found, document, folder)
+        if plots:
+            progress("drawing")
+            with whole(plots) as folder:
+                pictures.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
             document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
@@ -135,7 +131,29 @@ def command(
             click.echo(
                 f"{stand_in} not written: nothing remains that a curve explains on rows which were not fitted."
             )
-    click.echo(f"{f'model: {out}' + chr(10) if apply else ''}pictures: {plots}", err=True)
+    for what, place in (("model", out if apply else None), ("pictures", plots)):
+        if place:
+            click.echo(f"{what}: {place}", err=True)
+
+
+def _refuse_places(paths: Sequence[Path], force: bool) -> None:
+    """Before the work, not after it."""
+    for path in paths:
+        if path.exists() and not force:
+            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+        if not path.parent.is_dir():
+            raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
+
+
+def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:
+    if out and not apply:
+        raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
+    if apply and len(validate) > 1:
+        raise BadInput(
+            f"one --validate expected beside --apply, {len(validate)} found; give one, or leave --apply out"
+        )
+    if stand_in and stand_in.suffix != ".py":
+        raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
 
 
 def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:

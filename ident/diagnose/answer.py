@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.directions import cautions
 from ident.diagnose.document import (
     Document,
     FindingEntry,
@@ -20,6 +19,7 @@ from ident.diagnose.document import (
     Value,
     Verdict,
 )
+from ident.diagnose.doubts import doubts, names
 from ident.diagnose.intervals import intervals
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
@@ -28,8 +28,8 @@ from ident.samples import holds_torque
 from ident.stand_in import source
 from recordings.recording import Floats
 
-_DISAGREE = 1.5
-"""How many times larger the error on one held-out recording may be than on another."""
+_NOTHING = 0.01
+"""Share of the loss that an effect may as well gain by chance."""
 _ABSORBED = 0.05
 """An effect that would have gained this share of the loss at first, and nothing at the end, is in others."""
 
@@ -48,6 +48,7 @@ def document(found: Diagnosis) -> Document:
         torque_rms=_numbers(material.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
+        simulated=any(data.recording.run.simulated for data in material.datasets),
         held_out=held_out(material),
         rungs=tuple(rung_entry(material, rung) for rung in ladder.rungs),
         findings=tuple(_finding(found, finding) for finding in named(ladder.findings)),
@@ -59,12 +60,8 @@ def document(found: Diagnosis) -> Document:
             structured_rms=_numbers(found.remainder.rms),
         ),
         next_motion=_next_motion(found),
-        cautions=(
-            *cautions(material, ladder.rungs[-1].state.solution, found.library.get("torque_offset")),
-            *_disagreement(found),
-            *_silent(material),
-        ),
-        recordings=tuple(_names(material, range(len(material.datasets)))),
+        cautions=tuple(doubts(material, ladder.rungs[-1].state, ladder.floor, found.library.get("torque_offset"))),
+        recordings=tuple(names(material, range(len(material.datasets)))),
     )
 
 
@@ -113,6 +110,9 @@ def _verdict(found: Diagnosis) -> Verdict:
 
 def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     names = ", ".join(_called(one) for one in _news(found))
+    if found.by_hand:
+        left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
+        return f"With {names or 'nothing new'}, as asked for, {left}: {found.remainder.sentence}"
     if verdict == "adequate":
         return "Nothing structured is left above the noise: the model is adequate on these recordings."
     if verdict == "missing-effect":
@@ -131,42 +131,9 @@ def _called(finding: Finding) -> str:
 def held_out(material: Material) -> str:
     """On what models are validated."""
     if material.other_motion:
-        names = _names(material, [i for i, held in enumerate(material.held) if held.any()])
-        return f"{'another recording' if len(names) == 1 else 'other recordings'}: {', '.join(names)}"
+        files = names(material, [i for i, held in enumerate(material.held) if held.any()])
+        return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
-
-
-def _names(material: Material, chosen: Sequence[int]) -> list[str]:
-    """Of the files of the `chosen` recordings: with their folders where names alone would be the same."""
-    paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
-    names = [path.name for path in paths]
-    files = (material.datasets[i].recording.path for i in chosen)
-    return list(dict.fromkeys(path.name if names.count(path.name) == 1 else str(path) for path in files))
-
-
-def _disagreement(found: Diagnosis) -> Iterator[str]:
-    """Whether the final model does much worse on one of several held-out recordings than on another."""
-    material, residuals = found.material, found.ladder.rungs[-1].state.residuals
-    held = [i for i, rows in enumerate(material.held) if rows.any()]
-    errors: dict[str, float] = {}
-    for name in _names(material, held) if material.other_motion else ():
-        own = [i for i in held if _names(material, [i]) == [name]]
-        level = rms([residuals[i] for i in own], [material.held[i] for i in own])
-        errors[name] = float(np.linalg.norm(level) / np.linalg.norm(found.ladder.floor.rms))
-    if len(errors) > 1 and max(errors.values()) > _DISAGREE * min(errors.values()):
-        each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
-        yield (
-            f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
-            "Was something changed at the machine between them? Diagnose them one by one."
-        )
-
-
-def _silent(material: Material) -> Iterator[str]:
-    if material.silent:
-        yield (
-            f"{material.silent:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
-            "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
-        )
 
 
 def rung_entry(material: Material, rung: Rung) -> RungEntry:
@@ -240,15 +207,24 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in ladder.last.unseen:
             why = "This motion does not show it: all that it would change, other parameters can imitate."
             yield RejectedEntry(effect=name, status="not-tested", why=why)
-        elif ladder.first.gains.get(name, 0.0) > _ABSORBED:
-            why = (
-                f"Alone it would explain {ladder.first.gains[name]:.0%} of the first residual, but once "
-                f"{', '.join(sorted(present))} is in, {ladder.last.gains.get(name, 0.0):.1%}."
-            )
-            yield RejectedEntry(effect=name, status="absorbed", why=why)
         else:
-            why = f"It would explain {ladder.last.gains.get(name, 0.0):.1%} of what is left, no more than chance."
-            yield RejectedEntry(effect=name, status="not-supported", why=why)
+            yield _not_added(found, name, sorted(present))
+
+
+def _not_added(found: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
+    first, last = (options.gains.get(name, 0.0) for options in (found.ladder.first, found.ladder.last))
+    if found.by_hand:
+        why = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
+        return RejectedEntry(effect=name, status="not-supported", why=why)
+    if first > _ABSORBED and last < first / 2:
+        beside = ", ".join(present)
+        why = f"Alone it would explain {first:.0%} of the first residual, but once {beside} is in, {last:.1%}."
+        return RejectedEntry(effect=name, status="absorbed", why=why)
+    much = (
+        "but motion that the fit did not see does not bear it out" if last > _NOTHING else "hardly more than chance"
+    )
+    why = f"It would explain {last:.1%} of what is left, {much}."
+    return RejectedEntry(effect=name, status="not-supported", why=why)
 
 
 def _next_motion(found: Diagnosis) -> NextMotion | None:

@@ -22,6 +22,7 @@ from ident.identification import refuse_different_rigs, refuse_the_same_twice
 from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig
 from ident.samples import holds_torque, sample
+from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
@@ -83,6 +84,8 @@ class Diagnosis:
     """Curves for the remainder, where there are any."""
     excerpt: float | None
     """Share of the recordings that was looked at, where they were too long for all."""
+    by_hand: bool = False
+    """Whether the effects were asked for, and no others were tried."""
 
 
 def diagnose(
@@ -99,9 +102,12 @@ def diagnose(
     model: with whose effects to begin.
 
     Raises:
-        BadInput: a recording cannot be used, or they are not of the same rig.
+        BadInput: a recording cannot be used, they are not of the same rig, or an effect that was asked for does not
+            exist or show.
     """
+    _refuse(choices.only, library, {})
     asked = question(files, validate, library, choices)
+    _refuse(choices.only, library, asked.unobservable)
     material, climber = asked.material, Climber(asked.material, asked.offered, progress)
     beginning = asked.beginning(library, model)
     ladder = _ladder(climber, beginning, choices)
@@ -117,7 +123,17 @@ def diagnose(
         stand_in = learn(material, ladder.rungs[-1].state)
         known = stand_in.dependences if stand_in and stand_in.holds else None
         left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
-    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt)
+    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt, bool(choices.only))
+
+
+def _refuse(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
+    for name in names:
+        if name not in library:
+            raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; correct it")
+        if name in unobservable:
+            raise BadInput(
+                f"effect: one that these recordings can show expected, '{name}' found: {unobservable[name]}"
+            )
 
 
 def _ladder(climber: Climber, beginning: tuple[Composition, Floats], choices: Choices) -> Ladder:

@@ -126,6 +126,8 @@ class Document(Section):
     torque_rms: Numbers
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
+    simulated: bool
+    """Whether any of the recordings is of a simulated machine."""
     held_out: str
     """On what the models were validated."""
     rungs: tuple[RungEntry, ...]

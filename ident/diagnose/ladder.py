@@ -117,7 +117,9 @@ class Climber:
         for name in names:
             found = {one.term.name: one for one in reversed(self.finder.look(state)[0])}
             if name not in found:
-                raise BadInput(f"effect: one of {', '.join(sorted(found))} expected, '{name}' found; leave it out")
+                known = name in {term.name for term in state.terms}
+                why = "is in the model already" if known else "does not show in this motion"
+                raise BadInput(f"effect: one of {', '.join(sorted(found))} expected; '{name}' {why}; leave it out")
             state = self.finder.added(state, found[name])
             rungs.append(Rung(name, state, self.gain(rungs[-1].state, state)))
         last = Options((), *self.finder.look(state)[1:])
@@ -264,4 +266,5 @@ class Climber:
             for one in alike
             if one is not state and not self._settles(one, state) and not self.finder.no_more(term.name, state, one)
         ]
+        names = names if any(one is state for one in alike) else []  # what explains far more is no other name for it
         return Finding(term, gain, tuple(names[:3]), without.residuals, state.residuals), best

@@ -48,6 +48,8 @@ class Material:
     """(m, dof) of each recording [1 / (N m)]; 0 where it is not seen."""
     other_motion: bool
     """Whether what is held out is another recording; else phase segments of the same."""
+    still: float = 0.0
+    """Share of the rows that neither fits see nor are judged, as a joint stands still there."""
     silent: float = 0.0
     """Share of the rows that are not judged, as what is reported there tells little of the torque."""
     _misread: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
@@ -159,7 +161,9 @@ def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
         seen, held = (list(part) for part in zip(*map(_by_phase, train, moving), strict=True))
     weights = _weights([course.dataset for course in courses], seen, still)
     evaluators = tuple(Evaluator(course, max(_LEAST_KEPT, KEPT // len(courses))) for course in courses)
-    return Material(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate))
+    usable = sum(int(course.usable.sum()) for course in courses)
+    at_rest = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
+    return Material(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate), at_rest)
 
 
 def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:

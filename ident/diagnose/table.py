@@ -13,6 +13,8 @@ _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure"
 def show(document: Document, console: Console) -> None:
     """Print everything a person needs."""
     console.print(f"[bold {_COLOURS[document.verdict]}]{document.verdict}[/]: {document.sentence}", highlight=False)
+    if document.simulated:
+        console.print("SIMULATED data.", style="bold yellow")
     console.print(_ladder(document))
     console.print(f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.", highlight=False)
     for finding in document.findings:
@@ -39,7 +41,7 @@ def _ladder(document: Document) -> Table:
     for label, rung in zip(document.labels, document.rungs, strict=True):
         table.add_row(label, *_errors(rung))
     table.add_section()
-    table.add_row("noise floor", *(f"{value:.3g}" for value in document.noise_rms), style="green")
+    table.add_row("noise floor, with encoder steps", *(f"{value:.3g}" for value in document.noise_rms), style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
     return table
 

@@ -40,11 +40,19 @@ def headline(material: Material) -> Headline:
     document = material.document
     warnings = tuple(_warnings(material))
     if document:
-        sentences = (document.sentence, *_fall(document), *_next(document))
-        return Headline(
-            document.verdict, VERDICTS[document.verdict], sentences, tuple(_tiles(material, document)), warnings
-        )
+        known = tuple(_known(material, document))
+        sentences = (*known, document.sentence, *_fall(document), *_next(document))
+        title = "Nothing more is missing" if known else VERDICTS[document.verdict]
+        return Headline(document.verdict, title, sentences, tuple(_tiles(material, document)), warnings)
     return Headline("none", "Models against measurement", tuple(_compared(material)), (), warnings)
+
+
+def _known(material: Material, document: Document) -> Iterator[str]:
+    """Where the model already holds all that the base model lacks."""
+    lacking = {one.effect for one in document.findings}
+    for name, model in material.models.items():
+        if document.verdict == "missing-effect" and lacking <= set(model.effects):
+            yield f"{name} holds all that is said below to be missing in the base model."
 
 
 def _fall(document: Document) -> Iterator[str]:

@@ -54,7 +54,7 @@ def _ladder(page: Page) -> None:
         return
     picture(plots.ladder(ladder), "error of each model, training and held out", session.dark)
     _table(ladder)
-    notes = [f"Held out: {ladder.held_out}. Noise floor: what a right model would leave."]
+    notes = [f"Held out: {ladder.held_out}. Noise floor: what a right model would leave, noise and encoder steps."]
     notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []
     notes += [f"Of these long recordings {100 * ladder.excerpt:.0f} % was looked at."] if ladder.excerpt else []
     ui.label(" ".join(notes)).classes("quiet")

@@ -22,7 +22,8 @@ def test_an_instant_that_does_not_come_is_never() -> None:
     top = RungEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
     document = Document(
         schema=1, verdict="missing-effect", sentence="", bandwidth_hz=30.0, noise_rms=(0.1,), torque_rms=(5.0,),
-        joints=("joint_1",), effort_units=("N m",), held_out="", rungs=(top,), findings=(finding,), rejected=(),
+        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(top,),
+        findings=(finding,), rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
     screen = io.StringIO()

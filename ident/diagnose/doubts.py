@@ -1,0 +1,71 @@
+"""What must be known before the figures of a diagnosis are believed."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ident.diagnose.directions import cautions
+from ident.diagnose.floor import Floor
+from ident.diagnose.material import MENTIONED, Material, rms
+from ident.diagnose.rungs import State
+from ident.effects import Effect
+from ident.samples import holds_torque
+
+_DISAGREE = 1.5
+"""How many times larger the error on one held-out recording may be than on another."""
+
+
+def doubts(material: Material, state: State, floor: Floor, offset: Effect | None) -> Iterator[str]:
+    """About the model `state` and its `floor`; `offset`: the effect with which Coulomb friction is confused."""
+    yield from cautions(material, state.solution, offset)
+    yield from _disagreement(material, state, floor)
+    yield from _left_out(material)
+    yield from _unknown_gain(material)
+
+
+def names(material: Material, chosen: Sequence[int]) -> list[str]:
+    """Of the files of the `chosen` recordings: with their folders where names alone would be the same."""
+    paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
+    every = [path.name for path in paths]
+    files = (material.datasets[i].recording.path for i in chosen)
+    return list(dict.fromkeys(path.name if every.count(path.name) == 1 else str(path) for path in files))
+
+
+def _disagreement(material: Material, state: State, floor: Floor) -> Iterator[str]:
+    """Whether the final model does much worse on one of several held-out recordings than on another."""
+    held = [i for i, rows in enumerate(material.held) if rows.any()]
+    errors: dict[str, float] = {}
+    for name in names(material, held) if material.other_motion else ():
+        own = [i for i in held if names(material, [i]) == [name]]
+        level = rms([state.residuals[i] for i in own], [material.held[i] for i in own])
+        errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
+    if len(errors) > 1 and max(errors.values()) > _DISAGREE * min(errors.values()):
+        each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
+        yield (
+            f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
+            "Was something changed at the machine between them? Diagnose them one by one."
+        )
+
+
+def _left_out(material: Material) -> Iterator[str]:
+    """What no error above is of."""
+    if material.still > MENTIONED:
+        yield (
+            f"{material.still:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
+            "nearly: its dry friction may be anything. ident compare judges them, too."
+        )
+    if material.silent > MENTIONED:
+        yield (
+            f"{material.silent:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
+            "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
+        )
+
+
+def _unknown_gain(material: Material) -> Iterator[str]:
+    recording = material.datasets[0].recording
+    if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
+        share = recording.rig.torque.gain_uncertainty
+        yield (
+            f"The torque gain is assumed, to {share:.0%}: all torques have that factor in common, and it is in the "
+            "intervals of what is measured in them."
+        )

@@ -1,0 +1,42 @@
+"""Effects that are asked for by name."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from ident.diagnose.answer import _not_added
+from ident.diagnose.diagnosis import Choices, diagnose
+from ident.effects import library
+from recordings.errors import BadInput
+
+SAMPLE = Path("recordings/samples/fig5a.mcap")
+
+
+def test_a_name_that_is_none_is_refused_before_any_work() -> None:
+    with pytest.raises(BadInput, match=r"one of .*air_drag.* expected, 'frobnicate' found"):
+        diagnose([Path("no such file")], [], library(), Choices(only=("frobnicate",)))
+
+
+def test_what_such_recordings_cannot_show_is_refused_with_the_reason() -> None:
+    with pytest.raises(BadInput, match="can show expected, 'amplifier_saturation' found: "):
+        diagnose([SAMPLE], [], library(), Choices(only=("amplifier_saturation",)))
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "by_hand", "status", "expected"),
+    [
+        (0.4, 0.02, False, "absorbed", "once stribeck is in, 2.0%"),
+        (0.4, 0.39, False, "not-supported", "does not bear it out"),
+        (0.0, 0.001, False, "not-supported", "hardly more than chance"),
+        (0.99, 0.99, True, "not-supported", "It was not asked for. It would explain 99.0%"),
+    ],
+)
+def test_why_an_effect_was_not_added(first: float, last: float, by_hand: bool, status: str, expected: str) -> None:
+    gains = (SimpleNamespace(gains={"cogging": share}) for share in (first, last))
+    ladder = SimpleNamespace(**dict(zip(("first", "last"), gains, strict=True)))
+    found: Any = SimpleNamespace(ladder=ladder, by_hand=by_hand)
+    entry = _not_added(found, "cogging", ["stribeck"])
+    assert entry.status == status
+    assert expected in entry.why
