@@ -31,6 +31,9 @@ def _draw(page: Page) -> None:
     else:
         _files(page, file)
     ui.label("The same in a terminal").classes("head q-mt-md")
+    ui.label(
+        "To run beside the recordings. It overwrites nothing: where a model of that name was saved, give another one."
+    ).classes("quiet")
     text = script(session.ladder, file)
     name(ui.code(text, language="bash").classes("w-full"), "script")
     _parameters(session)

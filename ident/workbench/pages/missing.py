@@ -85,7 +85,8 @@ def _table(ladder: LadderView) -> None:
 def _gain(rung: RungView) -> str:
     if rung.gain is None or rung.gain_ci95 is None:
         return ""
-    return f"{100 * rung.gain:.0f} % ({100 * rung.gain_ci95[0]:.0f} to {100 * rung.gain_ci95[1]:.0f})"
+    gain, low, high = (round(100 * share) for share in (rung.gain, *rung.gain_ci95))
+    return f"{gain} % ({low} to {high})"
 
 
 def _present(page: Page, rung: RungView) -> None:
