@@ -27,6 +27,7 @@ def document() -> Document:
         torque_rms=(5.0, 6.0),
         joints=("joint_1", "joint_2"),
         effort_units=("N m", "N"),
+        simulated=True,
         held_out="",
         rungs=rungs,
         findings=(),
