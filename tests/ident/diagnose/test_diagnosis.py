@@ -99,13 +99,12 @@ def test_two_effects_are_both_found(hide: Hide) -> None:
     assert len(news(found)) <= 3
 
 
-def test_what_is_in_no_library_is_said_to_be_unknown_and_drawn(hide: Hide) -> None:
-    folder = hide(["fan"])
-    found = diagnose(folder)
+def test_what_is_in_no_library_is_said_to_be_unknown_and_drawn(hide: Hide, tmp_path: Path) -> None:
+    folder, plots = hide(["fan"]), tmp_path / "plots"
+    found = diagnose(folder, "--plots", plots)
     assert found["verdict"] == "unknown-structure"
     assert "frequency" in found["remaining"]["depends_on"]
-    drawn = {path.name for path in (folder / TRAIN).with_suffix(".diagnose").iterdir()}
-    assert {"remains.png", "remains_spectrum.png"} <= drawn
+    assert {"remains.png", "remains_spectrum.png"} <= {path.name for path in plots.iterdir()}
 
 
 def test_a_learned_curve_stands_in_for_what_nobody_knows(hide: Hide, tmp_path: Path) -> None:
