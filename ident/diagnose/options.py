@@ -35,6 +35,7 @@ class Finder:
     def __init__(self, material: Material, library: Mapping[str, Effect]) -> None:
         self._material, self._library = material, library
         self._known: dict[_Key, Options] = {}
+        self._looked: dict[_Key, list[Candidate]] = {}
 
     def options(self, state: State) -> Options:
         """All that could be added to `state`."""
@@ -70,7 +71,8 @@ class Finder:
     def unlikely(self, state: State) -> list[State]:
         """What `options` left out beyond `state`, as it promised too little beside what was found: the best first."""
         known = {one.terms[-1] for one in self.options(state).states}
-        worth = self._worth(state, self.look(state)[0])
+        looked = self._looked.get(key_of(state))
+        worth = self._worth(state, self.look(state)[0] if looked is None else looked)
         others = [one for one in worth if all(one.term.name != term.name for term in known)][:REFINED]
         return sorted((self.added(state, one) for one in others), key=lambda one: one.solution.loss)
 
@@ -97,6 +99,8 @@ class Finder:
 
     def _find(self, state: State, leave: str) -> Options:
         candidates, unseen, gains = self.look(state, leave)
+        if not leave:
+            self._looked[key_of(state)] = candidates
         return Options(tuple(self._refined(state, self._worth(state, candidates))), unseen, gains)
 
     def _worth(self, state: State, candidates: Sequence[Candidate]) -> list[Candidate]:
