@@ -1,6 +1,7 @@
 """The ladder: add the effect that explains most, refit everything, ask again, until nothing is left to explain."""
 
 from collections.abc import Callable, Mapping, Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -51,6 +52,7 @@ class Climber:
     def __init__(self, material: Material, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._material, self._library, self._progress = material, library, progress
         self.finder = Finder(material, library)
+        self._floors: WeakKeyDictionary[State, Floor] = WeakKeyDictionary()
 
     def climb(self, composition: Composition, x: Floats) -> Ladder:
         """From `composition` upwards, fitted from `x` (K,)."""
@@ -151,7 +153,9 @@ class Climber:
 
     def floor(self, state: State) -> Floor:
         """The line to reach."""
-        return floor(self._material, state.solution, state.residuals)
+        if state not in self._floors:
+            self._floors[state] = floor(self._material, state.solution, state.residuals)
+        return self._floors[state]
 
     def _computed(self, state: State) -> tuple[Floats, ...]:
         pairs = zip(self._material.datasets, state.residuals, strict=True)

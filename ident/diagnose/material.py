@@ -24,7 +24,7 @@ STILL = 0.25
 AMPLIFIED = 2.0
 """What is reported tells little of the torque where it makes an error of it larger than so many times."""
 MENTIONED = 0.01
-"""Share of such rows up to which they may as well be judged."""
+"""Share of rows up to which leaving them out is not worth a word, and those near saturation are judged as well."""
 _DEVIATIONS = 3.0
 """Speeds within so many standard deviations of what encoder steps make of it are standstill."""
 _LEAST_KEPT = 8
@@ -76,13 +76,12 @@ class Material:
         names = tuple(term.name for term in bare.terms)
         if names not in self._misread:
             x = np.zeros(len(bare.named))
-            pairs = [
-                [e.linearised(bare, x)[1] for e in both] for both in zip(self.evaluators, self.disturbed, strict=True)
-            ]
-            self._misread[names] = [(one, other) for one, other in pairs], self._misled(pairs)
+            both = zip(self.evaluators, self.disturbed, strict=True)
+            pairs = [(one.linearised(bare, x)[1], other.linearised(bare, x)[1]) for one, other in both]
+            self._misread[names] = pairs, self._misled(pairs)
         return self._misread[names]
 
-    def _misled(self, pairs: Sequence[Sequence[Floats]]) -> Floats:
+    def _misled(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
         """(K, K) of `misread`, by weighted least squares over the rows that fits see."""
         rows, changed = [], []
         for weight, (one, other) in zip(self.weights, pairs, strict=True):

@@ -36,6 +36,7 @@ class Finder:
         self._material, self._library = material, library
         self._known: dict[_Key, Options] = {}
         self._looked: dict[_Key, list[Candidate]] = {}
+        """From which the options of these models were found."""
 
     def options(self, state: State) -> Options:
         """All that could be added to `state`."""
@@ -71,8 +72,7 @@ class Finder:
     def unlikely(self, state: State) -> list[State]:
         """What `options` left out beyond `state`, as it promised too little beside what was found: the best first."""
         known = {one.terms[-1] for one in self.options(state).states}
-        looked = self._looked.get(key_of(state))
-        worth = self._worth(state, self.look(state)[0] if looked is None else looked)
+        worth = self._worth(state, self._looked[key_of(state)])
         others = [one for one in worth if all(one.term.name != term.name for term in known)][:REFINED]
         return sorted((self.added(state, one) for one in others), key=lambda one: one.solution.loss)
 
