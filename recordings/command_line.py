@@ -11,12 +11,24 @@ import os
 import pkgutil
 import sys
 from collections.abc import Callable
+from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
 
 import click
 
 from recordings.errors import BadInput, RunFailed
+
+
+def refuse_existing(*paths: Path | None, force: bool = False) -> None:
+    """Nothing is replaced unasked, and that is said before the work.
+
+    Raises:
+        BadInput: one of the `paths` is there already, and no `force` was given.
+    """
+    for path in paths:
+        if path and path.exists() and not force:
+            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
 
 
 class FiniteRange(click.FloatRange):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import discovery
-from recordings.errors import BadInput
+from recordings.command_line import refuse_existing
 
 if TYPE_CHECKING:
     from ident.gain import Calibration
@@ -44,8 +44,7 @@ def command(
 
     Prints the section [torque] for the rig file. What is recorded or fitted with it is absolute, no longer relative.
     """
-    if out and out.exists() and not force:
-        raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
+    refuse_existing(out, force=force)
 
     from ident.gain import calibrate
     from recordings.reader import read

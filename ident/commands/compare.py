@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from recordings.errors import BadInput
+from recordings.command_line import refuse_existing
 
 FILE = click.Path(path_type=Path)
 
@@ -45,8 +45,7 @@ def command(
     from ident.picture_folder import whole
 
     plots = plots or files[0].with_suffix(".compare")
-    if plots.exists() and not force:
-        raise BadInput(f"{plots} should not exist yet, but does; give another name, or --force to replace it")
+    refuse_existing(plots, force=force)
     identified = model.load(model_file)
     found = comparison.compare(identified, prediction.predict(identified, files, effects.library(effect_files)))
     with whole(plots) as folder:

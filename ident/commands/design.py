@@ -8,7 +8,7 @@ from typing import Literal
 import click
 
 from ident import discovery
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -139,8 +139,7 @@ def command(
         raise BadInput("--against or --recording, with which it is compared, expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
-    if out.exists() and not force:
-        raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
+    refuse_existing(out, force=force)
 
     import json
     import shlex

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import discovery
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -138,9 +138,8 @@ def command(
 
 def _refuse_places(paths: Sequence[Path], force: bool) -> None:
     """Before the work, not after it."""
+    refuse_existing(*paths, force=force)
     for path in paths:
-        if path.exists() and not force:
-            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
         if not path.parent.is_dir():
             raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import discovery
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -110,8 +110,7 @@ def command(
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
     _refuse_inputs_as_outputs([*files, *([validate] if validate else [])], out, plots)
-    if not force:
-        _refuse_overwriting(out, plots)
+    refuse_existing(out, plots, force=force)
 
     from ident import estimators
     from ident.identification import Choices, identify, refuse_the_same_twice
@@ -134,12 +133,6 @@ def _refuse_beside_paper(**given: object) -> None:
     for option, value in given.items():
         if value:
             raise BadInput(f"no --{option} expected beside --paper, which sets it, '{value}' found; leave one out")
-
-
-def _refuse_overwriting(out: Path, plots: Path) -> None:
-    for path in (out, plots):
-        if path.exists():
-            raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
 
 
 def _refuse_inputs_as_outputs(inputs: Sequence[Path], out: Path, plots: Path) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from recordings.command_line import refuse_existing
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -54,8 +55,7 @@ def command(
     _refuse_the_same_twice(inputs)
     if out.resolve() in [path.resolve() for path in inputs]:
         raise BadInput(f"{out} is one of the inputs and would be replaced; give the report another name")
-    if out.exists() and not force:
-        raise BadInput(f"{out} should not exist yet, but does; give another name, or --force to replace it")
+    refuse_existing(out, force=force)
 
     from ident.progress import spinner
     from ident.report import material, page

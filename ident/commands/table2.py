@@ -5,6 +5,7 @@ from pathlib import Path
 import click
 
 from ident import discovery
+from recordings.command_line import refuse_existing
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -31,8 +32,7 @@ def command(files: tuple[Path, ...], preprocess: str, seed: int, plots: Path, fo
     """
     if len(files) not in (0, 2):
         raise BadInput(f"two recordings expected, to identify and to validate, {len(files)} found; give both or none")
-    if plots.exists() and not force:
-        raise BadInput(f"{plots} should not exist yet, but does; give another name, or --force to replace it")
+    refuse_existing(plots, force=force)
     import json
 
     from rich.console import Console
