@@ -36,6 +36,13 @@ class Arms:
     rate: float
     """Instants per second of the motions [Hz]."""
 
+    def following(self, motion: Motion) -> Floats:
+        """Torque (n, dof) [N m] that the arms take if they follow the motors."""
+        from ident.arm_loops import along
+
+        taken: Floats = along(self.delta, self.numbers, *_moved(motion))[0]
+        return taken
+
     def on_springs(self, motion: Motion, compliance: Floats, ratio: float) -> Floats:
         """Torque (n, dof) [N m] that the arms take if motor and arm are joined by springs.
 
@@ -43,7 +50,7 @@ class Arms:
         """
         from ident.arm_loops import on_springs
 
-        turned = self._fastest(motion, compliance) / self.rate
+        turned = self.swings(motion, compliance).max(initial=0.0) / self.rate
         parts = int(np.clip(np.ceil(turned / _FINE), 1, _MOST_PARTS))
         beta = 1 / 12 if turned < _RESOLVED * parts else 1 / 4
         taken: Floats = on_springs(
@@ -60,7 +67,7 @@ class Arms:
         return taken
 
     def falls(self, motion: Motion, own: Floats, residual: Floats, shares: Floats, halves: Floats) -> Floats:
-        """(s, h) fall of the sum of squares of a `residual` (n, dof) [N m] by play, at a first look.
+        """(s, h, dof) fall of the sum of squares of a `residual` (n, dof) [N m] by play, at a first look.
 
         Each joint is taken by itself. own: (dof,) inertia [kg m^2] of which motors may have the `shares` (s,) - these
         arms are to have all of it; halves: (h,) of the play.
@@ -79,16 +86,17 @@ class Arms:
         fallen: Floats = falls(load, tilt, inertia, push, own, residual, shares, halves, 1 / self.rate, parts)
         return fallen
 
-    def _fastest(self, motion: Motion, compliance: Floats) -> float:
-        """[rad/s] at which the arms swing on their springs, about."""
+    def swings(self, motion: Motion, compliance: Floats) -> Floats:
+        """(s,) [rad/s] at which the arms swing on those joints that have a `compliance` (dof,), about."""
         from ident.arm_loops import along
 
         known, soft = np.isfinite(motion.acceleration).all(axis=1), compliance > 0
-        if not known.any() or not soft.any():
-            return 0.0
+        if not known.any():
+            return np.empty(0)
         first = slice(np.argmax(known), np.argmax(known) + 1)
         own = along(self.delta, self.numbers, *(signal[first] for signal in _moved(motion)))[1][0, soft]
-        return float(np.sqrt(1 / (compliance[soft] * np.maximum(own, 1e-9))).max())
+        rates: Floats = np.sqrt(1 / (compliance[soft] * np.maximum(own, 1e-9)))
+        return rates
 
 
 def arms(rig: Rig, parameters: Mapping[str, float], share: float, rate: float) -> Arms:

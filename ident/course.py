@@ -44,7 +44,8 @@ class Path:
 
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
         by_name["m_d"] = m_d
-        return View(self.rig, course.samples.rate, course.time, self.motion, rigid_at, by_name)
+        rate, bandwidth = course.samples.rate, course.prepared.bandwidth
+        return View(self.rig, rate, course.time, self.motion, rigid_at, bandwidth, by_name)
 
 
 @dataclass(frozen=True, eq=False)

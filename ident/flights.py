@@ -54,13 +54,13 @@ def _falls(
     dt: float,
     parts: int,
 ) -> Floats:
-    """(s, h) fall of the sum of squares of the `residual` (n, dof) by play, on those joints that it suits.
+    """(s, h, dof) fall of the sum of squares of the `residual` (n, dof) by play.
 
     load, tilt, inertia: (n, dof) as `_flights`, of arms and motors; push (n, dof), own (dof,): torque and inertia
     of a joint by itself, of which the motors have `shares` (s,); `halves` (h,) of the play.
     """
     n, dof = load.shape
-    fall = np.zeros((len(shares), len(halves)))
+    fall = np.zeros((len(shares), len(halves), dof))
     for j in range(dof):
         for s in range(len(shares)):
             arm = load[:, j] - shares[s] * push[:, j]
@@ -73,7 +73,7 @@ def _falls(
                     if smooth != 0.0 and math.isfinite(residual[k, j]):
                         together += smooth * residual[k, j]
                         size += smooth * smooth
-                fall[s, h] += max(2 * together - size, 0.0)
+                fall[s, h, j] = 2 * together - size
     return fall
 
 

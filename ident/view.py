@@ -6,6 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
+import numpy as np
+
+from ident import signals
 from ident.arms import Arms, arms, own_inertia
 from ident.forearms import GRAVITY as GRAVITY
 from ident.motion import Motion
@@ -27,6 +30,8 @@ class View:
     """(n, dof) of the joints."""
     rigid_at: Callable[[Motion], Floats]
     """(n, dof) torque [N m] of the model without any friction, at that or another motion."""
+    bandwidth: float
+    """Of the analysis [Hz]."""
     parameters: Mapping[str, float]
     """Of the mechanism's own parameters by name, as the model has them now; m_d: of uniform forearms, 0 without."""
 
@@ -40,6 +45,28 @@ class View:
         """The platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig.geometry, self.motion)
 
+    def calmed(self, share: float = 1.0) -> "View":
+        """With less of what encoder steps make of the motion: arms that swing or fly must not be shaken by it.
+
+        A spring amplifies it where it swings, and an arm that waits for its load to change sides leaves too early.
+
+        share: of what the motion has beyond the bandwidth of the analysis that is taken away, 0 to 1.
+        """
+        if not share:
+            return self
+        calmer = {name: (1 - share) * getattr(self.motion, name) + share * calm for name, calm in self._calm.items()}
+        return replace(self, motion=replace(self.motion, **calmer))
+
+    @cached_property
+    def _calm(self) -> dict[str, Floats]:
+        """The motion (n, dof) within the bandwidth of the analysis; where that is not known, as it is."""
+        found = {name: getattr(self.motion, name) for name in ("position", "velocity", "acceleration")}
+        if self.bandwidth >= self.rate / 4:
+            return found
+        taps = signals.low_pass(self.bandwidth, self.rate)
+        smooth = {name: signals.convolve(x, taps) for name, x in found.items()}
+        return {name: np.where(np.isfinite(smooth[name]), smooth[name], x) for name, x in found.items()}
+
     def motor_inertia(self, share: float) -> Floats:
         """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
         return share * own_inertia(self.parameters, self.motion.position.shape[1])
@@ -47,11 +74,6 @@ class View:
     def arms(self, share: float) -> Arms:
         """All but the motors themselves, which are a `share` of each joint's own inertia."""
         return arms(self.rig, self.parameters, share, self.rate)
-
-    def arm_torque(self, share: float) -> Floats:
-        """(n, dof) torque [N m] that moves the arms, if they follow the motors."""
-        torque: Floats = self.rigid - self.motor_inertia(share) * self.motion.acceleration
-        return torque
 
     def every(self, step: int) -> "View":
         """One of `step` instants."""

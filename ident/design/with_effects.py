@@ -127,4 +127,4 @@ def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: 
 
     known = {one.name: float(value) for one, value in zip(mechanism.parameters, load, strict=True)}
     known["m_d"] = sum(value for name, value in known.items() if name.endswith(".m_d"))
-    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, known)
+    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, rate / 2, known)

@@ -89,12 +89,16 @@ class Climber:
         self._progress("much is left; what if it began otherwise?")
         taken, seconds = {term.name for term in last.terms}, []
         for way in first.states:
-            if way.terms[-1].name in taken or not possible(way, state) or not self._confirmed(state, way):
+            if way.terms[-1].name in taken or not possible(way, state) or not self._promising(state, way):
                 continue
             second = self._first_confirmed(way, self.finder.options(way).states)
-            if second is not None and self._far_better(second, last):
+            if second is not None and self._far_better(second, last) and self._confirmed(state, second):
                 seconds.append((second.solution.loss, way))
         return min(seconds, key=lambda one: one[0])[1] if seconds else None
+
+    def _promising(self, state: State, way: State) -> bool:
+        """Whether held-out rows bear `way` out, or it explains so much that they may once something is beside it."""
+        return self._confirmed(state, way) or way.solution.loss < FAR * state.solution.loss
 
     def _far_better(self, state: State, other: State) -> bool:
         return self._left(state) < FAR * self._left(other)

@@ -27,6 +27,10 @@ MENTIONED = 0.01
 """Share of rows up to which leaving them out is not worth a word, and those near saturation are judged as well."""
 _DEVIATIONS = 3.0
 """Speeds within so many standard deviations of what encoder steps make of it are standstill."""
+_CREEPING = 0.02
+"""Of the largest speed: below it, dry friction is between its two levels in any machine."""
+_LONG = 0.5
+"""Share of creeping behind a row from which on this is a standstill, and no reversal on the way."""
 _LEAST_KEPT = 8
 """Columns that each of many excerpts of long recordings remembers."""
 _SEED = 0
@@ -213,8 +217,12 @@ def standstill(course: Course) -> Floats:
     """
     motion, read = course.path.motion, _disturbed(course).path.motion
     slowest = _DEVIATIONS * np.nanstd(read.velocity - motion.velocity, axis=0)
-    slow = np.where(np.isfinite(motion.velocity), np.abs(motion.velocity) < slowest, np.nan)
-    return np.clip(course.condition(slow), 0.0, 1.0)
+    speed = np.abs(motion.velocity)
+    unsure, creeping = (
+        np.clip(course.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
+        for limit in (slowest, _CREEPING * np.nanmax(speed, axis=0))
+    )
+    return np.maximum(unsure, np.where(creeping > _LONG, creeping, 0.0))
 
 
 def _disturbed(course: Course) -> Course:

@@ -52,10 +52,10 @@ class Remover:
             columns = evaluator.columns(term, candidate.shapes, path, self._rigid)
             return evaluator.course.condition(columns @ candidate.coefficients)
         total = np.zeros_like(computed)
-        parts = len(candidate.scale)
+        parts = candidate.scale.shape[1]
         for number, coefficient in enumerate(candidate.coefficients):
             joints = term.joints if term.effect.whole_robot else term.joints[number // parts : number // parts + 1]
-            own = np.where(np.arange(parts) == number % parts, candidate.scale, 0.0)
+            own = np.where(np.arange(parts) == number % parts, candidate.scale[number // parts], 0.0)
             one = composition.plus(Term(term.name, term.effect, joints))
             moved = evaluator.torque(one, np.concatenate([x, own, candidate.shapes]), self._rigid)
             total += coefficient * (moved - computed)

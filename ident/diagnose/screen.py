@@ -6,14 +6,14 @@ as an orthogonal forward selection says. No candidate is judged by its likeness 
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, product
 
 import numpy as np
 
 from ident.composition import Term
 from ident.diagnose.material import Material
-from ident.effects import Additive, Effect, Quantity, Shapes, Signal
+from ident.effects import Additive, Effect, Quantity, Signal, Suggestion
 from ident.refine import Solution
 from recordings.recording import Floats
 
@@ -46,7 +46,7 @@ class Candidate:
     coefficients: Floats
     """(owners * c,) of its columns, as far as a straight line tells."""
     scale: Floats
-    """(c,) where it was looked at: own parameter per unit of column coefficient."""
+    """(owners, c) where it was looked at: own parameter per unit of column coefficient."""
     shapes: Floats
     """(s,) shape parameters of its columns."""
 
@@ -57,7 +57,7 @@ class _Block:
 
     columns: Floats
     scale: Floats
-    """(c,) parameter per unit of column coefficient."""
+    """(owners, c) parameter per unit of column coefficient."""
     shapes: Floats
     one_signed: Floats
     """(c,) +1 where only a positive coefficient is meant, else 0."""
@@ -84,36 +84,39 @@ class Screen:
             candidates = [one for block in self._blocks(name, effect) if (one := self._judged(name, effect, block))]
             if candidates:
                 candidates.sort(key=lambda one: one.loss)
-                found += candidates[: _LINES if effect.repeated else 1]
+                found += candidates[:_LINES] if effect.repeated else [_together(candidates[: effect.valleys])]
             else:
                 unseen.append(name)
         return sorted(found, key=lambda one: one.loss), unseen
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         suggested = self._suggested(effect)
-        whole = [one for one in suggested if isinstance(effect, Signal) and effect.parameters[0].name in one]
+        own = effect.parameters[0].name if isinstance(effect, Signal) else ""
+        whole = [one for one in suggested if own in one]
         shapes = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
-        shapes += [_vector(one, effect.shapes) for one in suggested if one not in whole]
+        shapes += [_vector(one, effect.shapes) for one in suggested if own not in one]
         if isinstance(effect, Additive):
             one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
             for values in shapes:
                 columns = self._additive(Term(name, effect, self._joints(effect)), values)
-                yield _Block(columns, np.ones(len(effect.coefficients)), values, one_signed)
+                owners = columns.shape[1] // len(effect.coefficients)
+                yield _Block(columns, np.ones((owners, len(effect.coefficients))), values, one_signed)
         elif isinstance(effect, Signal):
+            owners = 1 if effect.whole_robot else len(self._joints(effect))
             starts = [np.array(one) for one in zip(*_padded([q.starts for q in effect.parameters]), strict=True)]
-            places = list(product(starts, shapes))
-            places += [(_vector(one, effect.parameters), _vector(one, effect.shapes)) for one in whole]
+            places = [(np.tile(one, (owners, 1)), values) for one, values in product(starts, shapes)]
+            places += [(_by_owner(one, effect.parameters, owners), _vector(one, effect.shapes)) for one in whole]
             for at, values in places:
                 yield self._signal(name, effect, at, values)
 
     def _joints(self, effect: Effect) -> tuple[int, ...]:
         return tuple(range(self._solution.composition.rig.dof))
 
-    def _suggested(self, effect: Effect) -> list[Shapes]:
+    def _suggested(self, effect: Effect) -> list[Suggestion]:
         """What the effect suggests from the residual of each recording."""
         if effect.suggest is None:
             return []
-        found: list[Shapes] = []
+        found: list[Suggestion] = []
         x, composition = self._solution.x, self._solution.composition
         pairs = zip(self._evaluators, self._solution.weights, self._solution.residuals, strict=True)
         for evaluator, weight, residual in pairs:
@@ -132,12 +135,12 @@ class Screen:
         return np.concatenate(parts)
 
     def _signal(self, name: str, effect: Signal, starts: Floats, shapes: Floats) -> _Block:
-        """Differences that the effect makes at `starts` (c,), owner by owner and parameter by parameter."""
+        """Differences that the effect makes at `starts` (owners, c), owner by owner and parameter by parameter."""
         owners = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
         columns = [
-            self._difference(Term(name, effect, owner), np.where(np.arange(len(starts)) == i, starts, 0.0), shapes)
-            for owner in owners
-            for i in range(len(starts))
+            self._difference(Term(name, effect, owner), np.where(np.arange(len(own)) == i, own, 0.0), shapes)
+            for owner, own in zip(owners, starts, strict=True)
+            for i in range(len(own))
         ]
         one_signed = np.array([float(q.lower >= 0) for q in effect.parameters])
         return _Block(np.stack(columns, axis=1), starts, shapes, one_signed)
@@ -159,7 +162,7 @@ class Screen:
 
     def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | None:
         """The best joints for `block`; None where the motion does not show it."""
-        c = len(block.scale)
+        c = block.scale.shape[1]
         size = np.sqrt((block.columns**2).sum(axis=0))
         rest = block.columns - self._basis @ (self._basis.T @ block.columns)
         rest -= self._basis @ (self._basis.T @ rest)
@@ -172,14 +175,13 @@ class Screen:
             return None
         gain, coefficients = subsets[best]
         term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
-        starts = [np.concatenate([(coefficients.reshape(-1, c) * block.scale).ravel(), block.shapes])]
+        scale = block.scale[list(best)]
+        starts = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _STRAIGHT).all():
-            looked = (np.sign(coefficients).reshape(-1, c) * block.scale).ravel()
+            looked = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
             starts.append(np.concatenate([looked, block.shapes]))
         own = len(best) * c + sum(shape.searched for shape in effect.shapes)
-        return Candidate(
-            term, tuple(starts), max(self.loss - gain, 0.0), own, coefficients, block.scale, block.shapes
-        )
+        return Candidate(term, tuple(starts), max(self.loss - gain, 0.0), own, coefficients, scale, block.shapes)
 
     def _gain(
         self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int
@@ -214,9 +216,21 @@ def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | N
     return min(possible, key=lambda subset: most - possible[subset] + _SHARE * most * len(subset))
 
 
-def _vector(values: Shapes, quantities: Sequence[Quantity]) -> Floats:
+def _together(candidates: Sequence[Candidate]) -> Candidate:
+    """The first of the `candidates`, with the starts of those that are on the same joints."""
+    best = candidates[0]
+    starts = [start for one in candidates if one.term == best.term for start in one.starts]
+    return replace(best, starts=tuple(starts))
+
+
+def _vector(values: Suggestion, quantities: Sequence[Quantity]) -> Floats:
     """The `values` of the `quantities`, in their order."""
     return np.array([values[one.name] for one in quantities], float)
+
+
+def _by_owner(values: Suggestion, quantities: Sequence[Quantity], owners: int) -> Floats:
+    """(owners, c) the `values` of the `quantities`, in their order."""
+    return np.stack([np.broadcast_to(np.asarray(values[one.name], float), owners) for one in quantities], axis=1)
 
 
 def _padded(starts: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:

@@ -23,6 +23,8 @@ from recordings.rig import Rig
 Axis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
 Shapes = Mapping[str, float]
 """Shape parameters by name."""
+Suggestion = Mapping[str, Any]
+"""Where a search may begin, by name: shape parameters, and parameters, one for all joints or one for each (dof,)."""
 Values = Mapping[str, Floats]
 """Parameters and shapes of a signal effect by name: parameters (dof,), zero for joints that do not have the effect,
 or (1,) if it is one of the whole robot; shapes (1,)."""
@@ -79,11 +81,13 @@ class Effect:
     """True of any real machine of this kind, so that finding it is no finding."""
     shapes: tuple[Quantity, ...] = ()
     """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
-    suggest: Callable[[View, Floats], Sequence[Shapes]] | None = None
+    suggest: Callable[[View, Floats], Sequence[Suggestion]] | None = None
     """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second; of
     a signal also values of its parameters."""
     step: float = 1e-4
     """Change of a searched parameter, relative, by which a fit sees where to go: larger where the torque jumps."""
+    valleys: int = 1
+    """From so many of the best starts a search begins."""
     repeated: bool = False
     """True where several of it may be there, with different shapes: the lines of a spectrum."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None

@@ -8,7 +8,7 @@ from recordings.recording import Floats
 
 _SHARES = np.linspace(0.0, 0.96, 49)
 """Of the motors in a joint's own inertia, that are tried."""
-_HALVES = np.geomspace(3e-5, 0.04, 19)
+_HALVES = np.geomspace(3e-5, 0.04, 61)
 """Of the gap, that are tried [rad or m]."""
 _BEST = 4
 
@@ -19,22 +19,25 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     half = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
     if not (half > 0).any():
         return torque
-    changed = view.arms(share).with_play(view.motion, half) - view.arm_torque(share)
+    view = view.calmed()
+    arms = view.arms(share)
+    changed = arms.with_play(view.motion, half) - arms.following(view.motion)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
-def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
-    """The best of many widths of the gap and shares of the motors' inertia: their landscape is full of valleys.
+def suggest(view: View, residual: Floats) -> list[dict[str, Floats]]:
+    """The best of many shares of the motors' inertia, each with the best width of every joint's gap.
 
-    When the load of the gear changes its side, and so when the arm flies, depends on that share.
+    When the load of the gear changes its side, and so when the arm flies, depends on that share: the landscape is
+    full of valleys.
     """
     own = view.motor_inertia(1.0)
     falls = view.arms(0.0).falls(view.motion, own, residual, _SHARES, _HALVES)
-    inner = np.pad(falls, 1, constant_values=-np.inf)
-    around = [np.roll(inner, by, axis)[1:-1, 1:-1] for axis in (0, 1) for by in (1, -1)]
-    peak = (falls > 0) & np.all([falls >= one for one in around], axis=0)
-    places = sorted(zip(*np.nonzero(peak), strict=True), key=lambda place: -falls[place])[:_BEST]
-    return [{"b": float(_HALVES[h]), "motor": float(_SHARES[s])} for s, h in places]
+    fall = np.maximum(falls.max(axis=1), 0.0).sum(axis=1)
+    around = np.pad(fall, 1)
+    peaks = np.flatnonzero((fall > 0) & (fall >= around[:-2]) & (fall >= around[2:]))
+    best = sorted(peaks, key=lambda s: -fall[s])[:_BEST]
+    return [{"b": _HALVES[falls[s].argmax(axis=0)], "motor": _SHARES[s]} for s in best]
 
 
 effect = Signal(
@@ -45,6 +48,7 @@ effect = Signal(
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
     step=1e-2,
+    valleys=4,
     parameters=(
         Quantity(
             name="b",

@@ -6,6 +6,9 @@ from ident.effects import Quantity, Signal, Values
 from ident.view import View
 from recordings.recording import Floats
 
+_BEYOND = 1.5
+"""Of arms that swing so many times faster than the bandwidth of the analysis, noise is all that would be seen."""
+
 
 def report(torque: Floats, view: View, values: Values) -> Floats:
     """What the motors give instead of `torque` (n, dof) if the arms hang on springs: the springs' torque.
@@ -15,7 +18,10 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     share, ratio, compliance = float(values["motor"][0]), float(values["damping"][0]), values["compliance"]
     if not (compliance > 0).any():
         return torque
-    changed = view.arms(share).on_springs(view.motion, compliance, ratio) - view.arm_torque(share)
+    arms = view.arms(share)
+    slowest = arms.swings(view.motion, compliance).min(initial=np.inf) / (2 * np.pi * view.bandwidth)
+    view = view.calmed(float(np.clip((slowest - 1) / (_BEYOND - 1), 0.0, 1.0)))
+    changed = arms.on_springs(view.motion, compliance, ratio) - arms.following(view.motion)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
@@ -33,7 +39,7 @@ effect = Signal(
             meaning="1 / stiffness",
             lower=0.0,
             upper=0.02,
-            starts=(2e-4, 1e-3, 4e-3),
+            starts=(5e-5, 2e-4, 1e-3, 4e-3),
         ),
     ),
     shapes=(
@@ -51,8 +57,8 @@ effect = Signal(
             unit="1",
             meaning="of the spring, over the critical one",
             lower=0.0,
-            upper=0.12,  # of gears and belts; beyond, a spring would explain any lag
-            starts=(0.03,),
+            upper=0.4,  # beyond, a spring would explain any lag
+            starts=(0.03, 0.2),
             open=True,
         ),
     ),

@@ -109,7 +109,7 @@ def test_play_is_recognised_by_a_first_look() -> None:
     residual = geared.with_play(motion, np.array([0.0, 1e-3, 0.0])) - geared.with_play(motion, np.zeros(3))
     smooth: Floats = np.apply_along_axis(lambda one: np.convolve(one, [0.25, 0.5, 0.25], "same"), 0, residual)
     shares, halves = np.linspace(0.0, 0.9, 10), np.geomspace(1e-4, 1e-2, 9)
-    falls = arms(rig, light, 0.0, RATE).falls(motion, own, smooth, shares, halves)
+    falls = arms(rig, light, 0.0, RATE).falls(motion, own, smooth, shares, halves)[:, :, 1]
     best = np.unravel_index(np.argmax(falls), falls.shape)
     assert shares[best[0]] == pytest.approx(0.5)
     assert halves[best[1]] == pytest.approx(1e-3)

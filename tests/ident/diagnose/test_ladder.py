@@ -83,6 +83,17 @@ def test_an_imitation_of_two_effects_gives_way_to_them() -> None:
     assert found({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "ab": 39.0, "ac": 38.0, "bc": 0.2}) == "bc"
 
 
+def test_an_effect_that_holds_only_beside_another_one_is_tried_if_it_explains_much(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Alone, held-out rows speak against either."""
+    confirmed = Toy._confirmed
+    single = lambda self, before, after: len(after.terms) != 1 and confirmed(self, before, after)  # noqa: E731
+    monkeypatch.setattr(Toy, "_confirmed", single)
+    assert found({"": 100.0, "a": 40.0, "b": 45.0, "ab": 1.0}) == "ab"
+    assert found({"": 100.0, "a": 80.0, "b": 75.0, "ab": 1.0}) == ""
+
+
 def test_another_beginning_that_is_not_far_better_is_left_alone() -> None:
     assert found({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "bc": 30.0}) == "a"
 
