@@ -32,6 +32,7 @@ class Evaluator:
         self.course = course
         self._kept = remembered
         self._known: dict[Hashable, object] = {}
+        self._last: tuple[Hashable, Floats] | None = None
 
     def torque(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
         """Reported torque (m, dof) [N m], conditioned as the measured one was, for the parameters `x` (K,).
@@ -60,7 +61,7 @@ class Evaluator:
     def amplification(self, composition: Composition, x: Floats, error: Floats) -> Floats:
         """(n, dof) how many times larger an `error` (dof,) of the torque [N m] is in the report, at `x` (K,)."""
         rigid = composition.load(x)
-        true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
+        true = self._true(composition, x, rigid)
         more, less = (self._report(composition, x, rigid, true + side * error) for side in (1, -1))
         slope: Floats = np.abs(more - less) / (2 * error)
         return slope
@@ -134,8 +135,19 @@ class Evaluator:
         return np.concatenate([path.regressor, *added], axis=2)
 
     def _reported(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
-        true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
-        return self._report(composition, x, rigid, true)
+        return self._report(composition, x, rigid, self._true(composition, x, rigid).copy())
+
+    def _true(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+        """(n, dof) torque before it is reported; the last one is kept: of searched parameters, most are of reports."""
+        additive = [
+            (term.name, term.joints, composition.shapes(index, x).tobytes())
+            for index, term in enumerate(composition.terms)
+            if isinstance(term.effect, Additive)
+        ]
+        key = (self.path(composition, x), rigid.tobytes(), x[composition.linear].tobytes(), *additive)
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._all_columns(composition, x, rigid) @ x[composition.linear]
+        return self._last[1]
 
     def _report(self, composition: Composition, x: Floats, rigid: Floats, torque: Floats) -> Floats:
         view = self.view(self.path(composition, x), rigid)

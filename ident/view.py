@@ -16,6 +16,9 @@ from ident.platform import Platform, platform
 from recordings.recording import Floats
 from recordings.rig import Rig
 
+_SMOOTH = ("position", "velocity", "acceleration")
+"""Parts of a motion that a low-pass may calm."""
+
 
 @dataclass(frozen=True, eq=False)
 class View:
@@ -52,20 +55,21 @@ class View:
 
         share: of what the motion has beyond the bandwidth of the analysis that is taken away, 0 to 1.
         """
-        if not share:
+        if not share or self.bandwidth >= self.rate / 4:
             return self
-        calmer = {name: (1 - share) * getattr(self.motion, name) + share * calm for name, calm in self._calm.items()}
-        return replace(self, motion=replace(self.motion, **calmer))
+        if share == 1:
+            return self._calm
+        pairs = {name: (getattr(self.motion, name), getattr(self._calm.motion, name)) for name in _SMOOTH}
+        between = {name: (1 - share) * x + share * calm for name, (x, calm) in pairs.items()}
+        return replace(self, motion=replace(self.motion, **between))
 
     @cached_property
-    def _calm(self) -> dict[str, Floats]:
-        """The motion (n, dof) within the bandwidth of the analysis; where that is not known, as it is."""
-        found = {name: getattr(self.motion, name) for name in ("position", "velocity", "acceleration")}
-        if self.bandwidth >= self.rate / 4:
-            return found
+    def _calm(self) -> "View":
+        """With the motion within the bandwidth of the analysis; where that is not known, as it is."""
         taps = signals.low_pass(self.bandwidth, self.rate)
-        smooth = {name: signals.convolve(x, taps) for name, x in found.items()}
-        return {name: np.where(np.isfinite(smooth[name]), smooth[name], x) for name, x in found.items()}
+        smooth = {name: signals.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
+        known = {name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()}
+        return replace(self, motion=replace(self.motion, **known))
 
     def motor_inertia(self, share: float) -> Floats:
         """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
@@ -74,6 +78,15 @@ class View:
     def arms(self, share: float) -> Arms:
         """All but the motors themselves, which are a `share` of each joint's own inertia."""
         return arms(self.rig, self.parameters, share, self.rate)
+
+    def arm_torque(self, share: float) -> Floats:
+        """(n, dof) torque [N m] that moves the arms, if they follow the motors."""
+        torque: Floats = self._all_followed - self.motor_inertia(share) * self.motion.acceleration
+        return torque
+
+    @cached_property
+    def _all_followed(self) -> Floats:
+        return self.arms(0.0).following(self.motion)
 
     def every(self, step: int) -> "View":
         """One of `step` instants."""

@@ -34,6 +34,7 @@ effect = Signal(
     remedy="slow the motion down, raise the supply, or report the voltage at the motor",
     equation="command u: v = u / (1 + |u inverse_level|^n)^(1/n)",
     axis="load",
+    valleys=4,
     parameters=(
         Quantity(
             name="inverse_level",

@@ -20,8 +20,7 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     if not (half > 0).any():
         return torque
     view = view.calmed()
-    arms = view.arms(share)
-    changed = arms.with_play(view.motion, half) - arms.following(view.motion)
+    changed = view.arms(share).with_play(view.motion, half) - view.arm_torque(share)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 

@@ -21,7 +21,7 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     arms = view.arms(share)
     slowest = arms.swings(view.motion, compliance).min(initial=np.inf) / (2 * np.pi * view.bandwidth)
     view = view.calmed(float(np.clip((slowest - 1) / (_BEYOND - 1), 0.0, 1.0)))
-    changed = arms.on_springs(view.motion, compliance, ratio) - arms.following(view.motion)
+    changed = arms.on_springs(view.motion, compliance, ratio) - view.arm_torque(share)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
@@ -39,7 +39,7 @@ effect = Signal(
             meaning="1 / stiffness",
             lower=0.0,
             upper=0.02,
-            starts=(5e-5, 2e-4, 1e-3, 4e-3),
+            starts=(1e-4, 6e-4, 4e-3),
         ),
     ),
     shapes=(
@@ -58,7 +58,7 @@ effect = Signal(
             meaning="of the spring, over the critical one",
             lower=0.0,
             upper=0.4,  # beyond, a spring would explain any lag
-            starts=(0.03, 0.2),
+            starts=(0.05, 0.2),
             open=True,
         ),
     ),
