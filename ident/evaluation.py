@@ -138,7 +138,7 @@ class Evaluator:
         return self._report(composition, x, rigid, self._true(composition, x, rigid).copy())
 
     def _true(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
-        """(n, dof) torque before it is reported; the last one is kept: of searched parameters, most are of reports."""
+        """(n, dof) torque before it is reported; the last is kept, as most searched parameters are of reports."""
         additive = [
             (term.name, term.joints, composition.shapes(index, x).tobytes())
             for index, term in enumerate(composition.terms)
