@@ -21,9 +21,16 @@ STAGES = ("record", "diagnose", "score")
 @click.option("--cases", "count", type=click.IntRange(1), metavar="N", help="Only the first N of them.")
 @click.option("--stage", "stages", multiple=True, type=click.Choice(STAGES), help="Only these.  [default: all]")
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes side by side.")
+@click.option("--strict", is_flag=True, help="Fail where a required figure is missed by more than bad luck.")
 @click.option("--folder", type=click.Path(path_type=Path), help="For the recordings.  [default: in runs/]")
 def main(
-    plant: str, only: tuple[str, ...], count: int | None, stages: tuple[str, ...], jobs: int, folder: Path | None
+    plant: str,
+    only: tuple[str, ...],
+    count: int | None,
+    stages: tuple[str, ...],
+    jobs: int,
+    strict: bool,
+    folder: Path | None,
 ) -> None:
     """Hide effects, record, diagnose blind, score. What is done already is not done again; Ctrl-C stops."""
     root = folder or FOLDERS[plant]
@@ -42,7 +49,7 @@ def main(
         click.echo("stopped; the same command goes on from here", err=True)
         raise SystemExit(1) from None
     if "score" in stages:
-        _score(chosen, root)
+        _score(chosen, root, strict)
 
 
 def _wanted(case: Case, only: Sequence[str]) -> bool:
@@ -64,7 +71,7 @@ def _diagnose(chosen: Sequence[Case], root: Path, jobs: int) -> None:
         answers.append(line)
 
 
-def _score(chosen: Sequence[Case], root: Path) -> None:
+def _score(chosen: Sequence[Case], root: Path, strict: bool) -> None:
     from drivers.simulated.seal import sealed_path, unseal
 
     answers = diagnosing.Answers(root)
@@ -81,6 +88,9 @@ def _score(chosen: Sequence[Case], root: Path) -> None:
     click.echo(f"ident {engine}; {impossible} further cases cannot be had: no such size on that robot")
     for line in tables.lines(judged):
         click.echo(line)
+    missed = [figure.what.strip() for figure in tables.figures(judged) if figure.clearly_missed]
+    if strict and missed:
+        raise SystemExit(f"clearly missed: {', '.join(missed)}")
 
 
 def _recorded(chosen: Sequence[Case], root: Path) -> list[Case]:

@@ -2,58 +2,79 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import binom
 
 from benchmarks.hidden_effects.scoring import REACHED, Judgement
 
 _Chosen = Callable[[Judgement], bool]
 _SIZES = (0.005, 0.01, 0.03, 0.10)
 _LARGE = 0.03
+_CHANCE = 0.01
+"""Probability below which bad luck is no excuse."""
 _WORST = 0.9
 """The quantile that stands beside the median."""
 
 
+@dataclass(frozen=True)
+class Figure:
+    """How often something came true."""
+
+    what: str
+    hits: Sequence[bool]
+    required: float | None = None
+    """[%]"""
+
+    @property
+    def line(self) -> str:
+        """On the screen."""
+        if not self.hits:
+            return f"{self.what:50} no cases"
+        share = 100 * float(np.mean(self.hits))
+        missed = self.required is not None and share < self.required
+        wanted = "" if self.required is None else f"   required {self.required:g} %{'   MISSED' if missed else ''}"
+        return f"{self.what:50} {share:5.1f} % of {len(self.hits)}{wanted}"
+
+    @property
+    def clearly_missed(self) -> bool:
+        """Whether so few came true that chance does not explain it: a few cases may have bad luck."""
+        if not self.hits or self.required is None:
+            return False
+        return bool(binom.cdf(sum(self.hits), len(self.hits), self.required / 100) < _CHANCE)
+
+
 def lines(judged: Sequence[Judgement]) -> Iterator[str]:
     """All tables."""
-    yield from _figures(judged)
+    yield f"{len(judged)} cases"
+    yield from (figure.line for figure in figures(judged))
+    seconds = [j.seconds for j in judged]
+    yield f"{'time for a diagnosis':50} median {np.median(seconds):.1f} s, at most {max(seconds):.1f} s"
     yield from _confusion(judged)
     yield from _parameters(judged)
     yield from _failures(judged)
 
 
-def _figures(judged: Sequence[Judgement]) -> Iterator[str]:
+def figures(judged: Sequence[Judgement]) -> Iterator[Figure]:
+    """What is asked of a diagnosis."""
     singles, pairs = _of(judged, "single"), _of(judged, "pair")
     nothing, outside = _of(judged, "nothing"), _of(judged, "outside")
-    yield f"{len(judged)} cases"
-    yield _figure("right effect first, 3 % and more", [j.right for j in singles if _size(j) >= _LARGE], 97)
+    yield Figure("right effect first, 3 % and more", [j.right for j in singles if _size(j) >= _LARGE], 97)
     for size, required in zip(_SIZES, (None, 85, None, None), strict=True):
-        here = [j for j in singles if _size(j) == size]
-        yield _figure(f"  at {100 * size:g} %", [j.right for j in here], required)
-    yield _figure("nothing hidden: adequate", [j.right for j in nothing], 98)
-    yield _figure("pairs: both found, at most one more", [j.right for j in pairs], 85)
-    yield _figure("outside the library: unknown, right variables", [j.right for j in outside], 85)
-    yield _figure("  unknown-structure said", [j.verdict == "unknown-structure" for j in outside], None)
+        yield Figure(f"  at {100 * size:g} %", [j.right for j in singles if _size(j) == size], required)
+    yield Figure("nothing hidden: adequate", [j.right for j in nothing], 98)
+    yield Figure("pairs: both found, at most one more", [j.right for j in pairs], 85)
+    yield Figure("outside the library: unknown, right variables", [j.right for j in outside], 85)
+    yield Figure("  unknown-structure said", [j.verdict == "unknown-structure" for j in outside])
     exact = [set(j.truth[0]["depends_on"]) == set(j.variables) for j in outside]
-    yield _figure("  exactly the right variables", exact, None)
+    yield Figure("  exactly the right variables", exact)
     reached = [j.over_floor <= REACHED for j in (*singles, *pairs)]
-    yield _figure(f"held-out error at most {REACHED:g} noise floors", reached, 95)
-    yield _figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing], None)
-    small = [len(f.group) <= 4 for j in judged for f in j.findings]
-    yield _figure("findings with four names at most", small, 100)
-    named = [j for j in (*singles, *pairs) if j.right]
-    yield _figure("on the right joints, where named", [j.right_joints for j in named], None)
-    yield _figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)], None)
-    seconds = [j.seconds for j in judged]
-    yield f"{'time for a diagnosis':50} median {np.median(seconds):.1f} s, at most {max(seconds):.1f} s"
-
-
-def _figure(what: str, hits: Sequence[bool], required: float | None) -> str:
-    if not hits:
-        return f"{what:50} no cases"
-    share = 100 * float(np.mean(hits))
-    wanted = "" if required is None else f"   required {required:g} %{'' if share >= required else '   MISSED'}"
-    return f"{what:50} {share:5.1f} % of {len(hits)}{wanted}"
+    yield Figure(f"held-out error at most {REACHED:g} noise floors", reached, 95)
+    yield Figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing])
+    yield Figure("findings with four names at most", [len(f.group) <= 4 for j in judged for f in j.findings], 100)
+    yield Figure("on the right joints, where named", [j.right_joints for j in (*singles, *pairs) if j.right])
+    yield Figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)])
 
 
 def _confusion(judged: Sequence[Judgement]) -> Iterator[str]:
