@@ -7,79 +7,28 @@ import numpy as np
 import pytest
 
 from drivers.protocol import Goal, Power
-from drivers.serial_drive import SIMULATED_LOCKSTEP, SerialDrives
-from recordings.buses import SerialBus, SerialRegisters
+from drivers.serial_drive import SerialDrives
+from recordings.buses import SerialBus
 from recordings.errors import BadInput, RunFailed
-from recordings.rig import Drive, Rig
+from recordings.rig import Rig
 from tests.drivers.scripted_port import Exchange, ScriptedPort, line_on
-
-DRIVES = (
-    Drive(node_id=1, counts_per_turn=1000, gear=math.tau),
-    Drive(node_id=2, counts_per_turn=1000, gear=math.tau, sign=-1, zero_offset=0.5),
-    Drive(node_id=3, counts_per_turn=1000, gear=math.tau),
+from tests.drivers.serial_script import (
+    DRIVES,
+    FAULT,
+    MOVING,
+    OFF,
+    ON,
+    RELEASED,
+    SET_UP,
+    cycle,
+    drives,
+    enable,
+    enabled,
+    move,
+    off,
+    read,
+    status,
 )
-"""1000 counts per radian; voltage 0.5 mV per count."""
-RIG = Rig(name="test", rate=20.0, bus=SerialBus(ports=("line",)), drives=DRIVES)
-
-OFF, ON, MOVING, FAULT = 0x8000, 0, 0x0800_0000, 0x0040_8000
-Log = list[tuple[str, str, str]]
-
-
-def drives(script: list[Exchange], rig: Rig = RIG) -> tuple[SerialDrives, ScriptedPort, Log]:
-    """Drives of which nothing is known yet."""
-    port, log = ScriptedPort(script), Log()
-    lines = {"line": line_on(port)}
-    return SerialDrives(rig, lines, lambda *entry: log.append(entry), stamped=False), port, log
-
-
-def read(node: int, counts: int = 0, volts: int = 0) -> list[Exchange]:
-    return [(f"{node} g r0x32", f"v {counts}"), (f"{node} g r0x15", f"v {volts}")]
-
-
-def status(node: int, word: int) -> Exchange:
-    return f"{node} g r0xa0", f"v {word}"
-
-
-def move(node: int, counts: int) -> list[Exchange]:
-    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} t 1", "ok")]
-
-
-def cycle(
-    asked: int, told: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
-) -> list[Exchange]:
-    """One cycle: what each drive is told, the status of the one whose turn it is, what all have measured."""
-    script: list[Exchange] = []
-    for node in (1, 2, 3):
-        script += [*(told or {}).get(node, []), *([status(node, word)] if node == asked else []), *read(node, counts)]
-    return script
-
-
-def off(node: int) -> Exchange:
-    return f"{node} s r0x24 0", "ok"
-
-
-def enable(node: int, counts: int = 0) -> list[Exchange]:
-    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} s r0x24 21", "ok")]
-
-
-RELEASED = [
-    *cycle(1, {1: [off(1)], 2: [off(2)], 3: [off(3)]}),
-    *cycle(2, {2: [off(2)], 3: [off(3)]}),
-    *cycle(3, {3: [off(3)]}),
-]
-"""What drives are told first of all, until they are seen to be off: no power."""
-ENABLED = [*RELEASED, *(pair for node in (1, 2, 3) for pair in cycle(node, {node: enable(node)}, word=ON))]
-
-
-def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
-    """Drives that follow, and what comes then."""
-    amplifiers, port, log = drives([*ENABLED, *script])
-    for goal in (Goal.DISABLED, Goal.ENABLED):
-        amplifiers.goal = goal
-        for _ in range(3):
-            sample = amplifiers.exchange(None, 1.0)
-    assert sample.power == (Power.ON,) * 3
-    return amplifiers, port, log
 
 
 def test_target_is_the_position_measured_last_before_power() -> None:
@@ -270,110 +219,6 @@ def test_a_target_beyond_the_encoder_is_refused() -> None:
     amplifiers, _, _ = drives([])
     with pytest.raises(BadInput, match="32 bits"):
         amplifiers.encode(np.array([[1e7, 0.0, 0.0]]))
-
-
-# Before and after the cycles
-
-FLUSH: Exchange = ("", "e 33")
-ENDS = {1: (-1200, 1400), 2: (-900, 1700), 3: (-1200, 1400)}
-"""Of the way, in counts of each drive; the second one counts the other way round."""
-
-
-def test_drives_present_themselves() -> None:
-    script = [FLUSH, ("1 g f0x80", "v XTL-230"), ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}"), ("3 g f0x80", "v 12")]
-    amplifiers, _, _ = drives(script)
-    identities = amplifiers.discover()
-    assert [identity.device for identity in identities] == ["XTL-230", SIMULATED_LOCKSTEP, "12"]
-    assert [identity.simulated for identity in identities] == [False, True, False]
-    assert [identity.lockstep for identity in identities] == [False, True, False]
-    assert identities[1].address == "'2' on line"
-
-
-def test_silent_drives_are_named_and_the_others_are_not() -> None:
-    silent = [("2 g f0x80", "")] * 3
-    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *silent, ("3 g f0x80", "v A")])
-    with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
-        amplifiers.discover()
-
-
-def test_a_disturbed_reply_is_asked_for_again() -> None:
-    script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
-    amplifiers, port, _ = drives(script)
-    amplifiers.discover()
-    port.assert_finished()
-
-
-def setup(node: int, low: int, high: int) -> list[Exchange]:
-    """Limits of 0.05 rad, 150 rad/s^2, -1.2 and 1.4 rad."""
-    table = [("r0xba", 50), ("r0xcf", 15000), ("r0xb8", high), ("r0xb9", low), ("r0xc8", 0)]
-    return [
-        pair
-        for name, value in table
-        for pair in ((f"{node} s {name} {value}", "ok"), (f"{node} g {name}", f"v {value}"))
-    ]
-
-
-def configured(node: int, low: int, high: int) -> list[Exchange]:
-    return [off(node), (f"{node} g r0xa4", "v 0"), (f"{node} g r0xa4", "v 0"), *setup(node, low, high)]
-
-
-SET_UP = [x for node, ends in ENDS.items() for x in [*configured(node, *ends), status(node, OFF)]]
-
-
-def test_set_up_is_written_and_read_back() -> None:
-    amplifiers, port, _ = drives(SET_UP)
-    amplifiers.configure()
-    port.assert_finished()
-
-
-def test_a_setting_that_reads_back_differently_is_refused() -> None:
-    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:4], ("1 g r0xba", "v 49")])
-    with pytest.raises(RunFailed, match=r"joint 1 .*r0xba \(following error.*reads back as 49, 50 was written"):
-        amplifiers.configure()
-
-
-def test_a_register_that_the_drive_does_not_know_is_named() -> None:
-    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")])
-    with pytest.raises(RunFailed, match=r"joint 1 .*refuses '1 s r0xba 50': unknown register \(e 9\)"):
-        amplifiers.configure()
-
-
-def test_latched_faults_are_cleared() -> None:
-    clear: list[Exchange] = [off(1), ("1 g r0xa4", "v 528"), ("1 s r0xa4 528", "ok"), ("1 g r0xa4", "v 16")]
-    amplifiers, port, _ = drives(clear)
-    with pytest.raises(RunFailed, match=r"joint 1 .*motor too hot \(0x0010\), cannot be reset"):
-        amplifiers.configure()
-    port.assert_finished()
-
-
-def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
-    bus = SerialBus(ports=("line",), registers=SerialRegisters(watchdog="r0xf0"), watchdog_timeout=0.2)
-    script: list[Exchange] = []
-    for node, ends in ENDS.items():
-        armed: list[Exchange] = [(f"{node} s r0xf0 200", "ok"), (f"{node} g r0xf0", "v 200")]
-        script += [*configured(node, *ends), *armed, status(node, OFF)]
-    script += [pair for node in (1, 2, 3) for pair in (off(node), (f"{node} s r0xf0 0", "ok"))]
-    amplifiers, port, _ = drives(script, RIG.model_copy(update={"bus": bus}))
-    amplifiers.configure()
-    amplifiers.close()
-    port.assert_finished()
-
-
-def test_examine_compares_and_writes_nothing() -> None:
-    found = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
-    script: list[Exchange] = []
-    for node in (1, 2, 3):
-        faulty = [status(1, FAULT), ("1 g r0xa4", "v 4")] if node == 1 else [status(node, OFF)]
-        script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in found.items())]
-    amplifiers, port, _ = drives(script)
-    findings = amplifiers.examine()
-    port.assert_finished()
-    noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in findings if f.verdict == "will be written"]
-    assert noteworthy[0] == ("joint 1", "state", "off", "fault: short circuit (0x0004)")
-    assert ("joint 1", "r0xcf", "15000", "7") in noteworthy
-    assert ("joint 2", "r0xb8", "1700", "1400") in noteworthy
-    assert not amplifiers.close()
-    assert port.sent == [command for command, _ in script]
 
 
 def test_closing_takes_power_off_and_never_raises() -> None:

@@ -1,0 +1,98 @@
+"""Three drives on one serial line, and what is sent and received: for tests of the serial driver."""
+
+import math
+
+from drivers.protocol import Goal, Power
+from drivers.serial_drive import SerialDrives
+from recordings.buses import SerialBus
+from recordings.rig import Drive, Rig
+from tests.drivers.scripted_port import Exchange, ScriptedPort, line_on
+
+DRIVES = (
+    Drive(node_id=1, counts_per_turn=1000, gear=math.tau),
+    Drive(node_id=2, counts_per_turn=1000, gear=math.tau, sign=-1, zero_offset=0.5),
+    Drive(node_id=3, counts_per_turn=1000, gear=math.tau),
+)
+"""1000 counts per radian; voltage 0.5 mV per count."""
+RIG = Rig(name="test", rate=20.0, bus=SerialBus(ports=("line",)), drives=DRIVES)
+
+OFF, ON, MOVING, FAULT = 0x8000, 0, 0x0800_0000, 0x0040_8000
+Log = list[tuple[str, str, str]]
+
+FLUSH: Exchange = ("", "e 33")
+ENDS = {1: (-1200, 1400), 2: (-900, 1700), 3: (-1200, 1400)}
+"""Of the way, in counts of each drive; the second one counts the other way round."""
+
+
+def drives(script: list[Exchange], rig: Rig = RIG) -> tuple[SerialDrives, ScriptedPort, Log]:
+    """Drives of which nothing is known yet."""
+    port, log = ScriptedPort(script), Log()
+    lines = {"line": line_on(port)}
+    return SerialDrives(rig, lines, lambda *entry: log.append(entry), stamped=False), port, log
+
+
+def read(node: int, counts: int = 0, volts: int = 0) -> list[Exchange]:
+    return [(f"{node} g r0x32", f"v {counts}"), (f"{node} g r0x15", f"v {volts}")]
+
+
+def status(node: int, word: int) -> Exchange:
+    return f"{node} g r0xa0", f"v {word}"
+
+
+def move(node: int, counts: int) -> list[Exchange]:
+    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} t 1", "ok")]
+
+
+def cycle(
+    asked: int, told: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
+) -> list[Exchange]:
+    """One cycle: what each drive is told, the status of the one whose turn it is, what all have measured."""
+    script: list[Exchange] = []
+    for node in (1, 2, 3):
+        script += [*(told or {}).get(node, []), *([status(node, word)] if node == asked else []), *read(node, counts)]
+    return script
+
+
+def off(node: int) -> Exchange:
+    return f"{node} s r0x24 0", "ok"
+
+
+def enable(node: int, counts: int = 0) -> list[Exchange]:
+    return [(f"{node} s r0xca {counts}", "ok"), (f"{node} s r0x24 21", "ok")]
+
+
+RELEASED = [
+    *cycle(1, {1: [off(1)], 2: [off(2)], 3: [off(3)]}),
+    *cycle(2, {2: [off(2)], 3: [off(3)]}),
+    *cycle(3, {3: [off(3)]}),
+]
+"""What drives are told first of all, until they are seen to be off: no power."""
+ENABLED = [*RELEASED, *(pair for node in (1, 2, 3) for pair in cycle(node, {node: enable(node)}, word=ON))]
+
+
+def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
+    """Drives that follow, and what comes then."""
+    amplifiers, port, log = drives([*ENABLED, *script])
+    for goal in (Goal.DISABLED, Goal.ENABLED):
+        amplifiers.goal = goal
+        for _ in range(3):
+            sample = amplifiers.exchange(None, 1.0)
+    assert sample.power == (Power.ON,) * 3
+    return amplifiers, port, log
+
+
+def setup(node: int, low: int, high: int) -> list[Exchange]:
+    """Limits of 0.05 rad, 150 rad/s^2, -1.2 and 1.4 rad."""
+    table = [("r0xba", 50), ("r0xcf", 15000), ("r0xb8", high), ("r0xb9", low), ("r0xc8", 0)]
+    return [
+        pair
+        for name, value in table
+        for pair in ((f"{node} s {name} {value}", "ok"), (f"{node} g {name}", f"v {value}"))
+    ]
+
+
+def configured(node: int, low: int, high: int) -> list[Exchange]:
+    return [off(node), (f"{node} g r0xa4", "v 0"), (f"{node} g r0xa4", "v 0"), *setup(node, low, high)]
+
+
+SET_UP = [x for node, ends in ENDS.items() for x in [*configured(node, *ends), status(node, OFF)]]

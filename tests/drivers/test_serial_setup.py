@@ -1,0 +1,89 @@
+"""How serial drives are found and set up, as (sent, received) pairs, three drives on one line."""
+
+import pytest
+
+from drivers.serial_drive import SIMULATED_LOCKSTEP
+from recordings.buses import SerialBus, SerialRegisters
+from recordings.errors import RunFailed
+from tests.drivers.scripted_port import Exchange
+from tests.drivers.serial_script import ENDS, FAULT, FLUSH, OFF, RIG, SET_UP, configured, drives, off, status
+
+
+def test_drives_present_themselves() -> None:
+    script = [FLUSH, ("1 g f0x80", "v XTL-230"), ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}"), ("3 g f0x80", "v 12")]
+    amplifiers, _, _ = drives(script)
+    identities = amplifiers.discover()
+    assert [identity.device for identity in identities] == ["XTL-230", SIMULATED_LOCKSTEP, "12"]
+    assert [identity.simulated for identity in identities] == [False, True, False]
+    assert [identity.lockstep for identity in identities] == [False, True, False]
+    assert identities[1].address == "'2' on line"
+
+
+def test_silent_drives_are_named_and_the_others_are_not() -> None:
+    silent = [("2 g f0x80", "")] * 3
+    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *silent, ("3 g f0x80", "v A")])
+    with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
+        amplifiers.discover()
+
+
+def test_a_disturbed_reply_is_asked_for_again() -> None:
+    script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
+    amplifiers, port, _ = drives(script)
+    amplifiers.discover()
+    port.assert_finished()
+
+
+def test_set_up_is_written_and_read_back() -> None:
+    amplifiers, port, _ = drives(SET_UP)
+    amplifiers.configure()
+    port.assert_finished()
+
+
+def test_a_setting_that_reads_back_differently_is_refused() -> None:
+    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:4], ("1 g r0xba", "v 49")])
+    with pytest.raises(RunFailed, match=r"joint 1 .*r0xba \(following error.*reads back as 49, 50 was written"):
+        amplifiers.configure()
+
+
+def test_a_register_that_the_drive_does_not_know_is_named() -> None:
+    amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")])
+    with pytest.raises(RunFailed, match=r"joint 1 .*refuses '1 s r0xba 50': unknown register \(e 9\)"):
+        amplifiers.configure()
+
+
+def test_latched_faults_are_cleared() -> None:
+    clear: list[Exchange] = [off(1), ("1 g r0xa4", "v 528"), ("1 s r0xa4 528", "ok"), ("1 g r0xa4", "v 16")]
+    amplifiers, port, _ = drives(clear)
+    with pytest.raises(RunFailed, match=r"joint 1 .*motor too hot \(0x0010\), cannot be reset"):
+        amplifiers.configure()
+    port.assert_finished()
+
+
+def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
+    bus = SerialBus(ports=("line",), registers=SerialRegisters(watchdog="r0xf0"), watchdog_timeout=0.2)
+    script: list[Exchange] = []
+    for node, ends in ENDS.items():
+        armed: list[Exchange] = [(f"{node} s r0xf0 200", "ok"), (f"{node} g r0xf0", "v 200")]
+        script += [*configured(node, *ends), *armed, status(node, OFF)]
+    script += [pair for node in (1, 2, 3) for pair in (off(node), (f"{node} s r0xf0 0", "ok"))]
+    amplifiers, port, _ = drives(script, RIG.model_copy(update={"bus": bus}))
+    amplifiers.configure()
+    amplifiers.close()
+    port.assert_finished()
+
+
+def test_examine_compares_and_writes_nothing() -> None:
+    found = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
+    script: list[Exchange] = []
+    for node in (1, 2, 3):
+        faulty = [status(1, FAULT), ("1 g r0xa4", "v 4")] if node == 1 else [status(node, OFF)]
+        script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in found.items())]
+    amplifiers, port, _ = drives(script)
+    findings = amplifiers.examine()
+    port.assert_finished()
+    noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in findings if f.verdict == "will be written"]
+    assert noteworthy[0] == ("joint 1", "state", "off", "fault: short circuit (0x0004)")
+    assert ("joint 1", "r0xcf", "15000", "7") in noteworthy
+    assert ("joint 2", "r0xb8", "1700", "1400") in noteworthy
+    assert not amplifiers.close()
+    assert port.sent == [command for command, _ in script]
