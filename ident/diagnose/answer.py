@@ -87,8 +87,16 @@ def _numbers(values: Floats) -> tuple[float, ...]:
 
 
 def _news(found: Diagnosis) -> list[Finding]:
-    """Findings that are not true of any such machine anyway."""
-    return [one for one in named(found.ladder.findings) if not one.term.effect.always_true]
+    """Findings that are not true of any such machine anyway, nor in the model already."""
+    begun = _begun(found)
+    return [
+        one for one in named(found.ladder.findings) if not one.term.effect.always_true and one.term.name not in begun
+    ]
+
+
+def _begun(found: Diagnosis) -> set[str]:
+    """Names of the effects with which it began."""
+    return {term.name for term in found.ladder.rungs[0].state.terms}
 
 
 def named(findings: Sequence[Finding]) -> list[Finding]:
@@ -113,11 +121,13 @@ def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     if found.by_hand:
         left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
         return f"With {names or 'nothing new'}, as asked for, {left}: {found.remainder.sentence}"
+    begun = ", ".join(sorted(_begun(found)))
+    model = f"The model with {begun}" if begun else "The base model"
     if verdict == "adequate":
         return "Nothing structured is left above the noise: the model is adequate on these recordings."
     if verdict == "missing-effect":
-        return f"The base model lacks {names}; with it, nothing structured is left above the noise."
-    partly = f"The base model lacks {names}, but something else repeats" if names else "Something repeats"
+        return f"{model} lacks {names}; with it, nothing structured is left above the noise."
+    partly = f"{model} lacks {names}, but something else repeats" if names else "Something repeats"
     return f"{partly} that no effect of the library explains: {found.remainder.sentence}"
 
 
@@ -179,6 +189,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         confusable_with=finding.alternatives,
         gain=gain.share,
         gain_ci95=gain.interval,
+        in_model=finding.term.name in _begun(found),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,
         looks=effect.looks,

@@ -61,6 +61,8 @@ class FindingEntry(Section):
 
     effect: str
     status: Literal["supported"] = "supported"
+    in_model: bool = False
+    """Whether the model with which the diagnosis began had it already."""
     joints: tuple[int, ...]
     """From 1."""
     confusable_with: tuple[str, ...]

@@ -52,7 +52,8 @@ def _errors(rung: RungEntry) -> list[str]:
 
 def _finding(finding: FindingEntry, document: Document, console: Console) -> None:
     other = f"  (or: {', '.join(finding.confusable_with)})" if finding.confusable_with else ""
-    console.print(f"\n[bold]{finding.effect}[/]{other}", highlight=False)
+    already = "  (in the model already)" if finding.in_model else ""
+    console.print(f"\n[bold]{finding.effect}[/]{already}{other}", highlight=False)
     console.print(f"  {finding.sentence} {finding.looks}", highlight=False)
     console.print(f"  {finding.why}", highlight=False)
     own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}

@@ -206,7 +206,10 @@ def test_the_improved_model_explains_as_much_in_a_file(hide: Hide, tmp_path: Pat
     # Comparing looks at standstill, too, which a diagnosis leaves out.
     np.testing.assert_allclose(rms, found["rungs"][-1]["validate_rms"], rtol=0.3)
     again = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--model", model, "--json", "--force")
-    assert json.loads(again.stdout)["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
+    document = json.loads(again.stdout)
+    assert document["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
+    assert document["verdict"] == "adequate"
+    assert all(finding["in_model"] for finding in document["findings"])
 
 
 def test_pictures_are_drawn_and_words_are_said(hide: Hide, tmp_path: Path) -> None:
