@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import chain
+from itertools import chain, combinations
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from ident.model import (
     source,
 )
 from ident.prediction import terms_of
-from ident.samples import holds_torque
+from ident.samples import drive_signal, holds_torque
 from ident.sensitivity import Sensitivity, sensitivity
 from ident.trust import Knowledge, assess
 from ident.uncertainty import Source
@@ -193,6 +193,19 @@ def refuse_the_same_twice(files: Sequence[Path]) -> None:
         if digest in seen:
             raise BadInput(f"{path} holds the same data as {seen[digest]}; give different recordings")
         seen[digest] = path
+
+
+def refuse_overlap(recordings: Sequence[Recording]) -> None:
+    """As `refuse_the_same_twice`, where one recording is the beginning of another.
+
+    Raises:
+        BadInput: one is.
+    """
+    for first, second in combinations(recordings, 2):
+        n = min(len(first.time), len(second.time))
+        pairs = ((first.position, second.position), (drive_signal(first), drive_signal(second)))
+        if all(np.array_equal(a[:n], b[:n], equal_nan=True) for a, b in pairs):
+            raise BadInput(f"{second.path} and {first.path} begin with the same data; give different recordings")
 
 
 def refuse_different_rigs(recordings: Sequence[Recording]) -> None:

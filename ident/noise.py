@@ -112,17 +112,25 @@ def _from_band_above(datasets: Sequence[Dataset], joint: int) -> Noise:
     """White noise in the voltage, seen above twice the bandwidth (or a quarter of the rate), reckoned into the band.
 
     From the median of its size: where the joint reverses, Coulomb friction lets the voltage itself reach up there.
+    And from where there is least of it: ripple at high harmonics of the motion is no noise.
     """
-    typical, shares = [], []
-    for dataset in datasets:
-        rate = dataset.recording.run.rate
-        taps = -signals.low_pass(min(2 * dataset.bandwidth, rate / 4), rate)
-        taps[len(taps) // 2] += 1
-        above = signals.convolve(drive_signal(dataset.recording)[:, joint], taps)
-        typical.append(float(np.nanmedian(np.abs(above))) / np.linalg.norm(taps) / _MEDIAN_OF_NORMAL)
-        shares.append(min(2 * dataset.bandwidth / rate, 1.0))
-    volts, share = float(np.mean(typical)), float(np.mean(shares))
+    levels = [_least_above(drive_signal(data.recording)[:, joint], data) for data in datasets]
+    shares = [min(2 * data.bandwidth / data.recording.run.rate, 1.0) for data in datasets]
+    volts, share = float(np.mean(levels)), float(np.mean(shares))
     torque = datasets[0].recording.rig.torque
     # At v = 0 the torque of the square map is gain e |e|, of variance 3 gain^2 volts^4.
     curvature = np.sqrt(3 * share) * torque.gain[joint] * volts**2 if torque.map == "square" else 0.0
     return Noise(float(np.sqrt(share)) * volts, float(curvature), "band above the signal")
+
+
+def _least_above(signal: Floats, dataset: Dataset) -> float:
+    """Standard deviation of white noise of which there is as much as of `signal` (n,) in the quietest band above."""
+    rate = dataset.recording.run.rate
+    edge, found = min(2 * dataset.bandwidth, rate / 4), []
+    while edge <= rate / 4:
+        taps = -signals.low_pass(edge, rate)
+        taps[len(taps) // 2] += 1
+        above = np.abs(signals.convolve(signal, taps))
+        found.append(float(np.nanmedian(above)) / float(np.linalg.norm(taps)) / _MEDIAN_OF_NORMAL)
+        edge *= 2
+    return min(found)

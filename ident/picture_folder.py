@@ -9,6 +9,7 @@ from pathlib import Path
 @contextmanager
 def whole(folder: Path) -> Iterator[Path]:
     """A folder beside `folder` to draw into; its pictures go to `folder` at the end, unless something went wrong."""
+    folder = folder.resolve()
     partial = folder.with_name(folder.name + ".part")
     try:
         partial.mkdir(parents=True, exist_ok=True)

@@ -59,9 +59,11 @@ def write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
             writer = ContainerWriter(stream)
             channels = _register(writer, schemas.TOPICS | (schemas.OPTIONAL_TOPICS if samples.extra else {}))
             writer.metadata("rig", rig_record(rig))
-            writer.metadata("run", run_record(run))
+            writer.metadata("run", run_record(run.model_copy(update={"exit_status": None})))
             for chunk in encode(samples, channels):
                 writer.chunk(chunk)
+            if run.exit_status is not None:  # at the end, so that a file which is cut off does not claim to have one
+                writer.metadata("run", {"exit_status": str(run.exit_status)})
             writer.finish()
         except BaseException:
             path.unlink()

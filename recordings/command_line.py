@@ -10,7 +10,7 @@ import math
 import os
 import pkgutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -20,15 +20,26 @@ import click
 from recordings.errors import BadInput, RunFailed
 
 
-def refuse_existing(*paths: Path | None, force: bool = False) -> None:
-    """Nothing is replaced unasked, and that is said before the work.
+def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Path] = ()) -> None:
+    """Nothing is replaced unasked, and nothing that is `read` in any case; that is said before the work.
 
     Raises:
-        BadInput: one of the `paths` is there already, and no `force` was given.
+        BadInput: one of the `paths` is there already, and no `force` was given; or it is among those that are read,
+            a recording, or no file at all; or its folder cannot be written.
     """
-    for path in paths:
-        if path and path.exists() and not force:
+    inputs = [one.resolve() for one in read]
+    for path in filter(None, paths):
+        if path.resolve() in inputs:
+            raise BadInput(f"{path} is one of the inputs and would be replaced; give the output another name")
+        if path.suffix == ".mcap":
+            raise BadInput(f"{path}: an output expected, a recording's name (.mcap) found; give it another ending")
+        if path.exists() and not (path.is_file() or path.is_dir()):
+            raise BadInput(f"{path}: a file or a folder expected, something else found; choose another name")
+        if path.exists() and not force:
             raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
+        folder = path if path.is_dir() else path.parent
+        if folder.is_dir() and not os.access(folder, os.W_OK):
+            raise BadInput(f"folder {folder} cannot be written; change its permissions, or choose another place")
 
 
 class FiniteRange(click.FloatRange):

@@ -96,7 +96,8 @@ def command(
     out = out or files[0].with_suffix(".model.json")
     plots = plots or (None if as_json else files[0].with_suffix(".diagnose"))
     written = (plots, out if apply else None, stand_in)
-    _refuse_places([path for path in written if path], force)
+    begun = [model_file] if model_file else []
+    _refuse_places([path for path in written if path], force, [*files, *validate, *effect_files, *begun])
 
     import json
 
@@ -136,9 +137,9 @@ def command(
             click.echo(f"{what}: {place}", err=True)
 
 
-def _refuse_places(paths: Sequence[Path], force: bool) -> None:
+def _refuse_places(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:
     """Before the work, not after it."""
-    refuse_existing(*paths, force=force)
+    refuse_existing(*paths, force=force, read=read)
     for path in paths:
         if not path.parent.is_dir():
             raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -109,8 +108,7 @@ def command(
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
-    _refuse_inputs_as_outputs([*files, *([validate] if validate else [])], out, plots)
-    refuse_existing(out, plots, force=force)
+    refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
 
     from ident import estimators
     from ident.identification import Choices, identify, refuse_the_same_twice
@@ -133,12 +131,6 @@ def _refuse_beside_paper(**given: object) -> None:
     for option, value in given.items():
         if value:
             raise BadInput(f"no --{option} expected beside --paper, which sets it, '{value}' found; leave one out")
-
-
-def _refuse_inputs_as_outputs(inputs: Sequence[Path], out: Path, plots: Path) -> None:
-    for path in (out, plots):
-        if path.resolve() in [given.resolve() for given in inputs]:
-            raise BadInput(f"{path} is one of the recordings and would be replaced; give the output another name")
 
 
 def _write(result: Identification, out: Path, plots: Path) -> None:

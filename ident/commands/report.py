@@ -53,9 +53,7 @@ def command(
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out)
     _refuse_the_same_twice(inputs)
-    if out.resolve() in [path.resolve() for path in inputs]:
-        raise BadInput(f"{out} is one of the inputs and would be replaced; give the report another name")
-    refuse_existing(out, force=force)
+    refuse_existing(out, force=force, read=inputs)
 
     from ident.progress import spinner
     from ident.report import material, page

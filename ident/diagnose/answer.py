@@ -74,6 +74,7 @@ def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
     path.write_text(source(learned.curves, about))
     return StandInEntry(
         file=str(path),
+        fitted=str(found.material.datasets[0].recording.path),
         joints=tuple(sorted({curve.joint for curve in learned.curves})),
         over=tuple(sorted({curve.variable for curve in learned.curves})),
         validate_rms=_numbers(rms(learned.after.residuals, found.material.held)),
@@ -189,6 +190,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         confusable_with=finding.alternatives,
         gain=gain.share,
         gain_ci95=gain.interval,
+        status="asked-for" if found.by_hand else "supported",
         in_model=finding.term.name in _begun(found),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,

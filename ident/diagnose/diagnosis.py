@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import cutoff
+from ident import cutoff, signals
 from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
@@ -18,7 +18,7 @@ from ident.diagnose.remainder import Remainder, remainder
 from ident.diagnose.rungs import Ladder
 from ident.diagnose.unknown import without_imitations
 from ident.effects import Effect
-from ident.identification import refuse_different_rigs, refuse_the_same_twice
+from ident.identification import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
 from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig
 from ident.samples import holds_torque, sample
@@ -30,6 +30,10 @@ TOLERATED = 0.004
 """Encoder noise in the torque, over the torque: the smallest effects that matter are not much larger."""
 LEAST_BANDWIDTH = 10.0
 """Where coarse encoders ask for less than this, friction at reversals counts for more [Hz]."""
+
+_TINY = 1e-12
+RICH = 0.1
+"""Share of the torque, in RMS, that a low-pass must not take away because of encoder noise: ripple would be gone."""
 
 Progress = Callable[[str], None]
 
@@ -151,6 +155,7 @@ def question(
     refuse_the_same_twice((*files, *validate))
     recordings = [read(path) for path in (*files, *validate)]
     refuse_different_rigs(recordings)
+    refuse_overlap(recordings)
     courses, share = _courses(recordings, choices)
     train, held = courses[: len(files)], courses[len(files) :]
     material = gather(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
@@ -186,9 +191,19 @@ def _cutoff(recordings: Sequence[Recording]) -> float:
     for recording in recordings:
         samples = sample(excerpts(recording)[0].recording)
         position, torque = samples.position, samples.torque
-        fine = cutoff.choose(position, torque, samples.rate, TOLERATED).hz
-        found.append(max(fine, min(LEAST_BANDWIDTH, cutoff.choose(position, torque, samples.rate).hz)))
+        usual = cutoff.choose(position, torque, samples.rate).hz
+        fine = min(max(cutoff.choose(position, torque, samples.rate, TOLERATED).hz, LEAST_BANDWIDTH), usual)
+        found.append(usual if _between(torque, samples.rate, fine, usual) > RICH else fine)
     return min(found)
+
+
+def _between(torque: Floats, rate: float, low: float, high: float) -> float:
+    """Share of the RMS of `torque` (n, dof) up to `high` that lies above `low` [Hz], of the joint with most."""
+    if low >= high:
+        return 0.0
+    more, less = (signals.convolve(torque, signals.low_pass(hz, rate)) for hz in (high, low))
+    share: Floats = np.nanstd(more - less, axis=0) / np.maximum(np.nanstd(more, axis=0), _TINY)
+    return float(np.nanmax(share))
 
 
 def _offered(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:

@@ -23,7 +23,12 @@ def cautions(material: Material, solution: Solution, offset: Effect | None) -> I
     """A sentence for each joint with a rare direction: both values and intervals with the `offset` in the model."""
     shares = rarer_direction(material)
     for joint in np.flatnonzero(shares < RARE):
-        if offset:
+        if not shares[joint]:
+            yield (
+                f"Joint {joint + 1} moves in one direction only, so Coulomb friction and a constant offset cannot be "
+                "told apart."
+            )
+        elif offset:
             yield _caution(material, _with(material, solution, offset, int(joint)), int(joint), float(shares[joint]))
 
 

@@ -60,7 +60,8 @@ class FindingEntry(Section):
     """An effect that is there."""
 
     effect: str
-    status: Literal["supported"] = "supported"
+    status: Literal["supported", "asked-for"] = "supported"
+    """The latter where nothing else was tried."""
     in_model: bool = False
     """Whether the model with which the diagnosis began had it already."""
     joints: tuple[int, ...]
@@ -98,6 +99,8 @@ class StandInEntry(Section):
     """Curves in an effect file that take the place of what is not known."""
 
     file: str
+    fitted: str
+    """The first recording that they were learned from."""
     joints: tuple[int, ...]
     """From 1."""
     over: tuple[str, ...]

@@ -11,6 +11,8 @@ from ident.diagnose.rungs import State
 from ident.effects import Effect
 from ident.samples import holds_torque
 
+_FEW = 20
+"""Independent rows per parameter below which small effects cannot be told from chance."""
 _DISAGREE = 1.5
 """How many times larger the error on one held-out recording may be than on another."""
 
@@ -18,6 +20,7 @@ _DISAGREE = 1.5
 def doubts(material: Material, state: State, floor: Floor, offset: Effect | None) -> Iterator[str]:
     """About the model `state` and its `floor`; `offset`: the effect with which Coulomb friction is confused."""
     yield from cautions(material, state.solution, offset)
+    yield from _too_little(material, state)
     yield from _disagreement(material, state, floor)
     yield from _left_out(material)
     yield from _unknown_gain(material)
@@ -29,6 +32,19 @@ def names(material: Material, chosen: Sequence[int]) -> list[str]:
     every = [path.name for path in paths]
     files = (material.datasets[i].recording.path for i in chosen)
     return list(dict.fromkeys(path.name if every.count(path.name) == 1 else str(path) for path in files))
+
+
+def _too_little(material: Material, state: State) -> Iterator[str]:
+    """Whether the recordings are cut short, or too short to tell."""
+    cut = [i for i, data in enumerate(material.datasets) if data.recording.run.exit_status is None]
+    if cut:
+        yield f"Interrupted, or cut off: {', '.join(names(material, cut))}. What came after is not known."
+    rows, parameters = material.independent_rows, len(state.solution.x)
+    if rows < _FEW * parameters:
+        yield (
+            f"Too short to tell: {rows:.0f} independent rows for {parameters} parameters. What was not found may be "
+            "there all the same; record a longer motion."
+        )
 
 
 def _disagreement(material: Material, state: State, floor: Floor) -> Iterator[str]:

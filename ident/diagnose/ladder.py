@@ -182,9 +182,11 @@ class Climber:
 
     def _chosen(self, state: State, options: Sequence[State]) -> State | None:
         """The next effect. What explains most may not hold before a smaller one beside it is known."""
-        if self._left(state) <= 0:  # a right model would leave no less
+        seen, least = rms(state.residuals, self._material.seen), self.floor(state).rms
+        # A right model would leave no less. What lowers the errors below that fits what encoders' steps make.
+        if self._left(state) <= 0 or (seen <= least).all():
             return None
-        short = np.flatnonzero(rms(state.residuals, self._material.seen) > LACKING * self.floor(state).rms)
+        short = np.flatnonzero(seen > LACKING * least)
         options = [*options, *self.finder.wider(state, short.tolist())]
         found = self._first_confirmed(state, options)
         return found or (self._first_confirmed(state, self.finder.unlikely(state)) if options else None)

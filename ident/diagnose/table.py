@@ -70,7 +70,7 @@ def _stand_in(document: Document, found: StandInEntry, console: Console) -> None
     console.print(
         f"Stand-in: curves over {', '.join(found.over)} for joint {joints}, in {found.file}, take away "
         f"{found.gain:.0%} of that on rows no fit has seen (RMS, joint by joint: {fell}).\n"
-        f"  ident fit {document.recordings[0]} --with {name}:{joints} --effect-file {found.file}",
+        f"  ident fit {found.fitted} --with {name}:{joints} --effect-file {found.file}",
         highlight=False,
         soft_wrap=True,
     )

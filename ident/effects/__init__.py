@@ -156,18 +156,20 @@ def from_file(path: Path) -> Effect:
     """
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
+    from ident.guarded import guarded, said
+
     spec = importlib.util.spec_from_file_location(path.stem, path)
     if spec is None or spec.loader is None:
         raise BadInput(f"effect file {path}: a Python file expected, found something else; check the path")
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # whatever the user's code does
-        raise BadInput(f"effect file {path}: {type(error).__name__}: {error}; mend the file") from None
+    except (Exception, SystemExit) as error:  # whatever the user's code does
+        raise BadInput(f"effect file {path}: {said(error)}; mend the file") from None
     effect: Any = getattr(module, "effect", None)
     if not isinstance(effect, (Additive, Signal)):
         raise BadInput(
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal of ident.effects expected, "
             f"{type(effect).__name__} found; see docs/effects.md"
         )
-    return effect
+    return guarded(effect, path)

@@ -64,3 +64,11 @@ def test_without_any_noise_every_sample_still_has_a_finite_spread(recording: Rec
     left = 0 * residual(dataset, truth)
     std = residual_std(dataset, left, estimate([dataset], [left]))
     assert (std[np.isfinite(dataset.torque)] > 0).all()
+
+
+def test_ripple_at_high_harmonics_is_no_noise(make: Callable[..., Recording], truth: Floats) -> None:
+    recording = make(cycles=1, noise=VOLTS)
+    recording.voltage[:] += 0.3 * np.sin(2 * np.pi * 75.0 * recording.time)[:, None]
+    dataset = prepared(recording)
+    for joint in estimate([dataset], [residual(dataset, truth)]):
+        assert joint.volts == pytest.approx(VOLTS * BAND, rel=0.2)

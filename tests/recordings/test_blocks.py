@@ -157,3 +157,11 @@ def test_a_file_that_exists_is_left_alone_and_a_failure_leaves_none(tmp_path: Pa
     with pytest.raises(ValueError, match="reshape"):
         blocks.write(tmp_path / "r.mcap", rig, run, dataclasses.replace(samples(5), command=np.zeros((5, 2))))
     assert not (tmp_path / "r.mcap").exists()
+
+
+def test_what_is_cut_off_does_not_say_that_it_ended(tmp_path: Path, run: Run) -> None:
+    whole, cut = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
+    blocks.write(whole, axes(3), run.model_copy(update={"exit_status": 0}), samples(3 * blocks.ROWS))
+    assert read(whole).complete
+    cut.write_bytes(whole.read_bytes()[: int(0.6 * whole.stat().st_size)])
+    assert not read(cut).complete

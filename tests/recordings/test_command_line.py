@@ -10,7 +10,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from recordings.command_line import CommandFolder, FiniteRange, run
+from recordings.command_line import CommandFolder, FiniteRange, refuse_existing, run
 from recordings.errors import BadInput, RunFailed
 
 
@@ -109,3 +109,33 @@ def test_a_number_on_the_command_line_is_finite(text: str) -> None:
     assert result.exit_code == 2
     assert f"'--length': a finite number expected, {text} found" in result.output
     assert CliRunner().invoke(program, ["--length", "0.5"]).output == "0.5\n"
+
+
+@pytest.mark.parametrize("force", [False, True])
+def test_nothing_that_is_read_is_replaced(tmp_path: Path, force: bool) -> None:
+    model, recording = tmp_path / "a.json", tmp_path / "a.mcap"
+    for path in (model, recording):
+        path.touch()
+    with pytest.raises(BadInput, match="one of the inputs and would be replaced"):
+        refuse_existing(tmp_path / "." / "a.json", force=force, read=[model])
+    with pytest.raises(BadInput, match=r"recording's name \(\.mcap\) found"):
+        refuse_existing(recording, force=force)
+    with pytest.raises(BadInput, match="a file or a folder expected"):
+        refuse_existing(Path("/dev/null"), force=force)
+
+
+def test_what_is_there_is_replaced_only_if_that_is_asked_for(tmp_path: Path) -> None:
+    model = tmp_path / "a.json"
+    model.touch()
+    with pytest.raises(BadInput, match="should not exist yet"):
+        refuse_existing(None, model)
+    refuse_existing(model, force=True)
+    refuse_existing(tmp_path / "b.json", None)
+
+
+def test_a_place_that_cannot_be_written_is_said_before_the_work(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write anywhere
+    with pytest.raises(BadInput, match=f"folder {tmp_path} cannot be written"):
+        refuse_existing(tmp_path / "a.json")

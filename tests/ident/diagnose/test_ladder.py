@@ -17,8 +17,9 @@ Left = dict[str, float]
 class Toy(ladder.Climber):
     """Climbs where `left` says."""
 
-    def __init__(self, left: Left) -> None:
-        self._left_by = left
+    def __init__(self, left: Left, least: float = 0.95) -> None:
+        """least: RMS of the floor; what fits see has an RMS of one."""
+        self._left_by, self.least = left, least
         self.finder: Any = SimpleNamespace(options=self._options, wider=self._none, unlikely=self._none)
         self._material: Any = SimpleNamespace(seen=(np.ones((1, 1), bool),))
         self._progress = lambda text: None
@@ -59,7 +60,7 @@ class Toy(ladder.Climber):
         return None, state
 
     def floor(self, state: Any) -> Any:
-        return SimpleNamespace(rms=np.ones(1))
+        return SimpleNamespace(rms=np.full(1, self.least))
 
     def _computed(self, state: Any) -> Any:
         return ()
@@ -105,6 +106,11 @@ def test_a_little_of_much_that_is_not_understood_is_no_finding(before: float, af
 
 def test_nothing_is_added_below_the_floor() -> None:
     assert found({"": 100.0, "a": -0.1, "ad": -0.5}) == "a"
+
+
+def test_nothing_is_added_where_what_fits_see_is_at_the_floor() -> None:
+    climbed = Toy({"": 100.0, "a": 1.0}, least=1.0).climb(None, None)  # type: ignore[arg-type]
+    assert [rung.added for rung in climbed.rungs] == [None]
 
 
 def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.MonkeyPatch) -> None:
