@@ -218,7 +218,10 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
             why = f"It is a part of {contained[name]}, which has been added."
             yield RejectedEntry(effect=name, status="absorbed", why=why)
         elif name in ladder.last.unseen:
-            why = "This motion does not show it: all that it would change, other parameters can imitate."
+            why = (
+                "This motion does not show it: other parameters can imitate all that it would change, or it would need "
+                "a sign that it cannot have."
+            )
             yield RejectedEntry(effect=name, status="not-tested", why=why)
         else:
             yield _not_added(found, name, sorted(present))

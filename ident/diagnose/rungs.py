@@ -31,7 +31,7 @@ class Options:
     states: tuple[State, ...]
     """With one effect more, the best first."""
     unseen: tuple[str, ...]
-    """Effects that this motion does not excite."""
+    """Effects that this motion does not excite, or only with a sign that they cannot have."""
     gains: Mapping[str, float]
     """What each effect would gain at first sight, as a share of the loss."""
 

@@ -75,7 +75,8 @@ class Screen:
         self._evaluators = [material.evaluators[i] for i in material.fitting]
 
     def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], list[str]]:
-        """The best start of every effect, the most promising first, and the names of those that do not show.
+        """The best start of every effect, the most promising first, and the names of those that do not show, or only
+        with a sign that they cannot have.
 
         Of what may be there several times, several.
         """

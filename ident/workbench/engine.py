@@ -85,7 +85,9 @@ class Engine:
         if not self._candidates:  # this process has taken the place of another
             self._choice(climb)
         if name not in self._candidates:
-            raise BadInput(f"an effect that this motion shows expected, '{name}' found; choose another card")
+            raise BadInput(
+                f"an effect that this motion shows, with a possible sign, expected, '{name}' found; choose another card"
+            )
         self._progress(f"fitting everything with {name}")
         climb.push(f"+ {name}", name, climb.climber.finder.added(climb.state, self._candidates[name]))
         yield from self._show(climb)

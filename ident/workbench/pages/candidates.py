@@ -76,7 +76,9 @@ def _cards(page: Page, look: Callable[[str], None]) -> None:
         for candidate in choice.candidates:
             _card(page, candidate, look)
     if choice.unseen:
-        ui.label(f"This motion does not show: {', '.join(choice.unseen)}.").classes("quiet q-mt-sm")
+        ui.label(f"This motion does not show, or only with an impossible sign: {', '.join(choice.unseen)}.").classes(
+            "quiet q-mt-sm"
+        )
     for effect, why in choice.unobservable.items():
         ui.label(f"{effect}: {why}").classes("quiet")
 

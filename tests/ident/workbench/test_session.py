@@ -77,7 +77,7 @@ def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path)
 @pytest.mark.slow
 def test_cancelled_work_leaves_all_as_it_was(session: Session) -> None:
     ladder = session.ladder
-    session.add("stribeck")
+    session.add("torque_offset")
     wait(lambda: session.ladder is not ladder and session.job is None)
     session.undo()
     wait(lambda: session.ladder is ladder or session.job is None)
@@ -94,19 +94,19 @@ def test_cancelled_work_leaves_all_as_it_was(session: Session) -> None:
     session.redo()
     wait(lambda: session.job is None)
     assert session.ladder
-    assert session.ladder.rungs[-1].label == "+ stribeck"
+    assert session.ladder.rungs[-1].label == "+ torque_offset"
     assert session.failing, "another process went on from there"
 
 
 @pytest.mark.slow
 def test_what_was_left_out_for_something_else_is_looked_at_afterwards(session: Session) -> None:
-    session.add("stribeck")
+    session.add("torque_offset")
     wait(lambda: session.choice is None)
     wait(lambda: bool(session.ladder and len(session.ladder.rungs) == 3 and session.job and not session.job.urgent))
     session.swarm(0)
     wait(lambda: session.swarmed is not None and session.failing is not None)
     assert session.swarmed
-    assert session.swarmed.model.effects == ("rod_inertia", "stribeck")
+    assert session.swarmed.model.effects == ("rod_inertia", "torque_offset")
     assert session.choice
     assert session.ladder
     assert len(session.ladder.rungs) == 3
