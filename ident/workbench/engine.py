@@ -86,7 +86,8 @@ class Engine:
             self._choice(climb)
         if name not in self._candidates:
             raise BadInput(
-                f"an effect that this motion shows, with a possible sign, expected, '{name}' found; choose another card"
+                f"an effect that this motion shows, with a possible sign, expected, '{name}' found; "
+                "choose another card"
             )
         self._progress(f"fitting everything with {name}")
         climb.push(f"+ {name}", name, climb.climber.finder.added(climb.state, self._candidates[name]))

@@ -76,7 +76,8 @@ def _cards(page: Page, look: Callable[[str], None]) -> None:
         for candidate in choice.candidates:
             _card(page, candidate, look)
     if choice.unseen:
-        ui.label(f"This motion does not show, or only with an impossible sign: {', '.join(choice.unseen)}.").classes(
+        names = ", ".join(choice.unseen)
+        ui.label(f"This motion does not show, or only with an impossible sign: {names}.").classes("quiet q-mt-sm")
             "quiet q-mt-sm"
         )
     for effect, why in choice.unobservable.items():
