@@ -219,8 +219,8 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
             yield RejectedEntry(effect=name, status="absorbed", why=why)
         elif name in ladder.last.unseen:
             why = (
-                "This motion does not show it: other parameters can imitate all that it would change, or it would need "
-                "a sign that it cannot have."
+                "This motion does not show it: other parameters can imitate all that it would change, or it would "
+                "need a sign that it cannot have."
             )
             yield RejectedEntry(effect=name, status="not-tested", why=why)
         else:

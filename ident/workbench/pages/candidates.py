@@ -78,8 +78,6 @@ def _cards(page: Page, look: Callable[[str], None]) -> None:
     if choice.unseen:
         names = ", ".join(choice.unseen)
         ui.label(f"This motion does not show, or only with an impossible sign: {names}.").classes("quiet q-mt-sm")
-            "quiet q-mt-sm"
-        )
     for effect, why in choice.unobservable.items():
         ui.label(f"{effect}: {why}").classes("quiet")
 
