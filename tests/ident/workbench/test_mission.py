@@ -100,7 +100,7 @@ def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) 
     browser.shot("robot")
     browser.click("tab-export")
     browser.click("save", patience=120)
-    browser.page.get_by_text("Saved").wait_for(timeout=30_000)
+    browser.page.get_by_text("Saved fig5a.model.json").wait_for(timeout=30_000)
     saved = json.loads((hidden / "fig5a.model.json").read_text())
     assert saved["effects"] == ["rod_inertia", "stribeck"]
 
