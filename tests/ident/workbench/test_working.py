@@ -89,7 +89,7 @@ def test_the_swarm_from_the_page(hidden: Path, serve: Serve, browser: Browser) -
     assert int(browser.text("swarm-steps").split()[0]) > 50
     browser.shot("swarm")
     browser.click("swarm-save")
-    browser.page.get_by_text("Saved").wait_for(timeout=30_000)
+    browser.page.get_by_text("Saved fig5a.pso.model.json").wait_for(timeout=30_000)
     saved = json.loads((hidden / "fig5a.pso.model.json").read_text())
     assert saved["method"]["name"] == "pso"
     (hidden / "fig5a.pso.model.json").unlink()
