@@ -135,7 +135,7 @@ class Evaluator:
         return np.concatenate([path.regressor, *added], axis=2)
 
     def _reported(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
-        return self._report(composition, x, rigid, self._true(composition, x, rigid).copy())
+        return self._report(composition, x, rigid, self._true(composition, x, rigid))
 
     def _true(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
         """(n, dof) torque before it is reported; the last is kept, as most searched parameters are of reports."""
@@ -146,7 +146,9 @@ class Evaluator:
         ]
         key = (self.path(composition, x), rigid.tobytes(), x[composition.linear].tobytes(), *additive)
         if self._last is None or self._last[0] != key:
-            self._last = key, self._all_columns(composition, x, rigid) @ x[composition.linear]
+            true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
+            true.flags.writeable = False
+            self._last = key, true
         return self._last[1]
 
     def _report(self, composition: Composition, x: Floats, rigid: Floats, torque: Floats) -> Floats:

@@ -42,8 +42,9 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
         for one in arguments:
             if isinstance(one, View):
                 _freeze(one)
+        own = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
         try:
-            result = function(*arguments)
+            result = function(*own)
         except (Exception, SystemExit) as error:  # whatever the user's code does
             raise BadInput(f"effect file {path}: {name}: {said(error)}; mend the file") from None
         wrong = check(arguments, result)

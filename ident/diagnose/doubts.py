@@ -36,7 +36,7 @@ def names(material: Material, chosen: Sequence[int]) -> list[str]:
 
 def _too_little(material: Material, state: State) -> Iterator[str]:
     """Whether the recordings are cut short, or too short to tell."""
-    cut = [i for i, data in enumerate(material.datasets) if data.recording.run.exit_status is None]
+    cut = [i for i, data in enumerate(material.datasets) if not data.recording.complete]
     if cut:
         yield f"Interrupted, or cut off: {', '.join(names(material, cut))}. What came after is not known."
     rows, parameters = material.independent_rows, len(state.solution.x)

@@ -47,7 +47,7 @@ effect = Signal(
     equation="arm free within +-b of the motor, where the encoder is; teeth hit without bounce",
     axis="load",
     step=1e-2,
-    valleys=4,
+    valleys=_BEST,
     parameters=(
         Quantity(
             name="b",

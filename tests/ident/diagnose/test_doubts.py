@@ -16,12 +16,12 @@ def _said(
     silent: float = 0.0,
     gain_source: str = "calibrated",
     rows: float = 1000.0,
-    exit_status: int | None = 0,
+    complete: bool = True,
 ) -> str:
     rig = simulated_rig()
     torque = rig.torque.model_copy(update={"gain_source": gain_source, "gain_uncertainty": 0.1})
     recording = SimpleNamespace(rig=rig.model_copy(update={"torque": torque}), effort=None)
-    recording.path, recording.run = Path("run.mcap"), SimpleNamespace(exit_status=exit_status)
+    recording.path, recording.complete = Path("run.mcap"), complete
     moving = np.resize([1.0, -1.0], (10, 1)) * np.ones((10, 3))
     data = SimpleNamespace(recording=recording, motion=SimpleNamespace(velocity=moving))
     material: Any = SimpleNamespace(
@@ -49,7 +49,7 @@ def test_nothing_is_said_where_there_is_no_doubt() -> None:
         ({"silent": 0.041}, "4.1% of the rows are not judged"),
         ({"gain_source": "assumed"}, "assumed, to 10%"),
         ({"rows": 150.0}, "Too short to tell: 150 independent rows for 10 parameters"),
-        ({"exit_status": None}, "cut off: run.mcap"),
+        ({"complete": False}, "cut off: run.mcap"),
     ],
 )
 def test_what_no_error_is_of_and_a_gain_that_nobody_measured_are_said(given: dict[str, Any], expected: str) -> None:

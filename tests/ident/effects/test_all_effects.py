@@ -135,8 +135,7 @@ def test_what_was_planted_is_found(name: str, course: Course, truth: Floats) -> 
     made = evaluator.torque(composition, x)
     object.__setattr__(course.dataset, "torque", np.where(course.usable, made, np.nan))
     start = x.copy()
-    aside = 1.15 if effect.valleys == 1 else 1.03  # of several valleys, a first look finds the right one
-    start[len(truth) :] *= np.where([entry.free for entry in composition.named[len(truth) :]], aside, 1.0)
+    start[len(truth) :] *= np.where([entry.free for entry in composition.named[len(truth) :]], 1.15, 1.0)
     found = refine([evaluator], composition, start, [np.where(course.usable, 1.0, 0.0)])
     left = found.residuals[0][np.isfinite(found.residuals[0])]
     size = made - evaluator.torque(Composition(course.path.mechanism, course.path.rig), truth)
