@@ -9,6 +9,7 @@ its share of the torque, once multiplied by the inertia, grows with the cut-off 
 - no higher than the rate permits, with room for the filter's edge.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -82,14 +83,21 @@ def choose(position: Floats, torque: Floats, rate: float, tolerated: float = TOL
 
     tolerated: propagated noise of the position, over the torque.
     """
+    return decide(spectra(position, torque, rate), rate, tolerated)
+
+
+def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:
+    """Of each joint of `position` (n, dof) and `torque` (n, dof) at `rate` [Hz] that has a long enough stretch."""
+    joints = range(position.shape[1])
+    found = (Spectra.of(position[:, joint], torque[:, joint], rate) for joint in joints)
+    return [one for one in found if one is not None]
+
+
+def decide(joints: Sequence["Spectra"], rate: float, tolerated: float = TOLERATED) -> Cutoff:
+    """The low-pass that suits all `joints` at `rate` [Hz]; `tolerated` as of `choose`."""
     highest = _permitted(rate)
-    wanted, limits = USUAL, []
-    for joint in range(position.shape[1]):
-        spectra = Spectra.of(position[:, joint], torque[:, joint], rate)
-        if spectra is not None:
-            wanted = max(wanted, spectra.reach())
-            limits.append(spectra.limit(tolerated))
-    encoder = max(LOWEST, min(limits, default=np.inf))
+    wanted = max([USUAL, *(one.reach() for one in joints)])
+    encoder = max(LOWEST, min((one.limit(tolerated) for one in joints), default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
     if wanted <= min(encoder, highest):
         return Cutoff(hz, "signal" if wanted > USUAL else "usual")

@@ -53,15 +53,26 @@ def refine(
 
     weights: (m, dof) for each recording, in 1 / [N m], 0 where there is no measurement.
     """
-    linear = composition.linear
+    return improved(evaluators, begun(evaluators, composition, x, weights), weights)
+
+
+def begun(
+    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+) -> Solution:
+    """Where `refine` begins: the linear parameters fitted, the others as in `x` (K,)."""
     x = _within(composition, x)
     own = composition.entries(-1)
     if not x[own].any():
         bare = replace(composition, terms=())
         x = x.copy()
         x[own] = _linear_part(evaluators, bare, np.zeros(len(bare.named)), weights).x
-    state = _linear_part(evaluators, composition, x, weights)
-    if linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
+    return _linear_part(evaluators, composition, x, weights)
+
+
+def improved(evaluators: Sequence[Evaluator], state: Solution, weights: Sequence[Floats]) -> Solution:
+    """What `refine` makes of what it has `begun`."""
+    composition = state.composition
+    if composition.linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
         return state
     free = np.array([entry.free for entry in composition.named])
     best, damping, idle = state, 1e-3, 0

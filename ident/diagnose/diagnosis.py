@@ -191,8 +191,9 @@ def _cutoff(recordings: Sequence[Recording]) -> float:
     for recording in recordings:
         samples = sample(excerpts(recording)[0].recording)
         position, torque = samples.position, samples.torque
-        usual = cutoff.choose(position, torque, samples.rate).hz
-        fine = min(max(cutoff.choose(position, torque, samples.rate, TOLERATED).hz, LEAST_BANDWIDTH), usual)
+        spectra = cutoff.spectra(position, torque, samples.rate)
+        usual = cutoff.decide(spectra, samples.rate).hz
+        fine = min(max(cutoff.decide(spectra, samples.rate, TOLERATED).hz, LEAST_BANDWIDTH), usual)
         found.append(usual if _between(torque, samples.rate, fine, usual) > RICH else fine)
     return min(found)
 

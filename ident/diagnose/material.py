@@ -12,7 +12,7 @@ from ident.course import Course
 from ident.dataset import Dataset
 from ident.effects import Signal
 from ident.evaluation import KEPT, Evaluator
-from ident.refine import Solution, refine
+from ident.refine import Solution, begun, improved
 from recordings.recording import Bools, Floats
 
 SEGMENTS = 15
@@ -120,9 +120,23 @@ class Material:
 
     def solve(self, composition: Composition, x: Floats) -> Solution:
         """`composition` fitted to what may be seen, from `x` (K,)."""
-        return refine(
-            [self.evaluators[i] for i in self.fitting], composition, x, [self.weights[i] for i in self.fitting]
-        )
+        return self.improved(self.begun(composition, x))
+
+    def begun(self, composition: Composition, x: Floats) -> Solution:
+        """The linear parameters of `composition` fitted to what may be seen, the others as in `x` (K,)."""
+        return begun(self._fitted, composition, x, self._own_weights)
+
+    def improved(self, solution: Solution) -> Solution:
+        """All parameters fitted, beginning with those of a `solution`."""
+        return improved(self._fitted, solution, self._own_weights)
+
+    @property
+    def _fitted(self) -> list[Evaluator]:
+        return [self.evaluators[i] for i in self.fitting]
+
+    @property
+    def _own_weights(self) -> list[Floats]:
+        return [self.weights[i] for i in self.fitting]
 
     def faithful(self, solution: Solution, error: Floats) -> "Material":
         """Without judging rows in which what is reported tells little of the torque, if they are worth mentioning.

@@ -1,6 +1,6 @@
 """What could be added to a model: every effect of the library, looked at, and the promising ones refined."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +10,7 @@ from ident.diagnose.material import Material
 from ident.diagnose.rungs import Options, State
 from ident.diagnose.screen import Candidate, Screen
 from ident.effects import Effect
+from ident.refine import Solution
 from recordings.recording import Floats
 
 REFINED = 8
@@ -22,6 +23,8 @@ CLEAR = 15.0
 TOLD = 0.01
 """A shape is told by the data if, moved across its range, it changes the residual by more than this share of what is
 left, in squares."""
+_KEPT = 0.95
+"""Share of the gain that the first look promised which a search has to find to be believed."""
 _TURNED = 0.1
 """A parameter that cannot be negative may come out so by this share of what it was, by chance."""
 
@@ -136,12 +139,28 @@ class Finder:
         return sorted(states, key=lambda one: one.solution.loss)
 
     def _with(self, state: State, candidate: Candidate) -> State:
-        composition = state.solution.composition.plus(candidate.term)
-        found = [
-            self._material.solve(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
-        ]
-        best = min(found, key=lambda one: one.loss)
+        best = min(self._found(state, candidate), key=lambda one: one.loss)
         return State(best, self._material.residuals(best))
+
+    def _found(self, state: State, candidate: Candidate) -> Iterator[Solution]:
+        """`state` with the `candidate`, from one of its starts after the other, as far as they are worth it.
+
+        What leaves more from each of them than there was without it has not kept what the first look promised, and
+        what has kept that from one of them needs no other; but for landscapes with many valleys.
+        """
+        composition = state.solution.composition.plus(candidate.term)
+        before, many = state.solution.loss, candidate.term.effect.valleys > 1
+        begun = [
+            self._material.begun(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
+        ]
+        if not many and min(one.loss for one in begun) > before:
+            yield min(begun, key=lambda one: one.loss)
+            return
+        for one in begun:
+            found = self._material.improved(one)
+            yield found
+            if not many and before - found.loss >= _KEPT * (before - candidate.loss):
+                return
 
     def _signed(self, state: State, before: State) -> State:
         """Without the joints whose coefficients came out beyond what is possible."""
