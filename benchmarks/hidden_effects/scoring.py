@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.hidden_effects.cases import Case
-from benchmarks.hidden_effects.strengths import errors
+from benchmarks.hidden_effects.strengths import errors, inside
 
 _ALWAYS_TRUE = "rod_inertia"
 _LARGEST_GROUP = 4
@@ -50,6 +50,8 @@ class Judgement:
     """Held-out error of the last model over the noise floor, over all joints."""
     errors: Mapping[str, float]
     """Relative, of the strength of each effect that was named exactly."""
+    inside: tuple[bool, ...]
+    """Of those strengths that plant and `ident` call the same: whether the 95 % interval holds the truth."""
     seconds: float
     problem: str | None = None
     """An error in place of a diagnosis."""
@@ -110,7 +112,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
     """Compare the line that a diagnosis left with the sealed truth."""
     hidden = tuple(truth["effects"])
     if "error" in line:
-        return Judgement(case, hidden, "error", (), (), math.inf, {}, line["seconds"], line["error"])
+        return Judgement(case, hidden, "error", (), (), math.inf, {}, (), line["seconds"], line["error"])
     document = line["document"]
     findings = tuple(
         Finding(one["effect"], (one["effect"], *one["confusable_with"]), tuple(one["joints"]))
@@ -127,6 +129,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         variables=tuple(document["remaining"]["depends_on"]),
         over_floor=_norm(last["validate_rms"]) / _norm(document["noise_rms"]),
         errors=errors(hidden, values),
+        inside=inside(hidden, last["parameters"]),
         seconds=line["seconds"],
     )
 

@@ -55,6 +55,21 @@ def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, 
     return found
 
 
+def inside(truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]) -> tuple[bool, ...]:
+    """Whether the 95 % interval of a strength holds the truth, of each that plant and `ident` call the same.
+
+    truth: the hidden effects; parameters: of the last model by name, as in the document of a diagnosis.
+    """
+    found = []
+    for one in truth:
+        name = _SAME.get(one["name"], "")
+        for joint in ("", *map(str, one["joints"])):
+            limits = parameters.get(f"{one['name']}.{name}{joint}", {}).get("ci95")
+            if limits:
+                found.append(limits[0] <= one["parameters"][name] <= limits[1])
+    return tuple(found)
+
+
 def _own(effect: str, joint: int, values: Parameters) -> dict[str, float]:
     """What the model says of the effect on that joint (from 1): its parameters, those of the whole robot included."""
     mine = {name.removeprefix(f"{effect}."): value for name, value in values.items() if name.startswith(f"{effect}.")}

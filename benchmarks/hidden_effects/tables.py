@@ -74,6 +74,9 @@ def figures(judged: Sequence[Judgement]) -> Iterator[Figure]:
     yield Figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing])
     yield Figure("findings with four names at most", [len(f.group) <= 4 for j in judged for f in j.findings], 100)
     yield Figure("on the right joints, where named", [j.right_joints for j in (*singles, *pairs) if j.right])
+    yield Figure(
+        "95 % intervals of strengths that hold the truth", [one for j in singles if j.right for one in j.inside]
+    )
     yield Figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)])
 
 

@@ -103,11 +103,11 @@ def _encoder(
     expected: Floats = np.nanmean(left**2, axis=0) * np.maximum(more, 1.0)
     if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
-    repeating: Floats = expected * _repeating(course) * _amplified(evaluator, solution, difference)
-    return repeating
+    known: Floats = expected * repeating(course) * _amplified(evaluator, solution, difference)
+    return known
 
 
-def _repeating(course: Course) -> Floats:
+def repeating(course: Course) -> Floats:
     """(dof,) share of the finest part of the measured motion that is the same in all repetitions, 0 to 1."""
     splits = repetition.split(_by_cycle(course, course.samples.position - course.path.motion.position))
     if splits is None:
@@ -140,7 +140,7 @@ def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Fl
         return np.ones(left.shape[1])
     mean = np.nanmean(repeated[:, known], axis=0)
     differing = _typical(repeated[:, known] - mean) / (len(repeated) - 1)
-    most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * _repeating(course), _TINY)
+    most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * repeating(course), _TINY)
     return np.clip(most, 1.0, _MOST)
 
 

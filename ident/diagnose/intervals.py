@@ -3,33 +3,69 @@
 import numpy as np
 
 from ident import uncertainty
+from ident.diagnose.floor import repeating
 from ident.diagnose.material import Material
 from ident.refine import Solution
 from ident.uncertainty import Uncertainty
 from recordings.recording import Bools, Floats
 
+_NORMAL = 1.96
+"""Half the width of a 95 % interval, in standard errors."""
+_TINY = 1e-12
 _DEPENDENT = 1e-7
 """Share of a column that others do not make up, below which nothing is known of its parameter."""
 
 
 def intervals(material: Material, solution: Solution, gain_uncertainty: float) -> Floats:
-    """(K, 2) 95 % intervals; NaN for what the data do not tell.
+    """(K, 2) 95 % intervals, of the noise and the encoders' steps; NaN for what the data do not tell.
 
     gain_uncertainty: relative, of the torque gain; it counts for what is proportional to the torque.
     """
     linear = solution.composition.linear
-    gain = np.where(linear, 1.96 * gain_uncertainty * np.abs(solution.x), 0.0)
-    width = np.hypot(errors(material, solution).half_width(), gain)
+    gain = np.where(linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
+    noise, steps = errors(material, solution).half_width(), _NORMAL * of_steps(material, solution)
+    width = np.sqrt(noise**2 + steps**2 + gain**2)
     return np.stack([solution.x - width, solution.x + width], axis=1)
+
+
+def of_steps(material: Material, solution: Solution) -> Floats:
+    """(K,) standard errors of the parameters of `solution` because of the encoders' steps; 0 where none are told.
+
+    From readings as they might have been, each of which would have led to other parameters: their errors repeat with
+    the motion, so that the residual's noise tells nothing of them. What such a reading would leave is no more than
+    what is left: an arm on a spring with little damping would be shaken by errors drawn by lot, but was not.
+    """
+    regressor, residual = solution.rows()
+    told = _told(solution, regressor)
+    composition, x = solution.composition, solution.x
+    basis, triangle = np.linalg.qr(regressor[:, told])
+    shifts = np.zeros((len(material.misreadings), len(x)))
+    read = [material.evaluators[i].torque(composition, x) for i in material.fitting]
+    for shift, misread in zip(shifts, material.misreadings, strict=True):
+        parts = zip(solution.weights, misread, read, strict=True)
+        changed = np.concatenate(
+            [(w * np.nan_to_num(other.torque(composition, x) - one))[w > 0] for w, other, one in parts]
+        )
+        along = basis.T @ changed
+        left = max(float(np.linalg.norm(changed - basis @ along)), _TINY)
+        shift[told] = np.linalg.solve(triangle, along) * min(1.0, float(np.linalg.norm(residual)) / left)
+    again: Floats = np.sqrt(_alike(material) * np.mean(shifts**2, axis=0))
+    return again
+
+
+def _alike(material: Material) -> float:
+    """How much larger a variance is because the encoders' errors are the same in all repetitions, in part."""
+    found = []
+    for index in material.fitting:
+        course = material.evaluators[index].course
+        cycles = max(len(np.unique(course.dataset.repeat[course.dataset.repeat >= 0])), 1)
+        found.append(1 + (cycles - 1) * float(repeating(course).mean()))
+    return float(np.mean(found))
 
 
 def errors(material: Material, solution: Solution) -> Uncertainty:
     """Of the K parameters of `solution`; NaN for what the data do not tell."""
-    free = np.array([entry.free for entry in solution.composition.named])
-    regressor, _ = solution.rows()
-    size = np.sqrt((regressor**2).sum(axis=0))
-    told = free & (size > 0)
-    told[told] = _independent(regressor[:, told] / size[told])
+    told = _told(solution, solution.rows()[0])
     parts = []
     pairs = zip(material.fitting, solution.residuals, solution.derivatives, solution.weights, strict=True)
     for index, residual, derivatives, weight in pairs:
@@ -38,6 +74,14 @@ def errors(material: Material, solution: Solution) -> Uncertainty:
         repeat = material.datasets[index].repeat
         parts.append(uncertainty.least_squares(derivatives[:, :, told], known, std, repeat, weight))
     return uncertainty.of(parts).among(told)
+
+
+def _told(solution: Solution, regressor: Floats) -> Bools:
+    """(K,) of which parameters the data say anything; regressor: (r, K)."""
+    size = np.sqrt((regressor**2).sum(axis=0))
+    told: Bools = np.array([entry.free for entry in solution.composition.named], bool) & (size > 0)
+    told[told] = _independent(regressor[:, told] / size[told])
+    return told
 
 
 def _independent(columns: Floats) -> Bools:

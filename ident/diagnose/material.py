@@ -35,6 +35,8 @@ _LEAST_KEPT = 8
 """Columns that each of many excerpts of long recordings remembers."""
 _SEED = 0
 """The same verdict each time."""
+_DRAWS = 4
+"""Readings with other encoder steps that tell how well parameters are known."""
 _SAME = 1e-10
 """Two angles closer than this are the same reading [rad or m]."""
 
@@ -70,6 +72,12 @@ class Material:
     def disturbed(self) -> tuple[Evaluator, ...]:
         """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
         return tuple(Evaluator(_disturbed(one.course)) for one in self.evaluators)
+
+    @cached_property
+    def misreadings(self) -> tuple[tuple[Evaluator, ...], ...]:
+        """Several such readings of the recordings of which fits see something."""
+        courses = [self.evaluators[i].course for i in self.fitting]
+        return tuple(tuple(Evaluator(_disturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
 
     def misread(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
         """Columns (m, dof, K) of a `bare` composition for each recording, as it was read and as it might have been,
@@ -239,10 +247,10 @@ def standstill(course: Course) -> Floats:
     return np.maximum(unsure, np.where(creeping > _LONG, creeping, 0.0))
 
 
-def _disturbed(course: Course) -> Course:
+def _disturbed(course: Course, seed: int = _SEED) -> Course:
     """As if its encoders had other steps of the same size."""
     measured = course.samples.position
-    error = np.random.default_rng(_SEED).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
+    error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
     path = course.corrected(course.path.rig, lambda position: position + error)
     return replace(course, samples=replace(course.samples, position=measured + error), path=path)
 

@@ -43,7 +43,10 @@ def said(
         "rungs": [
             {
                 "validate_rms": [0.6, 0.8, 0.0],
-                "parameters": {name: {"value": value} for name, value in (parameters or {}).items()},
+                "parameters": {
+                    name: {"value": value, "ci95": (value - 0.2, value + 0.2)}
+                    for name, value in (parameters or {}).items()
+                },
             }
         ],
         "remaining": {"depends_on": list(variables)},
@@ -123,6 +126,13 @@ def test_the_error_of_a_strength_is_the_mean_over_its_joints() -> None:
     amplitude = {"cogging.a1": 0.3, "cogging.b1": 0.4, "cogging.N": 21.0}
     judged = said("single", ("cogging",), "missing-effect", {"cogging": []}, parameters=amplitude)
     assert judged.errors == {"cogging": pytest.approx(0.0)}
+
+
+def test_an_interval_holds_the_truth_or_not_on_each_joint() -> None:
+    parameters = {"stribeck.a1": 1.1, "stribeck.a2": 0.7, "stribeck.v_s": 0.3}
+    judged = said("single", ("stribeck",), "missing-effect", {"stribeck": []}, parameters=parameters)
+    assert judged.inside == (True, False)
+    assert said("single", ("stribeck",), "missing-effect", {"cogging": []}).inside == ()
 
 
 def test_a_diagnosis_that_fails_is_never_right() -> None:

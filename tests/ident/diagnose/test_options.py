@@ -1,5 +1,6 @@
 """What could be added to a model."""
 
+from collections.abc import Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +10,7 @@ import pytest
 from ident import mechanisms
 from ident.composition import Composition, Term
 from ident.diagnose.options import CLEAR, Finder, possible
+from ident.diagnose.screen import Candidate
 from ident.effects import library
 from recordings.rig import simulated_rig
 
@@ -78,3 +80,47 @@ def test_an_effect_may_be_on_one_more_joint() -> None:
     (wider,) = finder.wider(SimpleNamespace(solution=solution, terms=narrow.terms), [0, 1])  # type: ignore[arg-type]
     assert [term.joints for term in wider.terms] == [(0, 1, 2)]
     np.testing.assert_array_equal(wider.solution.x, [*own, 1.0, 2.0, 3.0, 0.1])
+
+
+class _Search:
+    """Material whose fits begin and end at losses that were told beforehand, start by start."""
+
+    def __init__(self, begun: Sequence[float], found: Sequence[float]) -> None:
+        self._begun, self._found, self.searched = list(begun), list(found), list[float]()
+
+    def begun(self, composition: Composition, x: Any) -> Any:
+        return SimpleNamespace(loss=self._begun.pop(0), composition=composition, x=x)
+
+    def improved(self, begun: Any) -> Any:
+        self.searched.append(begun.loss)
+        return SimpleNamespace(loss=self._found.pop(0), composition=begun.composition, x=begun.x)
+
+    def residuals(self, solution: Any) -> Any:
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("effect", "begun", "found", "searched", "loss"),
+    [
+        ("joint_elasticity", (40.0, 90.0), (11.0, 9.0), [40.0], 11.0),  # what was promised has been found
+        ("joint_elasticity", (40.0, 90.0), (30.0, 9.0), [40.0, 90.0], 9.0),
+        ("joint_elasticity", (101.0, 900.0), (11.0, 9.0), [], 101.0),  # worse than nothing from everywhere
+        ("joint_elasticity", (900.0, 99.0), (50.0, 9.0), [900.0, 99.0], 9.0),
+        ("backlash", (101.0, 900.0), (30.0, 9.0), [101.0, 900.0], 9.0),  # a landscape of many valleys
+        ("backlash", (40.0, 90.0), (11.0, 9.0), [40.0, 90.0], 9.0),
+    ],
+)
+def test_a_search_goes_on_from_another_start_as_long_as_that_is_worth_it(
+    effect: str, begun: Sequence[float], found: Sequence[float], searched: list[float], loss: float
+) -> None:
+    rig = simulated_rig()
+    bare = Composition(mechanisms.create(rig), rig)
+    before: Any = SimpleNamespace(
+        solution=SimpleNamespace(composition=bare, x=np.zeros(len(bare.named)), loss=100.0), terms=()
+    )
+    term = Term(effect, library()[effect], (0,))
+    start = np.zeros(len(bare.plus(term).named) - len(bare.named))
+    candidate = Candidate(term, (start, start), 10.0, 2, np.ones(1), np.ones((1, 1)), np.ones(0))
+    material: Any = _Search(begun, found)
+    best = Finder(material, library()).added(before, candidate)
+    assert (material.searched, best.solution.loss) == (searched, loss)
