@@ -97,11 +97,12 @@ def identify(
     settled: a composition whose shapes and distortions are known, with its parameters, in place of effects chosen.
 
     Raises:
-        BadInput: a recording cannot be used, or they are not of the same rig.
+        BadInput: a recording cannot be used, is in another one, or they are not of the same rig.
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
     refuse_different_rigs(recordings)
+    refuse_overlap(recordings)
     form = estimators.form(choices.method)
     mechanism, datasets = _prepared(recordings, len(files), form, choices, settled)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None

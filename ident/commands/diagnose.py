@@ -52,7 +52,8 @@ FILE = click.Path(path_type=Path)
     "--only",
     multiple=True,
     metavar="EFFECT",
-    help="Add this effect whatever it explains, and no others; may be given several times.",
+    help="Add this effect whatever it explains, and no others (but what every such robot has); may be given several "
+    "times.",
 )
 @click.option("--apply", is_flag=True, help="Write a model with all that was found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")

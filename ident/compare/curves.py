@@ -54,14 +54,8 @@ def _cycles(predictions: Sequence[Prediction]) -> int:
 def _curve(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Curve:
     values = np.concatenate(list(_values(axis, predictions, joint)))
     residual = np.concatenate([prediction.residual[:, joint] for prediction in predictions])
-    usable = np.isfinite(residual) & np.isfinite(values)
-    bins = np.full(len(values), -1)
-    bins[usable] = _bins(values[usable], axis, predictions[0].dataset.recording.run.period)
-    visit = _visits(bins, predictions)
-    keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= LEAST_SAMPLES]
-    rows = [_statistics(values[bins == b], residual[bins == b], visit[bins == b]) for b in keep]
-    centre, mean, error, half_width, rms, samples = np.array(rows).reshape(-1, 6).T
-    square = float((residual[usable] ** 2).sum())
+    centre, mean, error, half_width, rms, samples = means(axis, values, residual, predictions)
+    square = float(np.nansum(np.where(np.isfinite(values), residual, 0.0) ** 2))
     explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0
     rig = predictions[0].dataset.recording.rig
     unit = {
@@ -72,6 +66,21 @@ def _curve(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Curve:
         "cycle": "",
     }[axis]
     return Curve(axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0))
+
+
+def means(axis: Axis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
+    """(6, b) of each bin of `values` (m,): centre; mean of the `residual` (m,), its standard error, half the width of
+    its interval; RMS; samples.
+
+    Rows are those of the `predictions`, one after the other; NaN where there is none.
+    """
+    usable = np.isfinite(residual) & np.isfinite(values)
+    bins = np.full(len(values), -1)
+    bins[usable] = _bins(values[usable], axis, predictions[0].dataset.recording.run.period)
+    visit = _visits(bins, predictions)
+    keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= LEAST_SAMPLES]
+    rows = [_statistics(values[bins == b], residual[bins == b], visit[bins == b]) for b in keep]
+    return np.array(rows).reshape(-1, 6).T
 
 
 def _values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:

@@ -1,19 +1,27 @@
 """A diagnosis as pictures: the ladder, every finding over the quantity in which it shows, what is unknown."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ident.compare.comparison import compare
+from ident.compare.curves import means
 from ident.compare.pictures import NOISE, curves, spectra
+from ident.dataset import Dataset
 from ident.diagnose import signature
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
+from ident.diagnose.learning import StandIn
 from ident.diagnose.rungs import Finding
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
 from ident.prediction import Prediction
+from ident.stand_in import Curve
 from recordings.recording import Floats
+
+_SLOW = 0.1
+"""Share of the highest speed below which nothing is divided by the speed."""
 
 
 def draw(found: Diagnosis, document: Document, folder: Path) -> None:
@@ -24,6 +32,8 @@ def draw(found: Diagnosis, document: Document, folder: Path) -> None:
         finding(folder / f"finding_{number}_{one.term.name}.png", found, one)
     if found.remainder.unexplained:
         remains(folder, about, found)
+    if found.stand_in:
+        learned(folder / "remains_curves.png", about, found, found.stand_in)
 
 
 def ladder(path: Path, title: str, document: Document) -> None:
@@ -72,6 +82,63 @@ def remains(folder: Path, about: str, found: Diagnosis) -> None:
     curves(folder / "remains.png", f"What no effect explains, with its 95 % band and noise floor: {about}", left)
     if "frequency" in found.remainder.variables:
         spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {about}", left)
+
+
+def learned(path: Path, about: str, found: Diagnosis, stand_in: StandIn) -> None:
+    """The curves that were learned, over what the remainder was found to depend on: a row per joint."""
+    joints = sorted({curve.joint for curve in stand_in.curves})
+    rows = [[curve for curve in stand_in.curves if curve.joint == joint] for joint in joints]
+    columns = max(map(len, rows))
+    title = f"What no effect explains, over what it depends on: {about}"
+    with figure(path, title, 2.5 + 4.5 * columns, 1.2 + 2.8 * len(rows)) as drawn:
+        for row, own in zip(drawn.subplots(len(rows), columns, squeeze=False), rows, strict=True):
+            for axis, curve in zip(row, own, strict=False):
+                _learned(axis, found, stand_in, curve)
+            for axis in row[len(own) :]:
+                axis.set_axis_off()
+        drawn.axes[0].legend(frameon=False, fontsize=9)
+
+
+def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> None:
+    """The residual by what the curve is multiplied with, less the joint's other curves: without and with it."""
+    datasets, joint = found.material.datasets, curve.joint - 1
+    predictions = [Prediction(data, one) for data, one in zip(datasets, found.ladder.computed, strict=True)]
+    x, label = _signal(found, curve)
+    factor = _factor(datasets, curve)
+    divisor = np.where(np.abs(factor) > _SLOW * np.nanmax(np.abs(factor)), factor, np.nan)
+    others = [one for one in stand_in.curves if one.joint == curve.joint and one is not curve]
+    taken = sum(np.interp(_signal(found, one)[0], one.knots, one.values) * _factor(datasets, one) for one in others)
+    before, after = (
+        np.concatenate([part[:, joint] for part in state.residuals])
+        for state in (found.ladder.rungs[-1].state, stand_in.after)
+    )
+    for left, colour, name in ((before - taken, NOMINAL, "without curves"), (after, COMPUTED, "with curves")):
+        centre, mean, _, half_width, _, _ = means("velocity", x, left / divisor, predictions)
+        axis.fill_between(centre, mean - half_width, mean + half_width, color=colour, alpha=0.3, lw=0)
+        axis.plot(centre, mean, color=colour, lw=1.6, marker="o", ms=2.5, label=f"{name}, 95 % band")
+    axis.plot(curve.knots, curve.values, color=MEASURED, lw=1.2, ls="--", label="learned")
+    axis.axhline(0, color=MEASURED, lw=0.8)
+    if curve.times != "velocity":
+        floor = found.ladder.floor.rms[joint]
+        axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0, label="± noise floor")
+    rig = datasets[0].recording.rig
+    unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.times == "velocity" else "")
+    over = {"one": "residual", "direction": "residual × direction", "velocity": "residual / velocity"}[curve.times]
+    axis.set(xlabel=label if curve.variable == "time" else f"{label} of joint {curve.of_joint}")
+    axis.set(ylabel=f"joint {curve.joint}: {over} [{unit}]")
+
+
+def _signal(found: Diagnosis, curve: Curve) -> tuple[Floats, str]:
+    """What the curve is over, in all rows (m,), and its name with its unit."""
+    return signature.over(curve.variable, found.material.datasets, found.ladder.computed, curve.of_joint - 1)
+
+
+def _factor(datasets: Sequence[Dataset], curve: Curve) -> Floats:
+    """(m,) what the curve is multiplied with, in all rows."""
+    velocity: Floats = np.concatenate([data.motion.velocity[:, curve.joint - 1] for data in datasets])
+    if curve.times == "velocity":
+        return velocity
+    return np.ones_like(velocity) if curve.times == "one" else np.sign(velocity)
 
 
 def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str) -> None:

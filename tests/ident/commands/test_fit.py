@@ -156,6 +156,14 @@ def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list
     assert sorted(folder.iterdir()) == before
 
 
+def test_the_same_data_in_another_file_are_no_validation(folder: Path, write: Callable[[Recording], Path]) -> None:
+    whole = read(folder / "a.mcap")
+    write(replace(whole, path=folder / "again.mcap", run=whole.run.model_copy(update={"trajectory": "again"})))
+    result = fit(folder / "a.mcap", "--validate", folder / "again.mcap", *BRIEF)
+    assert isinstance(result.exception, BadInput)
+    assert "begin with the same data" in str(result.exception)
+
+
 def test_a_held_joint_is_refused(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
 ) -> None:
