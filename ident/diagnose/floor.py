@@ -19,7 +19,7 @@ from ident.diagnose.material import Material, rms
 from ident.evaluation import Evaluator
 from ident.refine import Solution
 from ident.repetition import Trend
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 _LEAST = 0.3
 """A vibration may be no more than all of the noise, but for this share of its RMS."""
@@ -27,6 +27,8 @@ _ABOVE = (1.3, 2.2)
 """The band in which encoder steps are seen alone, over the bandwidth of the analysis."""
 _MOST = 4.0
 """They are not taken to leave more than this many times what is expected."""
+_FEW = 3.0
+"""No row counts for more than so many times the typical one."""
 _TINY = 1e-24
 
 
@@ -68,7 +70,9 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
     bare = _misread(material, solution)
-    parts = [_encoder(*one, solution) for one in zip(material.evaluators, material.disturbed, *bare, strict=True)]
+    judged = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
+    each = zip(material.evaluators, material.disturbed, judged, *bare, strict=True)
+    parts = [_encoder(*one, solution) for one in each]
     return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
@@ -86,20 +90,19 @@ def _misread(material: Material, solution: Solution) -> tuple[list[Floats], list
 
 
 def _encoder(
-    evaluator: Evaluator, disturbed: Evaluator, kept: Floats, refitted: Floats, solution: Solution
+    evaluator: Evaluator, disturbed: Evaluator, judged: Bools, kept: Floats, refitted: Floats, solution: Solution
 ) -> Floats:
     """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats.
 
-    disturbed: the same recording as it might have been read with other steps. Play and springs make more of them than
-    the mechanism by itself, which `kept` and `refitted` (m, dof) are of; by how much is told by medians, for an
-    amplifier near its limit makes anything of them.
+    disturbed: the same recording as it might have been read with other steps. Some effects make more of them than
+    the mechanism by itself, which `kept` and `refitted` (m, dof) are of; by how much is told by the rows that are
+    `judged` (m, dof), none of which counts for much more than usual: an amplifier near its limit makes anything of
+    them.
     """
     course, composition, x = evaluator.course, solution.composition, solution.x
     difference = disturbed.unfiltered(composition, x) - evaluator.unfiltered(composition, x)
-    seen, alone, left = (
-        np.where(course.usable, one, np.nan) for one in (course.condition(difference), kept, refitted)
-    )
-    more = _typical(seen) / np.maximum(_typical(alone), _TINY)
+    seen, alone, left = (np.where(judged, one, np.nan) for one in (course.condition(difference), kept, refitted))
+    more = _limited(seen) / np.maximum(_limited(alone), _TINY)
     expected: Floats = np.nanmean(left**2, axis=0) * np.maximum(more, 1.0)
     if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
@@ -142,6 +145,13 @@ def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Fl
     differing = _typical(repeated[:, known] - mean) / (len(repeated) - 1)
     most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * repeating(course), _TINY)
     return np.clip(most, 1.0, _MOST)
+
+
+def _limited(x: Floats) -> Floats:
+    """(dof,) mean square of `x` (m, dof), of which no value counts as more than a few times the typical one."""
+    most = _FEW * np.sqrt(_typical(x))
+    square: Floats = np.nanmean(np.minimum(np.abs(x), most) ** 2, axis=0)
+    return square
 
 
 def _typical(x: Floats) -> Floats:

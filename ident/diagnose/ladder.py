@@ -27,6 +27,8 @@ SURE = 0.1
 """Lower end of the interval of the held-out gain from which on it counts, too."""
 SETTLED = 0.5
 """Share of what another explanation leaves above the floor that, once taken away, speaks against it."""
+UNSURE = 0.05
+"""Fall of the mean square, over that of the floor, that speaks for nothing: the floor is no better known."""
 WORTH = 0.05
 """Share of what is above the floor, without an effect, that makes it stay in the model."""
 CRUMB = 0.15
@@ -255,7 +257,7 @@ class Climber:
     def _settles(self, other: State, state: State) -> bool:
         """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
         gain = self.gain(other, state)
-        return gain.t > CERTAIN and gain.share > SETTLED
+        return gain.t > CERTAIN and gain.share > SETTLED and gain.fall > UNSURE
 
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""

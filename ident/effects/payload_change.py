@@ -17,8 +17,9 @@ _TINY = 1e-30
 
 def columns(view: View, shapes: Shapes) -> Floats:
     """Torque that 1 kg at the platform takes while it is there (n, dof, 1)."""
-    carried = (view.time >= shapes["t_c"]) & (view.time < shapes["t_e"])
-    torque: Floats = np.where(carried[:, None], _per_mass(view), 0.0 * view.motion.position)[:, :, None]
+    # The share of each instant's time, so that a fit sees where the beginning should move to.
+    since, until = (np.clip((view.time - shapes[name]) * view.rate + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
+    torque: Floats = ((since - until)[:, None] * _per_mass(view))[:, :, None]
     return torque
 
 
@@ -43,8 +44,11 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
         stop = start + int(np.argmax(_falls(gain, weight, start, every[start:])))
     inside = _LEAST * weight[-1] < weight[start] and weight[stop] < (1 - _LEAST) * weight[-1]
     found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
+    half = 0.5 / view.rate  # what is there at an instant was added since the one before
     return [
-        {"t_c": float(view.time[i]), "t_e": float(view.time[j]) if j < end else NEVER} for i, j in found if i < end
+        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else NEVER}
+        for i, j in found
+        if i < end
     ]
 
 

@@ -117,3 +117,9 @@ def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.Monkey
     toy = Toy({"": 100.0, "a": 40.0, "ad": 10.0})
     monkeypatch.setattr(toy, "_settled", lambda state: toy.state("a"))
     assert [rung.added for rung in toy.climb(None, None).rungs] == [None, "a"]  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("left", "spoken_against"), [(0.3, True), (0.04, False), (1e-3, False)])
+def test_what_leaves_hardly_more_than_the_floor_is_not_spoken_against(left: float, spoken_against: bool) -> None:
+    toy = Toy({"a": left, "b": 1e-4})
+    assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against

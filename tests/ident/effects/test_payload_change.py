@@ -35,3 +35,21 @@ def test_a_load_from_the_beginning_is_one_that_comes_off_for_good(view: View) ->
     residual = 0.2 * columns(view, {"t_c": -1.0, "t_e": 4.0})[:, :, 0]
     (only,) = suggest(view, residual)
     assert only["t_c"] == pytest.approx(4.0, abs=0.05)
+
+
+def test_the_instant_may_lie_between_two_samples(view: View) -> None:
+    early, late = (columns(view, {"t_c": start, "t_e": 1e9}) for start in (3.3, 3.303))
+    missing = np.nansum(early - late, axis=0) / view.rate
+    at = np.nanargmin(np.abs(view.time - 3.3))
+    assert missing == pytest.approx(0.003 * early[at + 2], rel=0.05)
+
+
+def test_on_a_coarse_grid_the_instants_that_are_read_off_are_neither_late_nor_early(view: View) -> None:
+    suggest = load("payload_change").suggest
+    assert suggest
+    coarse = view.every(8)
+    late = []
+    for start in np.linspace(3.0, 3.5, 21):
+        residual = columns(view, {"t_c": float(start), "t_e": 1e9})[::8, :, 0]
+        late.append(suggest(coarse, residual)[0]["t_c"] - start)
+    assert abs(np.mean(late)) < 0.2 * 8 / view.rate
