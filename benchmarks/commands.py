@@ -1,4 +1,5 @@
-"""Whole commands, as a user waits for them: time and peak memory of `ident fit` on short and long recordings."""
+"""Whole commands, as a user waits for them: time and peak memory of `ident fit` and `ident diagnose` on recordings of
+any length, in which an effect is hidden."""
 
 import os
 import subprocess
@@ -19,20 +20,30 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         _print("ident --help", [program("ident"), "--help"])
-        (demo,) = record(folder, "fig5a")
+        demo, other = record(folder, "fig5a", "fig5b")
         run(_fit(demo, folder))
+        run(_diagnose(folder, demo))
         _print("ident fit, demo recording", _fit(demo, folder))
+        _print("ident diagnose, demo recording", _diagnose(folder, demo))
+        _print(
+            "ident diagnose, demo recording and another held out", _diagnose(folder, demo, "--validate", str(other))
+        )
         for seconds in SECONDS:
             path = folder / "long.mcap"
             path.unlink(missing_ok=True)
             make(demo, path, seconds)
-            size = path.stat().st_size
-            _print(f"ident fit, {seconds:.0f} s at 500 Hz, {size / 1e6:.0f} MB", _fit(path, folder))
+            what = f"{seconds:.0f} s at 500 Hz, {path.stat().st_size / 1e6:.0f} MB"
+            _print(f"ident fit, {what}", _fit(path, folder))
+            _print(f"ident diagnose, {what}", _diagnose(folder, path))
 
 
 def _fit(path: Path, folder: Path) -> list[str]:
     out = ["-o", str(folder / "model.json"), "--plots", str(folder / "plots"), "--force"]
     return [program("ident"), "fit", str(path), *out]
+
+
+def _diagnose(folder: Path, path: Path, *more: str) -> list[str]:
+    return [program("ident"), "diagnose", str(path), *more, "--plots", str(folder / "diagnosed"), "--force"]
 
 
 def _print(what: str, command: Sequence[str]) -> None:
