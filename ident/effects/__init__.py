@@ -51,8 +51,8 @@ class Quantity:
     upper: float = np.inf
     starts: tuple[float, ...] = ()
     """Where the search for it begins; several where there may be several valleys. Empty for a coefficient."""
-    open: bool = False
-    """True where a search that ends at the upper end of the range speaks against the effect."""
+    open: Literal["lower", "upper"] | None = None
+    """An end of the range at which a search that ends there speaks against the effect."""
     searched: bool = True
     """False where nothing but the `starts` is meant, such as a number of something."""
 

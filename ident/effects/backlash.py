@@ -66,7 +66,7 @@ effect = Signal(
             lower=0.0,
             upper=0.98,
             starts=(0.3, 0.7),
-            open=True,
+            open="upper",
         ),
     ),
     report=report,

@@ -56,7 +56,16 @@ effect = Additive(
         Quantity(name="a", unit="{effort}", meaning="amplitude of the sine"),
         Quantity(name="b", unit="{effort}", meaning="amplitude of the cosine"),
     ),
-    shapes=(Quantity(name="N", unit="1/turn", meaning="periods per turn of the joint", lower=LOWEST, upper=2000.0),),
+    shapes=(
+        Quantity(
+            name="N",
+            unit="1/turn",
+            meaning="periods per turn of the joint",
+            lower=LOWEST - 1,
+            upper=2000.0,
+            open="lower",  # what is slower still is a curve over the angle, of which the wave is a piece
+        ),
+    ),
     suggest=suggest,
     repeated=True,
     columns=columns,

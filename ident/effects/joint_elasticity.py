@@ -50,7 +50,7 @@ effect = Signal(
             lower=0.0,
             upper=0.98,
             starts=(0.3, 0.7),
-            open=True,
+            open="upper",
         ),
         Quantity(
             name="damping",
@@ -59,7 +59,7 @@ effect = Signal(
             lower=0.0,
             upper=0.4,  # beyond, a spring would explain any lag
             starts=(0.05, 0.2),
-            open=True,
+            open="upper",
         ),
     ),
     report=report,

@@ -64,6 +64,21 @@ def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
     assert possible(*_with_springs(motor, damping)) is expected
 
 
+@pytest.mark.parametrize(("lines", "expected"), [(5.0, False), (5.5, True), (2000.0, True)])
+def test_a_wave_that_asks_to_be_slower_than_any_ripple_is_none(lines: float, expected: bool) -> None:
+    rig = simulated_rig()
+    before = Composition(mechanisms.create(rig), rig)
+    after = before.plus(Term("cogging", library()["cogging"], (0,)))
+    own = np.ones(len(before.named))
+    x = np.concatenate([own, [0.3, 0.1, lines]])
+    told: Any = {"derivatives": (np.ones((9, 3, len(x))),), "weights": (np.ones((9, 3)),), "loss": 27.0}
+    with_it, without = (
+        SimpleNamespace(solution=SimpleNamespace(composition=one, x=values, **told), terms=one.terms)
+        for one, values in ((after, x), (before, own))
+    )
+    assert possible(with_it, without) is expected  # type: ignore[arg-type]
+
+
 def test_a_shape_that_the_data_do_not_tell_may_end_anywhere() -> None:
     assert possible(*_with_springs(0.98, 0.12, told=False))
 
