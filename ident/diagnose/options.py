@@ -206,7 +206,7 @@ def _at_the_end(state: State) -> bool:
     shapes = zip(term.effect.shapes, state.solution.composition.shapes(index, state.solution.x), strict=True)
     first = len(state.solution.x) - len(term.effect.shapes)
     return any(
-        (one.open == "upper" and value >= one.upper or one.open == "lower" and value <= one.lower)
+        ((one.open == "upper" and value >= one.upper) or (one.open == "lower" and value <= one.lower))
         and _told(state, entry, one.upper - one.lower)
         for entry, (one, value) in enumerate(shapes, start=first)
     )
