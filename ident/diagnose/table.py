@@ -19,6 +19,8 @@ def show(document: Document, console: Console) -> None:
     console.print(f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.", highlight=False)
     for finding in document.findings:
         _finding(finding, document, console)
+    if document.findings:
+        console.print("In brackets: 95 % intervals, of noise and encoder steps, if the model is right.", style="dim")
     if document.remaining.why:
         console.print(f"What remains: {document.remaining.why}", highlight=False)
     if document.stand_in:

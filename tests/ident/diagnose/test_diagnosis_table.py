@@ -29,6 +29,7 @@ def test_an_instant_that_does_not_come_is_never() -> None:
     screen = io.StringIO()
     table.show(document, Console(file=screen, width=120))
     assert "payload_change.t_c = 7.25 s  when it is added" in screen.getvalue()
+    assert "95 % intervals" in screen.getvalue()
     assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()
     assert [row[1] for row in values.table(PARAMETERS).rows] == ["7.250", "never"]
     assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == NEVER
