@@ -101,9 +101,9 @@ def _encoder(
     """
     course, composition, x = evaluator.course, solution.composition, solution.x
     difference = disturbed.unfiltered(composition, x) - evaluator.unfiltered(composition, x)
-    seen, alone, left = (np.where(judged, one, np.nan) for one in (course.condition(difference), kept, refitted))
-    more = _limited(seen) / np.maximum(_limited(alone), _TINY)
-    expected: Floats = np.nanmean(left**2, axis=0) * np.maximum(more, 1.0)
+    seen, alone = (_limited(np.where(judged, one, np.nan)) for one in (course.condition(difference), kept))
+    more = np.maximum(seen / np.maximum(alone, _TINY), 1.0)
+    expected: Floats = np.nanmean(np.where(course.usable, refitted, np.nan) ** 2, axis=0) * more
     if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
     known: Floats = expected * repeating(course) * _amplified(evaluator, solution, difference)
