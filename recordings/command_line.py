@@ -102,7 +102,19 @@ def run(program: Callable[..., Any]) -> NoReturn:
     except OSError as error:
         named = f"{error.filename}: " if error.filename else ""
         code = _say(f"{named}{error.strerror or error}", 2)
+    except Exception as error:
+        if not _interrupted(error):
+            raise
+        click.echo("interrupted", err=True)
+        code = 1
     sys.exit(code)
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Whether Ctrl-C is behind an `error`: a compiler that was stopped half way complains of its own state."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None
 
 
 def _say(error: object, code: int) -> int:

@@ -110,7 +110,9 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
             if not found:
                 raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
             if found != MAGIC:
-                raise BadInput(f"{path} is not an MCAP file: {MAGIC!r} expected at its beginning, {found!r} found")
+                raise BadInput(
+                    f"{path} is not an MCAP file: it begins with {found!r}; bring a table in with daq import"
+                )
             file.seek(0)
             yield file
     except FileNotFoundError:

@@ -99,6 +99,7 @@ def command(
     written = (plots, out if apply else None, stand_in)
     begun = [model_file] if model_file else []
     _refuse_places([path for path in written if path], force, [*files, *validate, *effect_files, *begun])
+    _refuse_kinds(plots, [path for path in written[1:] if path])
 
     import json
 
@@ -117,7 +118,7 @@ def command(
         document = answer.document(found)
         if plots:
             progress("drawing")
-            with whole(plots) as folder:
+            with whole(plots, pictures.NAMES) as folder:
                 pictures.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
@@ -144,6 +145,14 @@ def _refuse_places(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> 
     for path in paths:
         if not path.parent.is_dir():
             raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
+
+
+def _refuse_kinds(plots: Path | None, files: Sequence[Path]) -> None:
+    for path in files:
+        if path.is_dir():
+            raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
+    if plots and plots.is_file():
+        raise BadInput(f"{plots}: a folder's name expected, a file found; choose another name")
 
 
 def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:

@@ -1,12 +1,13 @@
 """A comparison as pictures: phases, curves, spectrum, the worst stretches, and the residual over time."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ident import plots
-from ident.compare.comparison import Comparison, JointComparison
+from ident.compare.comparison import Comparison
 from ident.compare.curves import Curve
 from ident.compare.windows import Window
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
@@ -60,26 +61,29 @@ def phases(path: Path, title: str, comparison: Comparison) -> None:
             axis.set_ylabel(f"RMS residual [{joint.unit}]")
 
 
-def curves(path: Path, title: str, comparison: Comparison) -> None:
-    """One row per joint, one column per quantity."""
+def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[float] | None = None) -> None:
+    """One row per joint, one column per quantity.
+
+    floors: (dof,) to draw; None: noise alone, as the repetitions tell it.
+    """
+    noise = [joint.split.noise_rms if joint.split else None for joint in comparison.joints]
     columns = max(len(joint.curves) for joint in comparison.joints)
     rows = len(comparison.joints)
     with figure(path, title, 3.2 * columns, 1.0 + 2.4 * rows) as drawn:
         grid = drawn.subplots(rows, columns, squeeze=False, sharey="row")
-        for row, joint in zip(grid, comparison.joints, strict=True):
+        for row, joint, floor in zip(grid, comparison.joints, floors or noise, strict=True):
             for axis, curve in zip(row, joint.curves, strict=True):
-                _curve(axis, curve, joint)
+                _curve(axis, curve, floor)
             row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
             # Bands of bins that were hardly visited would hide all others.
             most = HIGHEST * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
             row[0].set_ylim(-most or -1.0, most or 1.0)
 
 
-def _curve(axis: Any, curve: Curve, joint: JointComparison) -> None:
+def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
     low, high = curve.mean - curve.half_width, curve.mean + curve.half_width
     axis.axhline(0, color=MEASURED, lw=0.8)
-    if joint.split:
-        floor = joint.split.noise_rms
+    if floor is not None:
         axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0)
     axis.plot(curve.centre, curve.rms, color=NOMINAL, lw=1, ls=":")
     axis.plot(curve.centre, -curve.rms, color=NOMINAL, lw=1, ls=":")

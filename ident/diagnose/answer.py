@@ -1,17 +1,17 @@
 """The answer to a diagnosis in words and numbers."""
 
-import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from ident.diagnose.advice import next_motion, with_curves
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import (
     Document,
     FindingEntry,
-    NextMotion,
+    FindingStatus,
     RejectedEntry,
     Remaining,
     RungEntry,
@@ -21,9 +21,9 @@ from ident.diagnose.document import (
 )
 from ident.diagnose.doubts import doubts, names
 from ident.diagnose.intervals import intervals
+from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
-from ident.effects import names as built_in
 from ident.samples import holds_torque
 from ident.stand_in import source
 from recordings.recording import Floats
@@ -59,8 +59,11 @@ def document(found: Diagnosis) -> Document:
             why=found.remainder.sentence,
             structured_rms=_numbers(found.remainder.rms),
         ),
-        next_motion=_next_motion(found),
-        cautions=tuple(doubts(material, ladder.rungs[-1].state, ladder.floor, found.library.get("torque_offset"))),
+        next_motion=next_motion(found, _news(found)),
+        cautions=(
+            *_beside_unknown(found),
+            *doubts(material, ladder.rungs[-1].state, ladder.floor, found.library.get("torque_offset")),
+        ),
         recordings=tuple(names(material, range(len(material.datasets)))),
     )
 
@@ -72,10 +75,11 @@ def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
         return None
     about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.material.datasets))
     path.write_text(source(learned.curves, about))
+    joints = tuple(sorted({curve.joint for curve in learned.curves}))
     return StandInEntry(
         file=str(path),
-        fitted=str(found.material.datasets[0].recording.path),
-        joints=tuple(sorted({curve.joint for curve in learned.curves})),
+        command=with_curves(found, path, joints),
+        joints=joints,
         over=tuple(sorted({curve.variable for curve in learned.curves})),
         validate_rms=_numbers(rms(learned.after.residuals, found.material.held)),
         gain=learned.gain.share,
@@ -91,8 +95,15 @@ def _news(found: Diagnosis) -> list[Finding]:
     """Findings that are not true of any such machine anyway, nor in the model already."""
     begun = _begun(found)
     return [
-        one for one in named(found.ladder.findings) if not one.term.effect.always_true and one.term.name not in begun
+        one
+        for one in named(found.ladder.findings)
+        if not one.term.effect.always_true and one.term.name not in begun and _borne_out(found, one)
     ]
+
+
+def _borne_out(found: Diagnosis, finding: Finding) -> bool:
+    """Whether rows that no fit saw speak for it, which has to be asked where it was added whatever it explains."""
+    return not found.by_hand or holds(finding.gain)
 
 
 def _begun(found: Diagnosis) -> set[str]:
@@ -121,7 +132,9 @@ def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     names = ", ".join(_called(one) for one in _news(found))
     if found.by_hand:
         left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
-        return f"With {names or 'nothing new'}, as asked for, {left}: {found.remainder.sentence}"
+        if not names:
+            return f"What was asked for explains nothing. {left.capitalize()} without it: {found.remainder.sentence}"
+        return f"With {names}, as asked for, {left}: {found.remainder.sentence}"
     begun = ", ".join(sorted(_begun(found)))
     model = f"The model with {begun}" if begun else "The base model"
     if verdict == "adequate":
@@ -130,6 +143,15 @@ def _sentence(found: Diagnosis, verdict: Verdict) -> str:
         return f"{model} lacks {names}; with it, nothing structured is left above the noise."
     partly = f"{model} lacks {names}, but something else repeats" if names else "Something repeats"
     return f"{partly} that no effect of the library explains: {found.remainder.sentence}"
+
+
+def _beside_unknown(found: Diagnosis) -> Iterator[str]:
+    """That values are not to be trusted while something else is missing."""
+    if found.remainder.unexplained and found.ladder.findings:
+        yield (
+            "Values and intervals hold if nothing else is missing, but something is: they may be off by more than "
+            "their intervals until that is found."
+        )
 
 
 def _called(finding: Finding) -> str:
@@ -182,7 +204,9 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
     effect, gain = finding.term.effect, finding.gain
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
     why = f"It takes away {gain.share:.0%} of the error above the noise on motion that the fit did not see"
-    if finding.alternatives:
+    if not _borne_out(found, finding):
+        why = "It was asked for, but motion that the fit did not see does not bear it out"
+    elif finding.alternatives:
         why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
     return FindingEntry(
         effect=finding.term.name,
@@ -190,7 +214,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         confusable_with=finding.alternatives,
         gain=gain.share,
         gain_ci95=gain.interval,
-        status="asked-for" if found.by_hand else "supported",
+        status=_status(found, finding),
         in_model=finding.term.name in _begun(found),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,
@@ -198,6 +222,12 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         causes=effect.causes,
         remedy=effect.remedy,
     )
+
+
+def _status(found: Diagnosis, finding: Finding) -> FindingStatus:
+    if not _borne_out(found, finding):
+        return "not-supported"
+    return "asked-for" if found.by_hand else "supported"
 
 
 def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
@@ -217,12 +247,12 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in contained:
             why = f"It is a part of {contained[name]}, which has been added."
             yield RejectedEntry(effect=name, status="absorbed", why=why)
-        elif name in ladder.last.unseen:
-            why = (
-                "This motion does not show it: other parameters can imitate all that it would change, or it would "
-                "need a sign that it cannot have."
-            )
+        elif ladder.last.unseen.get(name) == "imitated":
+            why = "This motion does not show it: other parameters can imitate all that it would change."
             yield RejectedEntry(effect=name, status="not-tested", why=why)
+        elif name in ladder.last.unseen:
+            why = "Looked for, and not there: it would need a sign that it cannot have."
+            yield RejectedEntry(effect=name, status="not-supported", why=why)
         else:
             yield _not_added(found, name, sorted(present))
 
@@ -240,29 +270,4 @@ def _not_added(found: Diagnosis, name: str, present: Sequence[str]) -> RejectedE
         "but motion that the fit did not see does not bear it out" if last > _NOTHING else "hardly more than chance"
     )
     why = f"It would explain {last:.1%} of what is left, {much}."
-    return RejectedEntry(effect=name, status="not-supported", why=why)
-
-
-def _next_motion(found: Diagnosis) -> NextMotion | None:
-    material = found.material
-    files = list(dict.fromkeys(str(data.recording.path) for data in material.datasets))
-    beside = [f"--recording {shlex.quote(file)}" for file in files]
-    for one in _news(found):
-        # What changes with time no motion tells from anything.
-        others = [name for name in one.alternatives if found.library[name].axis != "time"]
-        if not others or one.term.effect.axis == "time":
-            continue
-        name = one.term.name
-        own_files = [f"--effect-file {other}.py" for other in (name, *others) if other not in built_in()]
-        joints = () if one.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in one.term.joints)
-        pairs = (f"--discriminate {name} {other}" for other in others)
-        return NextMotion(
-            why=f"{name} and {', '.join(others)} cannot be told apart on these recordings; another motion can.",
-            command=" ".join(("ident design", *pairs, *joints, *beside, *own_files, "-o next.toml")),
-        )
-    if not material.other_motion and len(files) == 1:
-        return NextMotion(
-            why="A second, different motion would show whether the findings hold beyond this one.",
-            command=" ".join(("ident design", *beside, "-o next.toml")),
-        )
-    return None
+    return RejectedEntry(effect=name, status="not-supported", why=why, hopeless=last <= _NOTHING)

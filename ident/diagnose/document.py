@@ -56,12 +56,15 @@ def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
     return names
 
 
+FindingStatus = Literal["supported", "asked-for", "not-supported"]
+"""The latter two where nothing else was tried: what was asked for, and whether held-out rows bear it out."""
+
+
 class FindingEntry(Section):
     """An effect that is there."""
 
     effect: str
-    status: Literal["supported", "asked-for"] = "supported"
-    """The latter where nothing else was tried."""
+    status: FindingStatus = "supported"
     in_model: bool = False
     """Whether the model with which the diagnosis began had it already."""
     joints: tuple[int, ...]
@@ -82,6 +85,8 @@ class RejectedEntry(Section):
     effect: str
     status: Literal["not-supported", "not-tested", "not-observable", "absorbed"]
     why: str
+    hopeless: bool = Field(default=False, exclude=True)
+    """Whether it would explain hardly more than chance does: not worth a line of its own."""
 
 
 class Remaining(Section):
@@ -99,8 +104,8 @@ class StandInEntry(Section):
     """Curves in an effect file that take the place of what is not known."""
 
     file: str
-    fitted: str
-    """The first recording that they were learned from."""
+    command: str
+    """Which fits the model with them."""
     joints: tuple[int, ...]
     """From 1."""
     over: tuple[str, ...]

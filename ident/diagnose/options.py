@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.composition import Composition
 from ident.diagnose.material import Material
-from ident.diagnose.rungs import Options, State
+from ident.diagnose.rungs import Options, State, Unseen
 from ident.diagnose.screen import Candidate, Screen
 from ident.effects import Effect
 from ident.refine import Solution
@@ -109,7 +109,9 @@ class Finder:
     def _worth(self, state: State, candidates: Sequence[Candidate]) -> list[Candidate]:
         return [one for one in candidates if self.clear(state.solution.loss, one.loss, one.own)]
 
-    def look(self, state: State, leave: str = "") -> tuple[list[Candidate], tuple[str, ...], Mapping[str, float]]:
+    def look(
+        self, state: State, leave: str = ""
+    ) -> tuple[list[Candidate], Mapping[str, Unseen], Mapping[str, float]]:
         """What could be added, the most promising first; what does not show; what each would gain at first sight."""
         present = {term.name for term in state.terms}
         covered = {name for term in state.terms for name in term.effect.contains}
@@ -121,7 +123,7 @@ class Finder:
         candidates, unseen = Screen(self._material, state.solution).look(library)
         before = state.solution.loss
         gains = {one.term.name: 1 - one.loss / before for one in reversed(candidates)}
-        return candidates, tuple(unseen), gains
+        return candidates, unseen, gains
 
     def added(self, state: State, candidate: Candidate) -> State:
         """`state` with the `candidate`, all parameters refined."""
@@ -146,7 +148,7 @@ class Finder:
         """`state` with the `candidate`, from one of its starts after the other, as far as they are worth it.
 
         What leaves more from each of them than there was without it has not kept what the first look promised, and
-        what has kept that from one of them needs no other; but for landscapes with many valleys.
+        stays at nothing; what has kept that from one of them needs no other; but for landscapes with many valleys.
         """
         composition = state.solution.composition.plus(candidate.term)
         before, many = state.solution.loss, candidate.term.effect.valleys > 1
@@ -154,7 +156,9 @@ class Finder:
             self._material.begun(composition, np.concatenate([state.solution.x, one])) for one in candidate.starts
         ]
         if not many and min(one.loss for one in begun) > before:
-            yield min(begun, key=lambda one: one.loss)
+            nothing = np.zeros(len(candidate.starts[0]) - len(candidate.shapes))
+            x = np.concatenate([state.solution.x, nothing, candidate.shapes])
+            yield self._material.begun(composition, x)
             return
         for one in begun:
             found = self._material.improved(one)

@@ -20,6 +20,10 @@ from ident.prediction import Prediction
 from ident.stand_in import Curve
 from recordings.recording import Floats
 
+NAMES = ("finding_*.png", "remains*.png")
+"""Patterns of the pictures that are not drawn each time."""
+_BOTH_WAYS = ("position", "load")
+"""Axes over which each direction of motion has a mean of its own."""
 _SLOW = 0.1
 """Share of the highest speed below which nothing is divided by the speed."""
 
@@ -41,7 +45,7 @@ def ladder(path: Path, title: str, document: Document) -> None:
     dof = len(document.joints)
     names = document.labels
     with figure(path, title, 2.0 + 3.2 * dof, 1.6 + 0.5 * len(names)) as drawn:
-        axes = drawn.subplots(1, dof, squeeze=False, sharey=True)[0]
+        axes = drawn.subplots(1, dof, squeeze=False, sharex=True, sharey=True)[0]
         place = np.arange(len(names))
         for joint, axis in enumerate(axes):
             seen = [rung.train_rms[joint] for rung in document.rungs]
@@ -56,7 +60,8 @@ def ladder(path: Path, title: str, document: Document) -> None:
 
 
 def finding(path: Path, found: Diagnosis, one: Finding) -> None:
-    """The residual over the effect's own axis, without the effect and with it."""
+    """The residual over the effect's own axis, without the effect and with it, in each direction of motion if that
+    might hide it: friction has another sign in each."""
     datasets = found.material.datasets
     joints = one.term.joints
     axis_name = one.term.effect.axis
@@ -65,8 +70,14 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
         for axis, joint in zip(axes, joints, strict=True):
             unit = datasets[0].recording.rig.effort_units[joint]
             x, label = signature.over(axis_name, datasets, found.ladder.computed, joint)
+            ahead = np.concatenate([data.motion.velocity[:, joint] for data in datasets]) > 0
             for residuals, colour, name in ((one.without, NOMINAL, "without"), (one.with_it, COMPUTED, "with")):
-                _curve(axis, x, np.concatenate([part[:, joint] for part in residuals]), colour, name)
+                left = np.concatenate([part[:, joint] for part in residuals])
+                if axis_name in _BOTH_WAYS:
+                    _curve(axis, np.where(ahead, x, np.nan), left, colour, f"{name}, forwards")
+                    _curve(axis, np.where(ahead, np.nan, x), left, colour, f"{name}, backwards", "--")
+                else:
+                    _curve(axis, x, left, colour, name)
             floor = found.ladder.floor.rms[joint]
             axis.axhspan(-floor, floor, color=NOISE, alpha=0.2, lw=0, label="± noise floor")
             axis.axhline(0, color=MEASURED, lw=0.8)
@@ -79,7 +90,8 @@ def remains(folder: Path, about: str, found: Diagnosis) -> None:
     """What the last model leaves, over each quantity that it may depend on, and its spectrum where that tells."""
     pairs = zip(found.material.datasets, found.ladder.computed, strict=True)
     left = compare(None, [Prediction(data, computed) for data, computed in pairs])
-    curves(folder / "remains.png", f"What no effect explains, with its 95 % band and noise floor: {about}", left)
+    title = f"What no effect explains: mean, its 95 % band, ± RMS (dotted) and floor (green): {about}"
+    curves(folder / "remains.png", title, left, found.ladder.floor.rms.tolist())
     if "frequency" in found.remainder.variables:
         spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {about}", left)
 
@@ -141,8 +153,10 @@ def _factor(datasets: Sequence[Dataset], curve: Curve) -> Floats:
     return np.ones_like(velocity) if curve.times == "one" else np.sign(velocity)
 
 
-def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str) -> None:
+def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str, line: str = "-") -> None:
     """Samples, thinned out, and their mean in bins."""
+    if not (np.isfinite(x) & np.isfinite(y)).any():
+        return
     drawn = signature.binned(x, y)
     axis.plot(drawn.x, drawn.y, ".", ms=1.2, color=colour, alpha=0.25, zorder=1)
-    axis.plot(drawn.centre, drawn.mean, color=colour, lw=1.8, label=name, zorder=3)
+    axis.plot(drawn.centre, drawn.mean, color=colour, lw=1.8, ls=line, label=name, zorder=3)

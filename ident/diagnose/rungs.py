@@ -2,12 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 from ident.composition import Term
 from ident.diagnose.evidence import Gain
 from ident.diagnose.floor import Floor
 from ident.refine import Solution
 from recordings.recording import Floats
+
+Unseen = Literal["imitated", "sign"]
+"""imitated: other parameters make up all that it would change; sign: it would need one that it cannot have."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +34,8 @@ class Options:
 
     states: tuple[State, ...]
     """With one effect more, the best first."""
-    unseen: tuple[str, ...]
-    """Effects that this motion does not excite, or only with a sign that they cannot have."""
+    unseen: Mapping[str, "Unseen"]
+    """Effects that could not be looked at any further, and why."""
     gains: Mapping[str, float]
     """What each effect would gain at first sight, as a share of the loss."""
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from ident.composition import Term
 from ident.diagnose.material import Material
+from ident.diagnose.rungs import Unseen
 from ident.effects import Additive, Effect, Quantity, Signal, Suggestion
 from ident.refine import Solution
 from recordings.recording import Floats
@@ -74,20 +75,21 @@ class Screen:
         self.loss = solution.loss
         self._evaluators = [material.evaluators[i] for i in material.fitting]
 
-    def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], list[str]]:
-        """The best start of every effect, the most promising first, and the names of those that do not show, or only
-        with a sign that they cannot have.
+    def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Unseen]]:
+        """The best start of every effect, the most promising first, and why the others have none.
 
         Of what may be there several times, several.
         """
-        found, unseen = [], []
+        found: list[Candidate] = []
+        unseen: dict[str, Unseen] = {}
         for name, effect in library.items():
-            candidates = [one for block in self._blocks(name, effect) if (one := self._judged(name, effect, block))]
+            judged = [self._judged(name, effect, block) for block in self._blocks(name, effect)]
+            candidates = [one for one in judged if isinstance(one, Candidate)]
             if candidates:
                 candidates.sort(key=lambda one: one.loss)
                 found += candidates[:_LINES] if effect.repeated else [_together(candidates[: effect.valleys])]
             else:
-                unseen.append(name)
+                unseen[name] = "sign" if "sign" in judged else "imitated"
         return sorted(found, key=lambda one: one.loss), unseen
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
@@ -161,8 +163,8 @@ class Screen:
         rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
         return rows
 
-    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | None:
-        """The best joints for `block`; None where the motion does not show it."""
+    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | Unseen:
+        """The best joints for `block`, or why there are none."""
         c = block.scale.shape[1]
         size = np.sqrt((block.columns**2).sum(axis=0))
         rest = block.columns - self._basis @ (self._basis.T @ block.columns)
@@ -173,7 +175,7 @@ class Screen:
         subsets = {subset: self._gain(gram, right, subset, block, c) for subset in _subsets(owners)}
         best = _parsimonious({subset: gain for subset, (gain, _) in subsets.items()})
         if best is None:
-            return None
+            return "sign" if owners else "imitated"
         gain, coefficients = subsets[best]
         term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
         scale = block.scale[list(best)]

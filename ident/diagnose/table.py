@@ -1,8 +1,7 @@
 """A diagnosis on the screen."""
 
-from pathlib import Path
-
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from ident.diagnose.document import Document, FindingEntry, RungEntry, StandInEntry, Value
@@ -12,26 +11,32 @@ _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure"
 
 def show(document: Document, console: Console) -> None:
     """Print everything a person needs."""
-    console.print(f"[bold {_COLOURS[document.verdict]}]{document.verdict}[/]: {document.sentence}", highlight=False)
+    console.print(document.verdict, style=f"bold {_COLOURS[document.verdict]}", end=": ")
+    _say(console, document.sentence)
     if document.simulated:
         console.print("SIMULATED data.", style="bold yellow")
+    for caution in document.cautions:
+        _say(console, f"Caution: {caution}")
     console.print(_ladder(document))
-    console.print(f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.", highlight=False)
+    _say(console, f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.")
     for finding in document.findings:
         _finding(finding, document, console)
     if document.findings:
         console.print("In brackets: 95 % intervals, of noise and encoder steps, if the model is right.", style="dim")
     if document.remaining.why:
-        console.print(f"What remains: {document.remaining.why}", highlight=False)
+        _say(console, f"What remains: {document.remaining.why}")
     if document.stand_in:
         _stand_in(document, document.stand_in, console)
-    for caution in document.cautions:
-        console.print(f"Caution: {caution}", highlight=False)
     console.print(_rejected(document))
     if document.next_motion:
         # Never wrapped, so that it can be copied.
-        console.print(f"Next: {document.next_motion.why}", highlight=False)
-        console.print(f"  {document.next_motion.command}", highlight=False, soft_wrap=True)
+        _say(console, f"Next: {document.next_motion.why}")
+        console.print(f"  {document.next_motion.command}", markup=False, highlight=False, soft_wrap=True)
+
+
+def _say(console: Console, text: str) -> None:
+    """As it is: a user's effect may have brackets in its texts."""
+    console.print(text, markup=False, highlight=False)
 
 
 def _ladder(document: Document) -> Table:
@@ -55,24 +60,28 @@ def _errors(rung: RungEntry) -> list[str]:
 def _finding(finding: FindingEntry, document: Document, console: Console) -> None:
     other = f"  (or: {', '.join(finding.confusable_with)})" if finding.confusable_with else ""
     already = "  (in the model already)" if finding.in_model else ""
-    console.print(f"\n[bold]{finding.effect}[/]{already}{other}", highlight=False)
-    console.print(f"  {finding.sentence} {finding.looks}", highlight=False)
-    console.print(f"  {finding.why}", highlight=False)
+    console.print(f"\n{finding.effect}", style="bold", markup=False, highlight=False, end="")
+    _say(console, f"{already}{other}")
+    _say(console, f"  {finding.sentence} {finding.looks}")
+    _say(console, f"  {finding.why}")
+    if finding.status == "not-supported":
+        return
     own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}
     for name, value in own.items():
         amount = "never" if value.never else f"{value.value:.4g}{_interval(value)} {value.unit}"
-        console.print(f"  {name} = {amount}  {value.meaning}", highlight=False)
-    console.print(f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.", highlight=False)
+        _say(console, f"  {name} = {amount}  {value.meaning}")
+    _say(console, f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.")
 
 
 def _stand_in(document: Document, found: StandInEntry, console: Console) -> None:
-    name, joints = Path(found.file).stem, ",".join(map(str, found.joints))
+    joints = ",".join(map(str, found.joints))
     pairs = zip(document.rungs[-1].validate_rms, found.validate_rms, strict=True)
     fell = ", ".join(f"{before:.3g} to {after:.3g}" for before, after in pairs) + f" {document.effort_units[0]}"
     console.print(
         f"Stand-in: curves over {', '.join(found.over)} for joint {joints}, in {found.file}, take away "
         f"{found.gain:.0%} of that on rows no fit has seen (RMS, joint by joint: {fell}).\n"
-        f"  ident fit {found.fitted} --with {name}:{joints} --effect-file {found.file}",
+        f"  {found.command}",
+        markup=False,
         highlight=False,
         soft_wrap=True,
     )
@@ -91,6 +100,13 @@ def _rejected(document: Document) -> Table:
     table = Table(title="Not added", title_justify="left")
     for column in ("effect", "status", "why"):
         table.add_column(column)
+    hopeless = [one for one in document.rejected if one.hopeless]
     for one in document.rejected:
-        table.add_row(one.effect, one.status, one.why)
+        if one not in hopeless:
+            table.add_row(escape(one.effect), one.status, escape(one.why))
+    if hopeless:
+        names = ", ".join(one.effect for one in hopeless)
+        table.add_row(
+            "others", "not-supported", escape(f"They would explain next to nothing of what is left: {names}.")
+        )
     return table

@@ -156,6 +156,7 @@ def from_file(path: Path) -> Effect:
     """
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
+    from ident.declared import wrong
     from ident.guarded import guarded, said
 
     spec = importlib.util.spec_from_file_location(path.stem, path)
@@ -172,4 +173,7 @@ def from_file(path: Path) -> Effect:
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal of ident.effects expected, "
             f"{type(effect).__name__} found; see docs/effects.md"
         )
+    found = wrong(effect)
+    if found:
+        raise BadInput(f"effect file {path}: {found}; mend the file")
     return guarded(effect, path)

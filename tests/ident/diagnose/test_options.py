@@ -15,6 +15,7 @@ from ident.effects import library
 from recordings.rig import simulated_rig
 
 ROWS = 1000.0
+NOTHING = 100.0
 
 
 def state(effect: str, loss: float, parameters: int) -> Any:
@@ -101,7 +102,7 @@ class _Search:
     """Material whose fits begin and end at losses that were told beforehand, start by start."""
 
     def __init__(self, begun: Sequence[float], found: Sequence[float]) -> None:
-        self._begun, self._found, self.searched = list(begun), list(found), list[float]()
+        self._begun, self._found, self.searched = [*begun, NOTHING], list(found), list[float]()
 
     def begun(self, composition: Composition, x: Any) -> Any:
         return SimpleNamespace(loss=self._begun.pop(0), composition=composition, x=x)
@@ -119,7 +120,7 @@ class _Search:
     [
         ("joint_elasticity", (40.0, 90.0), (11.0, 9.0), [40.0], 11.0),  # what was promised has been found
         ("joint_elasticity", (40.0, 90.0), (30.0, 9.0), [40.0, 90.0], 9.0),
-        ("joint_elasticity", (101.0, 900.0), (11.0, 9.0), [], 101.0),  # worse than nothing from everywhere
+        ("joint_elasticity", (101.0, 900.0), (11.0, 9.0), [], NOTHING),  # worse than nothing from everywhere
         ("joint_elasticity", (900.0, 99.0), (50.0, 9.0), [900.0, 99.0], 9.0),
         ("backlash", (101.0, 900.0), (30.0, 9.0), [101.0, 900.0], 9.0),  # a landscape of many valleys
         ("backlash", (40.0, 90.0), (11.0, 9.0), [40.0, 90.0], 9.0),

@@ -70,7 +70,8 @@ def test_fit_add_remove_and_back(engine: Engine) -> None:
 
     added = ladder_of(engine.add(place_of(ladder), choice.candidates[0].name))
     assert len(added.rungs) == 3
-    assert np.sum(np.square(added.rungs[2].entry.train_rms)) < np.sum(np.square(added.rungs[1].entry.train_rms))
+    before, after = (np.sum(np.square(rung.entry.train_rms)) for rung in added.rungs[1:])
+    assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
     assert f"--only {choice.candidates[0].name}" in script(added, "m.json")
     assert "ident fit" in script(ladder, "m.json")
     assert "--with rod_inertia" in script(ladder, "m.json")

@@ -1,0 +1,65 @@
+"""What to do after a diagnosis, as commands to copy."""
+
+import shlex
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from ident.diagnose.diagnosis import Diagnosis
+from ident.diagnose.document import NextMotion
+from ident.diagnose.rungs import Finding
+from ident.effects import names as built_in
+
+
+def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:
+    """The motion that tells the `news` from what they may be confused with, or confirms them."""
+    material = found.material
+    files = list(dict.fromkeys(str(data.recording.path) for data in material.datasets))
+    beside = [f"--recording {shlex.quote(file)}" for file in files]
+    for one in news:
+        # What changes with time no motion tells from anything.
+        others = [name for name in one.alternatives if found.library[name].axis != "time"]
+        if not others or one.term.effect.axis == "time":
+            continue
+        name = one.term.name
+        own_files = [f"--effect-file {other}.py" for other in (name, *others) if other not in built_in()]
+        joints = () if one.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in one.term.joints)
+        pairs = (f"--discriminate {name} {other}" for other in others)
+        return NextMotion(
+            why=f"{name} and {', '.join(others)} cannot be told apart on these recordings; another motion can.",
+            command=" ".join(("ident design", *pairs, *joints, *beside, *own_files, f"-o {_free()}")),
+        )
+    if not material.other_motion and len(files) == 1:
+        return NextMotion(
+            why="A second, different motion would show whether the findings hold beyond this one.",
+            command=" ".join(("ident design", *beside, f"-o {_free()}")),
+        )
+    return None
+
+
+def with_curves(found: Diagnosis, path: Path, joints: Sequence[int]) -> str:
+    """The command that fits the model with the curves in `path`, as they were learned beside its effects."""
+    material, terms = found.material, found.ladder.rungs[-1].state.terms
+    specified = [
+        term.name if term.effect.whole_robot else f"{term.name}:{_listed(joint + 1 for joint in term.joints)}"
+        for term in terms
+    ]
+    own = {term.name for term in terms} - set(built_in())
+    files = [str(material.datasets[i].recording.path) for i in material.fitting]
+    held = [
+        str(data.recording.path) for data, rows in zip(material.datasets, material.held, strict=True) if rows.any()
+    ]
+    parts = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
+    parts += [f"--validate {shlex.quote(held[0])}"] if material.other_motion else []
+    parts += [f"--with {one}" for one in (*dict.fromkeys(specified), f"{path.stem}:{_listed(joints)}")]
+    parts += [f"--effect-file {shlex.quote(one)}" for one in (*(f"{name}.py" for name in sorted(own)), str(path))]
+    return " ".join(parts)
+
+
+def _listed(joints: Iterable[int]) -> str:
+    return ",".join(map(str, joints))
+
+
+def _free() -> str:
+    """A name for the next motion that no file has yet."""
+    numbered = (Path(f"next{number}.toml") for number in ("", *range(2, 100)))
+    return str(next((path for path in numbered if not path.exists()), "next.toml"))
