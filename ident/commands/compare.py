@@ -34,7 +34,7 @@ def command(
     """Show where the model in the file MODEL fails to explain the torque in recordings.
 
     Per joint and phase of the motion, in which stretches, over which quantity, at which frequency, and how much of
-    it is above the noise floor.
+    it is above the noise.
     """
     import json
 

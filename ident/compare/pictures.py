@@ -32,7 +32,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
     )
     curves(
         folder / "curves.png",
-        f"Mean residual, its 95 % band, ± RMS (dotted) and noise floor (green): {about}",
+        f"Mean residual, its 95 % band, ± RMS (dotted) and noise (green): {about}",
         comparison,
     )
     spectra(folder / "spectrum.png", f"Residual by frequency: {about}", comparison)
@@ -53,7 +53,7 @@ def phases(path: Path, title: str, comparison: Comparison) -> None:
                 share = f"{100 * found[name].time_share:.0f} %"
                 axis.annotate(share, (name, found[name].rms), ha="center", va="bottom", fontsize=8)
             if joint.split:
-                axis.axhline(joint.split.noise_rms, color=NOISE, lw=1.6, ls="--", zorder=3, label="noise floor")
+                axis.axhline(joint.split.noise_rms, color=NOISE, lw=1.6, ls="--", zorder=3, label="noise")
                 axis.legend(frameon=False, loc="upper left", fontsize=8)
             axis.margins(y=0.25)
             axis.tick_params(axis="x", labelsize=8, rotation=20)

@@ -28,7 +28,7 @@ def show(comparison: Comparison, console: Console) -> None:
 
 def _overall(comparison: Comparison) -> Table:
     table = Table(title="Residual", title_justify="left")
-    for heading in ("joint", "RMS", "of the torque", "noise floor", "above the noise"):
+    for heading in ("joint", "RMS", "of the torque", "noise", "above the noise"):
         table.add_column(heading, justify="right")
     for joint in comparison.joints:
         summary, split = joint.summary, joint.split
@@ -36,6 +36,10 @@ def _overall(comparison: Comparison) -> Table:
             [f"{split.noise_rms:.3g} {joint.unit}", f"{100 * split.above_noise:.0f} %"] if split else ["unknown", ""]
         )
         table.add_row(str(summary.number), f"{summary.rms:.3g} {joint.unit}", f"{100 * summary.share:.1f} %", *noise)
+    table.caption = (
+        "Noise: what differs between repetitions. Above it is also what encoder steps leave that repeats, "
+        "which ident diagnose counts to its floor."
+    )
     return table
 
 
