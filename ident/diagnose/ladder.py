@@ -123,10 +123,12 @@ class Climber:
         """
         state, rungs = self.begin(composition, x)
         for name in names:
-            found = {one.term.name: one for one in reversed(self.finder.look(state)[0])}
+            candidates, unseen, _ = self.finder.look(state)
+            found = {one.term.name: one for one in reversed(candidates)}
             if name not in found:
                 known = name in {term.name for term in state.terms}
                 why = "is in the model already" if known else "does not show in this motion"
+                why = "is not there: it would need a sign that it cannot have" if unseen.get(name) == "sign" else why
                 raise BadInput(f"effect: one of {', '.join(sorted(found))} expected; '{name}' {why}; leave it out")
             state = self.finder.added(state, found[name])
             rungs.append(Rung(name, state, self.gain(rungs[-1].state, state)))

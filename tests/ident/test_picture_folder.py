@@ -26,3 +26,13 @@ def test_what_is_whole_is_there_beside_what_was(tmp_path: Path) -> None:
             assert not (plots / name).exists()
     assert sorted(path.name for path in plots.iterdir()) == ["first.png", "second.png"]
     assert list(plots.parent.iterdir()) == [plots]
+
+
+def test_pictures_that_are_not_drawn_anew_do_not_stay_as_if_they_were(tmp_path: Path) -> None:
+    plots = tmp_path / "plots"
+    plots.mkdir()
+    for name in ("finding_1_old.png", "mine.png"):
+        (plots / name).touch()
+    with whole(plots, ("finding_*.png",)) as folder:
+        (folder / "finding_1_new.png").touch()
+    assert sorted(path.name for path in plots.iterdir()) == ["finding_1_new.png", "mine.png"]

@@ -139,3 +139,21 @@ def test_a_place_that_cannot_be_written_is_said_before_the_work(
     monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write anywhere
     with pytest.raises(BadInput, match=f"folder {tmp_path} cannot be written"):
         refuse_existing(tmp_path / "a.json")
+
+
+def test_what_ctrl_c_breaks_on_its_way_is_an_interruption(capsys: pytest.CaptureFixture[str]) -> None:
+    def compiling(standalone_mode: bool) -> None:
+        try:
+            raise KeyboardInterrupt
+        finally:
+            raise RuntimeError("no compiled object yet")
+
+    with pytest.raises(SystemExit) as exit_:
+        run(compiling)
+    assert exit_.value.code == 1
+    assert capsys.readouterr().err == "interrupted\n"
+
+
+def test_what_is_wrong_with_the_program_itself_is_not_hidden() -> None:
+    with pytest.raises(RuntimeError, match="a mistake"):
+        run(failing(RuntimeError("a mistake")))

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from ident.diagnose.answer import _not_added
+from ident.diagnose.answer import _not_added, document
 from ident.diagnose.diagnosis import Choices, diagnose
 from ident.effects import library
 from recordings.errors import BadInput
@@ -40,3 +40,19 @@ def test_why_an_effect_was_not_added(first: float, last: float, by_hand: bool, s
     entry = _not_added(found, "cogging", ["stribeck"])
     assert entry.status == status
     assert expected in entry.why
+
+
+def test_what_is_asked_for_and_explains_nothing_is_not_missing() -> None:
+    """The sample has nothing hidden that looks like it."""
+    found = document(
+        diagnose([SAMPLE], [SAMPLE.with_name("fig5b.mcap")], library(), Choices(only=("thermal_drift",)))
+    )
+    (asked,) = (one for one in found.findings if one.effect == "thermal_drift")
+    assert asked.status == "not-supported"
+    assert found.sentence.startswith("What was asked for explains nothing")
+    assert found.verdict != "missing-effect"
+
+
+def test_what_would_need_an_impossible_sign_is_refused_for_that() -> None:
+    with pytest.raises(BadInput, match="'air_drag' is not there: it would need a sign that it cannot have"):
+        diagnose([SAMPLE], [], library(), Choices(only=("air_drag",)))
