@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident import noise, repetition, signals
-from ident.course import Course
+from ident.diagnose.cycles import by_cycle
 from ident.diagnose.lines import Line, lines
 from ident.diagnose.material import Material, rms
 from ident.evaluation import Evaluator
@@ -69,10 +69,19 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
             for data in material.datasets
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
-    bare = _misread(material, solution)
-    judged = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
-    each = zip(material.evaluators, material.disturbed, judged, *bare, strict=True)
-    parts = [_encoder(*one, solution) for one in each]
+    kept, refitted = _misread(material, solution)
+    parts = [
+        _encoder(
+            evaluator,
+            material.disturbed[i],
+            material.seen[i] | material.held[i],
+            material.repeating[i],
+            kept[i],
+            refitted[i],
+            solution,
+        )
+        for i, evaluator in enumerate(material.evaluators)
+    ]
     return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
@@ -90,7 +99,13 @@ def _misread(material: Material, solution: Solution) -> tuple[list[Floats], list
 
 
 def _encoder(
-    evaluator: Evaluator, disturbed: Evaluator, judged: Bools, kept: Floats, refitted: Floats, solution: Solution
+    evaluator: Evaluator,
+    disturbed: Evaluator,
+    judged: Bools,
+    repeating: Floats,
+    kept: Floats,
+    refitted: Floats,
+    solution: Solution,
 ) -> Floats:
     """(dof,) mean square [(N m)^2] of what the encoders' steps leave in the torque that repeats.
 
@@ -106,19 +121,11 @@ def _encoder(
     expected: Floats = np.nanmean(np.where(course.usable, refitted, np.nan) ** 2, axis=0) * more
     if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
         return expected
-    known: Floats = expected * repeating(course) * _amplified(evaluator, solution, difference)
+    known: Floats = expected * repeating * _amplified(evaluator, solution, difference, repeating)
     return known
 
 
-def repeating(course: Course) -> Floats:
-    """(dof,) share of the finest part of the measured motion that is the same in all repetitions, 0 to 1."""
-    splits = repetition.split(_by_cycle(course, course.samples.position - course.path.motion.position))
-    if splits is None:
-        return np.ones(course.dataset.torque.shape[1])
-    return np.array([min(max(one.repeating / one.total, 0.0), 1.0) if one.total else 0.0 for one in splits])
-
-
-def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Floats:
+def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats, repeating: Floats) -> Floats:
     """(dof,) how much larger the mean square of what encoder steps leave is than that of the `expected` (n, dof).
 
     The position loop answers to the steps too, so that they are not as evenly spread as errors drawn by lot. Judged
@@ -130,7 +137,7 @@ def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Fl
     if high < 1.2 * low:
         return np.ones(left.shape[1])
     repeated, drawn = (
-        _by_cycle(
+        by_cycle(
             course,
             signals.convolve(x, signals.low_pass(high, course.samples.rate))
             - signals.convolve(x, signals.low_pass(low, course.samples.rate)),
@@ -143,7 +150,7 @@ def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats) -> Fl
         return np.ones(left.shape[1])
     mean = np.nanmean(repeated[:, known], axis=0)
     differing = _typical(repeated[:, known] - mean) / (len(repeated) - 1)
-    most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * repeating(course), _TINY)
+    most = (_typical(mean) - differing) / np.maximum(_typical(drawn) * repeating, _TINY)
     return np.clip(most, 1.0, _MOST)
 
 
@@ -157,10 +164,3 @@ def _limited(x: Floats) -> Floats:
 def _typical(x: Floats) -> Floats:
     """(dof,) mean square of `x` (..., dof), from the median of its size."""
     return (np.nanmedian(np.abs(x.reshape(-1, x.shape[-1])), axis=0) / 0.6745) ** 2
-
-
-def _by_cycle(course: Course, x: Floats) -> Floats:
-    """`x` (n, dof) as (cycles, phases, dof)."""
-    samples = course.samples
-    every = replace(course.dataset, repeat=samples.repeat, phase=samples.phase, rate=samples.rate)
-    return repetition.by_cycle(every, x)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from ident import uncertainty
-from ident.diagnose.floor import repeating
 from ident.diagnose.material import Material
 from ident.refine import Solution
 from ident.uncertainty import Uncertainty
@@ -57,9 +56,9 @@ def _alike(material: Material) -> float:
     """How much larger a variance is because the encoders' errors are the same in all repetitions, in part."""
     found = []
     for index in material.fitting:
-        course = material.evaluators[index].course
-        cycles = max(len(np.unique(course.dataset.repeat[course.dataset.repeat >= 0])), 1)
-        found.append(1 + (cycles - 1) * float(repeating(course).mean()))
+        repeat = material.datasets[index].repeat
+        cycles = max(len(np.unique(repeat[repeat >= 0])), 1)
+        found.append(1 + (cycles - 1) * float(material.repeating[index].mean()))
     return float(np.mean(found))
 
 

@@ -10,6 +10,7 @@ from ident import noise
 from ident.composition import Composition
 from ident.course import Course
 from ident.dataset import Dataset
+from ident.diagnose.cycles import repeating
 from ident.effects import Signal
 from ident.evaluation import KEPT, Evaluator
 from ident.refine import Solution, begun, improved
@@ -78,6 +79,11 @@ class Material:
         """Several such readings of the recordings of which fits see something."""
         courses = [self.evaluators[i].course for i in self.fitting]
         return tuple(tuple(Evaluator(_disturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
+
+    @cached_property
+    def repeating(self) -> tuple[Floats, ...]:
+        """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
+        return tuple(repeating(one.course) for one in self.evaluators)
 
     def misread(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
         """Columns (m, dof, K) of a `bare` composition for each recording, as it was read and as it might have been,

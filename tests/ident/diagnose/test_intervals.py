@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose import intervals
 from ident.diagnose.intervals import of_steps
 
 ROWS, STEPS = 4000, 0.05
@@ -21,13 +20,16 @@ def _read(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, float]:
     x = np.array([read @ torque / (read @ read)])
 
     def evaluator(signal: Any) -> Any:
-        dataset = SimpleNamespace(repeat=np.repeat(np.arange(4), ROWS // 4))
-        return SimpleNamespace(
-            torque=lambda composition, x: signal[:, None] * x, course=SimpleNamespace(dataset=dataset)
-        )
+        return SimpleNamespace(torque=lambda composition, x: signal[:, None] * x)
 
     misread = tuple((evaluator(read + STEPS * rng.normal(size=ROWS)),) for _ in range(8))
-    material = SimpleNamespace(evaluators=(evaluator(read),), fitting=(0,), misreadings=misread)
+    material = SimpleNamespace(
+        evaluators=(evaluator(read),),
+        datasets=(SimpleNamespace(repeat=np.repeat(np.arange(4), ROWS // 4)),),
+        repeating=(np.array([float(repeated)]),),
+        fitting=(0,),
+        misreadings=misread,
+    )
     residual = (torque - read * x[0])[:, None]
     solution = SimpleNamespace(
         composition=SimpleNamespace(named=(SimpleNamespace(free=True),)),
@@ -41,8 +43,7 @@ def _read(rng: np.random.Generator, repeated: bool) -> tuple[Any, Any, float]:
 
 
 @pytest.mark.parametrize("repeated", [False, True])
-def test_what_encoder_steps_make_of_a_parameter_is_foretold(repeated: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(intervals, "repeating", lambda course: np.array([float(repeated)]))
+def test_what_encoder_steps_make_of_a_parameter_is_foretold(repeated: bool) -> None:
     rng = np.random.default_rng(1)
     told, happened = [], []
     for _ in range(40):
@@ -53,8 +54,7 @@ def test_what_encoder_steps_make_of_a_parameter_is_foretold(repeated: bool, monk
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(scatter, rel=0.4)
 
 
-def test_no_reading_is_thought_to_leave_more_than_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(intervals, "repeating", lambda course: np.zeros(1))
+def test_no_reading_is_thought_to_leave_more_than_is_left() -> None:
     material, solution, _ = _read(np.random.default_rng(2), False)
     before = of_steps(material, solution)
     regressor, residual = solution.rows()

@@ -1,0 +1,24 @@
+"""What is the same in all repetitions of a measured motion."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ident import repetition
+from ident.course import Course
+from recordings.recording import Floats
+
+
+def repeating(course: Course) -> Floats:
+    """(dof,) share of the finest part of the measured motion that is the same in all repetitions, 0 to 1."""
+    splits = repetition.split(by_cycle(course, course.samples.position - course.path.motion.position))
+    if splits is None:
+        return np.ones(course.dataset.torque.shape[1])
+    return np.array([min(max(one.repeating / one.total, 0.0), 1.0) if one.total else 0.0 for one in splits])
+
+
+def by_cycle(course: Course, x: Floats) -> Floats:
+    """`x` (n, dof) as (cycles, phases, dof)."""
+    samples = course.samples
+    every = replace(course.dataset, repeat=samples.repeat, phase=samples.phase, rate=samples.rate)
+    return repetition.by_cycle(every, x)
