@@ -77,7 +77,7 @@ def ask(path: str, **headers: str) -> httpx.Response:
         told.listen([DONE])
         guarded = Guard(application(told), "token", 8123)
         transport = httpx.ASGITransport(guarded)
-        async with httpx.AsyncClient(transport=transport, base_url="http://127.0.0.1:8123") as client:
+        async with httpx.AsyncClient(transport=transport, base_url="http://localhost:8123") as client:
             return await client.get(path, headers=headers)
 
     return asyncio.run(sent())
