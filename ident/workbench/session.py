@@ -183,17 +183,19 @@ class Session:
 
     def pause(self) -> None:
         """Let the work stand still."""
-        if self.job and self.job.paused is None:
-            self._work.pause()
-            self.job = replace(self.job, paused=time.monotonic())
-            self.changed("job")
+        with self._work.lock:
+            if self.job and self.job.paused is None:
+                self._work.pause()
+                self.job = replace(self.job, paused=time.monotonic())
+                self.changed("job")
 
     def resume(self) -> None:
         """Let it go on."""
-        if self.job and self.job.paused is not None:
-            self.job = replace(self.job, began=time.monotonic() - self.job.seconds, paused=None)
-            self._work.resume()
-            self.changed("job")
+        with self._work.lock:
+            if self.job and self.job.paused is not None:
+                self.job = replace(self.job, began=time.monotonic() - self.job.seconds, paused=None)
+                self._work.resume()
+                self.changed("job")
 
     def cancel(self) -> None:
         """End what is being computed; what was found before stays."""
@@ -219,16 +221,18 @@ class Session:
         return self.folder.path(self.train), self.folder.path(self.validate) if self.validate else None
 
     def _ask(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
-        self._refuse_while_busy()
-        self._then = then
-        self._begin(task, urgent=True)
-        self._send(task, *arguments)
+        with self._work.lock:
+            self._refuse_while_busy()
+            self._then = then
+            self._begin(task, urgent=True)
+            self._send(task, *arguments)
 
     def _aside(self, what: str, urgent: bool, task: str, *arguments: Any) -> None:
         """A task that leaves the ladder alone, but may come before all was said of it."""
-        self._unfinished = self.ladder is not None and self.failing is None
-        self._begin(what, urgent)
-        self._send(task, *arguments)
+        with self._work.lock:
+            self._unfinished = self.ladder is not None and self.failing is None
+            self._begin(what, urgent)
+            self._send(task, *arguments)
 
     def _refuse_while_busy(self) -> None:
         self._refuse_while_paused()
@@ -244,8 +248,9 @@ class Session:
         self._work.ask(task, *arguments)
 
     def _stop_work(self) -> None:
-        self._work.cancel()
-        self._asked, self.job, self._unfinished = 0, None, False
+        with self._work.lock:
+            self._work.cancel()
+            self._asked, self.job, self._unfinished = 0, None, False
 
     def _begin(self, what: str, urgent: bool) -> None:
         self.message = ""
@@ -269,6 +274,7 @@ class Session:
             self._asked -= 1
             if self._asked <= 0:
                 self._asked, self.job = 0, None
+                self._work.resume()  # it may have been paused just after its last word
             if kind == "failed":
                 self._say(value)
                 self._ended()

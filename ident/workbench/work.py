@@ -13,7 +13,8 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
-Said = Callable[[Literal["progress", "shown", "failed", "idle"], Any], None]
+Kind = Literal["progress", "shown", "failed", "idle"]
+Said = Callable[[Kind, Any], None]
 """Called from a thread of its own with what the work says."""
 
 
@@ -24,7 +25,8 @@ class Work:
         self._said, self._effect_files = said, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
-        self._lock = threading.Lock()
+        self.lock = threading.RLock()
+        """Held while something is said, so that who asks, pauses or cancels does not meet it halfway."""
 
     @property
     def fresh(self) -> bool:
@@ -33,7 +35,7 @@ class Work:
 
     def ask(self, task: str, *arguments: Any) -> None:
         """Let the engine do `task`; what comes of it is said."""
-        with self._lock:
+        with self.lock:
             if self.fresh:
                 self._start()
             assert self._connection is not None
@@ -41,7 +43,7 @@ class Work:
 
     def prepare(self) -> None:
         """Start the process before it is needed: its libraries take a moment."""
-        with self._lock:
+        with self.lock:
             if self.fresh:
                 self._start()
 
@@ -55,14 +57,14 @@ class Work:
 
     def cancel(self) -> None:
         """End it, whatever it does."""
-        with self._lock:
+        with self.lock:
             process, self._process, self._connection = self._process, None, None
         if process is not None:
             process.kill()  # one that stands still hears nothing else
             process.join()
 
     def _signal(self, number: signal.Signals) -> None:
-        with self._lock:
+        with self.lock:
             if self._process is not None and self._process.is_alive():
                 assert self._process.pid is not None
                 os.kill(self._process.pid, number)
@@ -79,12 +81,14 @@ class Work:
     def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
         try:
             while True:
-                kind, value = connection.recv()
-                if self._process is process:
-                    self._said(kind, value)
+                self._say(process, *connection.recv())
         except (EOFError, OSError):
-            if self._process is process:
-                self._said("failed", "The process that computes has ended by itself; is the memory full?")
+            self._say(process, "failed", "The process that computes has ended by itself; is the memory full?")
+
+    def _say(self, process: multiprocessing.process.BaseProcess, kind: Kind, value: Any) -> None:
+        with self.lock:
+            if self._process is process:  # not cancelled meanwhile
+                self._said(kind, value)
 
 
 def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:

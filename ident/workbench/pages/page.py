@@ -30,6 +30,8 @@ class Page:
         self.session = session
         self.show: Callable[[str], None] = lambda tab: None
         """Turn to a tab."""
+        self.acted: Callable[[], None] = lambda: None
+        """Show at once what goes on: the server ignores a click on a button that it believes to be hidden."""
         self._watched: list[_Watched] = []
 
     def follow(self, draw: Callable[[], None], *parts: Part) -> ui.element:
@@ -67,6 +69,7 @@ class Page:
                 act(*arguments)
             except (BadInput, OSError) as error:
                 ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
+            self.acted()
 
         return handle
 

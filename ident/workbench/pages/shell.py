@@ -123,6 +123,7 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
 
     ui.keyboard(stops, ignore=[])  # also while something is being typed
     look()
+    page.acted = look
     ui.timer(0.3, look)
 
 

@@ -62,6 +62,20 @@ def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
     wait(lambda: session.answer is not None)
 
 
+def test_work_that_ends_just_when_it_is_paused_is_followed_by_other_work() -> None:
+    session = Session(Folder.at(SAMPLES))
+    session.choose("fig5a.mcap", None)
+    wait(lambda: session.job is None)
+    session.look("fig5b.mcap")
+    session.pause()
+    session._said("idle", None)  # its last word was on its way
+    assert session.job is None
+    session.recording = None
+    session.look("fig5a.mcap")
+    wait(lambda: session.recording is not None)
+    session.close()
+
+
 def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
     write(tmp_path / "slide.mcap", 0)

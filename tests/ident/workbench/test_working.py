@@ -81,8 +81,11 @@ def test_two_explanations_side_by_side(fitted: Browser) -> None:
 def test_the_swarm_from_the_page(hidden: Path, serve: Serve, browser: Browser) -> None:
     browser.open(serve(hidden, "fig5a.mcap", "fig5b.mcap").address)
     browser.click("tab-swarm")
-    browser.click("swarm")
-    browser.click("pause")
+    browser.at("job").filter(has_text="train fig5a.mcap").wait_for(timeout=60_000)
+    # Faster than any hand: a button that has just become visible is heard.
+    browser.page.evaluate(
+        "() => ['swarm', 'pause'].forEach(name => document.querySelector(`[data-test=${name}]`).click())"
+    )
     browser.at("job").filter(has_text="paused").wait_for(timeout=30_000)
     browser.click("resume")
     assert "above its certified minimum" in browser.text("swarm-proof", patience=120)
