@@ -1,7 +1,8 @@
 """Does the motion of `ident design --discriminate` settle what one recording could not? As a user would do it.
 
 An effect is hidden in the simulated rig, fig5a is recorded and diagnosed. Where the finding could be something else,
-the motion that the diagnosis recommends is designed and recorded, and both recordings are diagnosed together.
+the motion that the diagnosis recommends is designed and recorded, and both recordings are diagnosed together: with
+parts of themselves held out, and once more with another motion, fig5b, that tells the explanations apart no better.
 """
 
 import json
@@ -9,6 +10,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -55,9 +57,11 @@ def _story(folder: Path, effect: str, size: float, joints: list[int]) -> None:
         return
     _say("separation", f"{_separation(designed['before'])} on fig5a")
     _say("", f"{_separation(designed['after'])} with {designed['trajectory']}, {_use(designed['after'])}")
-    after = _diagnosed([first, _recorded(motion, sim, folder / "second.mcap")])
-    names = [(one["effect"], one["confusable_with"]) for one in _news(after)]
-    _say("both", f"{_words(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
+    both = [first, _recorded(motion, sim, folder / "second.mcap")]
+    other = ["--validate", _recorded("fig5b", sim, folder / "other.mcap")]
+    for what, after in (("both", _diagnosed(both)), ("and fig5b", _diagnosed([*both, *other]))):
+        names = [(one["effect"], one["confusable_with"]) for one in _news(after)]
+        _say(what, f"{_words(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
 
 
 def _say(what: str, words: str) -> None:
@@ -78,8 +82,8 @@ def _recorded(motion: object, sim: Path, out: Path) -> Path:
     return out
 
 
-def _diagnosed(files: list[Path]) -> dict[str, Any]:
-    document: dict[str, Any] = json.loads(_run("ident", "diagnose", *files, "--json", "--force"))
+def _diagnosed(arguments: Sequence[object]) -> dict[str, Any]:
+    document: dict[str, Any] = json.loads(_run("ident", "diagnose", *arguments, "--json", "--force"))
     return document
 
 

@@ -1,4 +1,4 @@
-"""Whether one model is better than another, on rows that no fit has seen, and by how much."""
+"""Whether one model is better than another, on rows that no fit has seen or on all of them, and by how much."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnose.material import Material
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 BLOCK = 0.25
 """Rows closer than this are not independent: they are judged together [s]."""
@@ -17,7 +17,7 @@ _SEED = 0
 
 @dataclass(frozen=True)
 class Gain:
-    """Fall of the held-out mean square, over what of it is above the floor."""
+    """Fall of the mean square, over what of it is above the floor."""
 
     share: float
     interval: tuple[float, float]
@@ -30,13 +30,20 @@ class Gain:
     """Mean square above the floor that is left, in the same units."""
 
 
-def gain(material: Material, before: Sequence[Floats], after: Sequence[Floats], floor: Floats) -> Gain:
+def gain(
+    material: Material,
+    before: Sequence[Floats],
+    after: Sequence[Floats],
+    floor: Floats,
+    rows: Sequence[Bools] | None = None,
+) -> Gain:
     """From the residuals (m, dof) of every recording, `before` and `after`, and the `floor` (dof,) [N m].
 
     Each joint counts by its squared floor, or by its smallest residual: noise is to weigh the same in all.
+    rows: (m, dof) of every recording, on which they are compared; those held out if not said.
     """
-    size = np.maximum(floor, 1e-12)
-    first, second = (_blocks(material, residuals, size) for residuals in (before, after))
+    size, rows = np.maximum(floor, 1e-12), material.held if rows is None else rows
+    first, second = (_blocks(material, residuals, size, rows) for residuals in (before, after))
     fall = first - second
     count = len(fall)
     if count < 3:
@@ -55,11 +62,11 @@ def _share(fall: Floats, excess: Floats) -> Floats:
     return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
 
 
-def _blocks(material: Material, residuals: Sequence[Floats], size: Floats) -> Floats:
-    """(b,) mean squares of held-out rows, in units of the floor, of stretches of about BLOCK seconds."""
+def _blocks(material: Material, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
+    """(b,) mean squares of `rows`, in units of the floor, of stretches of about BLOCK seconds."""
     found = []
-    for dataset, held, residual in zip(material.datasets, material.held, residuals, strict=True):
-        known = held & np.isfinite(residual)
+    for dataset, judged, residual in zip(material.datasets, rows, residuals, strict=True):
+        known = judged & np.isfinite(residual)
         squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)
         number = np.floor(dataset.time / BLOCK).astype(int)
         count = np.bincount(number, known.sum(axis=1))

@@ -48,6 +48,11 @@ def holds(found: Gain) -> bool:
     return found.t > CERTAIN or found.interval[0] > SURE
 
 
+def settles(found: Gain) -> bool:
+    """Whether it speaks against what explains nearly as much."""
+    return found.t > CERTAIN and found.share > SETTLED and found.fall > UNSURE
+
+
 class Climber:
     """Climbs the ladder on some material with a library of effects."""
 
@@ -257,9 +262,19 @@ class Climber:
         return self.finder.solved(composition.without(index), state.solution.x[keep])
 
     def _settles(self, other: State, state: State) -> bool:
-        """Whether held-out rows speak for `state` against an `other` that explains nearly as much."""
-        gain = self.gain(other, state)
-        return gain.t > CERTAIN and gain.share > SETTLED and gain.fall > UNSURE
+        """Whether rows speak for `state` against an `other` that explains nearly as much.
+
+        Those held out; or all, for the motion that tells the two apart may be among those that were fitted. It has
+        to be more then than the parameters that `state` has more would make of noise.
+        """
+        if settles(self.gain(other, state)):
+            return True
+        parameters = max(len(state.solution.x) - len(other.solution.x), 1)
+        if not self.finder.clear(other.solution.loss, state.solution.loss, parameters):
+            return False
+        material = self._material
+        every = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
+        return settles(gain(material, other.residuals, state.residuals, self.floor(state).rms, every))
 
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""

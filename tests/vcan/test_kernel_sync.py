@@ -14,6 +14,8 @@ from tests.vcan.conftest import Bench, Frames, wait_until_moving
 pytestmark = pytest.mark.vcan
 
 RATE = 100.0
+_LATE = 0.05
+"""Share of the targets that a busy machine may send after their SYNC; a wrong order would make all of them late."""
 
 
 def test_the_kernel_keeps_time_and_every_sync_finds_fresh_targets(tmp_path: Path, out: Path) -> None:
@@ -32,13 +34,13 @@ def test_the_kernel_keeps_time_and_every_sync_finds_fresh_targets(tmp_path: Path
     index = np.rint((frames.stamp[syncs] - frames.stamp[syncs[0]]) * RATE / 1e9)
     period = np.polyfit(index, frames.stamp[syncs] / 1e9, 1)[0]
     assert period == pytest.approx(1 / RATE, rel=1e-4)
-    # Between two answered SYNCs each drive got a target.
+    # Between two SYNCs each drive got a target, but for a few where the machine was late: the kernel does not wait.
     stale = sum(
         Frames((int(number), "") for number in frames.id[before:after])[0x200 + node, ""] == 0
         for before, after in pairwise(syncs)
         for node in (1, 2, 3)
     )
-    assert stale <= 3 * (len(syncs) - (len(recording.time) - unanswered.sum()))
+    assert stale < _LATE * 3 * len(syncs)
 
 
 def test_sync_ends_with_a_killed_recorder(tmp_path: Path) -> None:
