@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ident.diagnose.beyond import beyond
 from ident.diagnose.directions import cautions
 from ident.diagnose.floor import Floor
 from ident.diagnose.material import MENTIONED, Material, rms
@@ -22,6 +23,7 @@ def doubts(material: Material, state: State, floor: Floor, offset: Effect | None
     yield from cautions(material, state.solution, offset)
     yield from _too_little(material, state)
     yield from _disagreement(material, state, floor)
+    yield from beyond(material, state, floor)
     yield from _left_out(material)
     yield from _unknown_gain(material)
 

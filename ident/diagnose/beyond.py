@@ -1,0 +1,105 @@
+"""Where held-out recordings go beyond what fits have seen, and whether it is there that the model fails.
+
+An effect that shows only there - play where the load never changed its side, saturation that was never reached -
+cannot be known from the training; the error of the held-out rows says nothing against the model then.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.diagnose.floor import Floor
+from ident.diagnose.material import Material, rms
+from ident.diagnose.rungs import State
+from recordings.recording import Bools, Floats
+
+LACKING = 1.1
+"""A joint that leaves no more than so many times its floor does not fail."""
+_MARGIN = 0.02
+"""Of the range seen, by which it may be left."""
+_MOST = 0.7
+"""Share of what is above the floor that has to be beyond the range to be blamed on that."""
+_DENSER = 3.0
+"""So many times as much has to be above the floor there, row by row, as within the range."""
+_WITHIN = 0.2
+"""Share of the rows that has to be within it: a motion that is elsewhere altogether says nothing of why."""
+_SPREAD = 1.5
+"""A filter spreads what happens at an instant over so many periods of the bandwidth."""
+
+
+@dataclass(frozen=True, eq=False)
+class Range:
+    """Of a quantity of one joint, as the fits have seen it."""
+
+    joint: int
+    """From 0."""
+    text: str
+    """In words, with its unit."""
+    outside: tuple[Bools, ...]
+    """(m,) of each recording."""
+
+
+def beyond(material: Material, state: State, floor: Floor) -> Iterator[str]:
+    """A sentence for each range that held-out recordings leave, and where the model `state` fails for it."""
+    failing = (
+        np.flatnonzero(rms(state.residuals, material.held) > LACKING * floor.rms) if material.other_motion else ()
+    )
+    blamed: dict[str, list[tuple[int, float]]] = {}
+    ranges = list(_ranges(material)) if len(failing) else []
+    for joint in map(int, failing):
+        shares = [(_share(material, state, floor, one.outside, joint), one) for one in ranges]
+        found = [(share, one) for share, one in shares if share > _MOST]
+        if found:  # what the joint itself does is the likelier reason
+            share, one = max(found, key=lambda each: (each[1].joint == joint, each[0]))
+            blamed.setdefault(one.text, []).append((joint + 1, min(share, 1.0)))
+    for text, joints in blamed.items():
+        who, least = ", ".join(str(joint) for joint, _ in joints), min(share for _, share in joints)
+        yield (
+            f"Joint{'s' if len(joints) > 1 else ''} {who}: {least:.0%} of the held-out error above the noise floor "
+            f"is where {text}. What shows only there cannot be known from the training: train on a motion that goes "
+            "there, too."
+        )
+
+
+def _ranges(material: Material) -> Iterator[Range]:
+    rig = material.datasets[0].recording.rig
+    for name, of in (
+        ("torque", [data.torque for data in material.datasets]),
+        ("speed", [data.motion.velocity for data in material.datasets]),
+        ("position", [data.motion.position for data in material.datasets]),
+    ):
+        for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
+            unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
+            yield _range(material, [one[:, joint] for one in of], joint, name, unit)
+
+
+def _range(material: Material, values: Sequence[Floats], joint: int, name: str, unit: str) -> Range:
+    seen = np.concatenate([values[i][material.seen[i][:, joint]] for i in material.fitting])
+    low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
+    margin = _MARGIN * (high - low)
+    outside = tuple(
+        _spread((one < low - margin) | (one > high + margin), data.rate * _SPREAD / data.bandwidth)
+        for one, data in zip(values, material.datasets, strict=True)
+    )
+    text = f"the {name} of joint {joint + 1} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
+    return Range(joint, text, outside)
+
+
+def _spread(rows: Bools, by: float) -> Bools:
+    """(m,) also those rows that are no more than so many away."""
+    around: Bools = np.convolve(rows, np.ones(2 * int(by) + 1), mode="same") > 0.5
+    return around
+
+
+def _share(material: Material, state: State, floor: Floor, outside: Sequence[Bools], joint: int) -> float:
+    """Of the mean square above the floor that a `joint` leaves held out, that of the rows `outside`."""
+    squares, far = [], []
+    for residual, held, away in zip(state.residuals, material.held, outside, strict=True):
+        known = held[:, joint] & np.isfinite(residual[:, joint])
+        squares.append((residual[known, joint] / floor.rms[joint]) ** 2 - 1)
+        far.append(away[known])
+    above, there = np.concatenate(squares), np.concatenate(far)
+    if not there.any() or there.mean() > 1 - _WITHIN or above[there].mean() < _DENSER * above[~there].mean():
+        return 0.0
+    return float(above[there].sum() / above.sum())
