@@ -13,6 +13,8 @@ from benchmarks.hidden_effects.cases import Case
 from benchmarks.hidden_effects.strengths import errors, inside
 
 _ALWAYS_TRUE = "rod_inertia"
+_BEYOND = "outside of the"
+"""In the caution about a motion that goes beyond the training."""
 _LARGEST_GROUP = 4
 _EXTRA_VARIABLES = 1
 """How many variables too many may be named along with all the right ones."""
@@ -52,6 +54,8 @@ class Judgement:
     """Relative, of the strength of each effect that was named exactly."""
     inside: tuple[bool, ...]
     """Of those strengths that plant and `ident` call the same: whether the 95 % interval holds the truth."""
+    beyond: bool
+    """Whether it is said that the held-out motion goes beyond the training, and that the model fails there."""
     seconds: float
     problem: str | None = None
     """An error in place of a diagnosis."""
@@ -112,7 +116,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
     """Compare the line that a diagnosis left with the sealed truth."""
     hidden = tuple(truth["effects"])
     if "error" in line:
-        return Judgement(case, hidden, "error", (), (), math.inf, {}, (), line["seconds"], line["error"])
+        return Judgement(case, hidden, "error", (), (), math.inf, {}, (), False, line["seconds"], line["error"])
     document = line["document"]
     findings = tuple(
         Finding(one["effect"], (one["effect"], *one["confusable_with"]), tuple(one["joints"]))
@@ -130,6 +134,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         over_floor=_norm(last["validate_rms"]) / _norm(document["noise_rms"]),
         errors=errors(hidden, values),
         inside=inside(hidden, last["parameters"]),
+        beyond=any(_BEYOND in caution for caution in document.get("cautions", ())),
         seconds=line["seconds"],
     )
 

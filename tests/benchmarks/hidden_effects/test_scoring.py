@@ -31,6 +31,7 @@ def said(
     findings: dict[str, list[str]],
     variables: tuple[str, ...] = (),
     parameters: dict[str, float] | None = None,
+    cautions: tuple[str, ...] = (),
 ) -> Judgement:
     """`findings`: effect to what it may be confused with."""
     case = Case("foreign", kind, hidden, (0.03,) * len(hidden), "default", 1)
@@ -50,6 +51,7 @@ def said(
             }
         ],
         "remaining": {"depends_on": list(variables)},
+        "cautions": cautions,
     }
     return judge(case, {"effects": [TRUTH[name] for name in hidden]}, {"document": document, "seconds": 1.0})
 
@@ -117,6 +119,12 @@ def test_outside_the_library_all_variables_and_hardly_another_one(
 
 def test_the_held_out_error_is_compared_with_the_floor_over_all_joints() -> None:
     assert said("nothing", (), "adequate", {}).over_floor == pytest.approx(2.0)
+
+
+def test_whether_the_motion_is_said_to_go_beyond_the_training() -> None:
+    caution = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m that the fit has seen."
+    assert said("nothing", (), "adequate", {}, cautions=("Too short to tell", caution)).beyond
+    assert not said("nothing", (), "adequate", {}, cautions=("Too short to tell",)).beyond
 
 
 def test_the_error_of_a_strength_is_the_mean_over_its_joints() -> None:
