@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnose.floor import Floor
+from ident.diagnose.ladder import LACKING
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import State
 from recordings.recording import Bools, Floats
 
-LACKING = 1.1
-"""A joint that leaves no more than so many times its floor does not fail."""
 _MARGIN = 0.02
 """Of the range seen, by which it may be left."""
 _MOST = 0.7
