@@ -9,12 +9,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.diagnose.evidence import BLOCK
 from ident.diagnose.floor import Floor
-from ident.diagnose.ladder import LACKING
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import State
 from recordings.recording import Bools, Floats
 
+_FAILS = 1.25
+"""A joint that leaves no more than so many times its floor does not fail: the floor is not known that well."""
 _MARGIN = 0.02
 """Of the range seen, by which it may be left."""
 _MOST = 0.7
@@ -23,6 +25,8 @@ _DENSER = 3.0
 """So many times as much has to be above the floor there, row by row, as within the range."""
 _WITHIN = 0.2
 """Share of the rows that has to be within it: a motion that is elsewhere altogether says nothing of why."""
+_ONE = 0.5
+"""Share of it that a single stretch of time may hold: more is an event, and may be anything."""
 _SPREAD = 1.5
 """A filter spreads what happens at an instant over so many periods of the bandwidth."""
 
@@ -42,7 +46,7 @@ class Range:
 def beyond(material: Material, state: State, floor: Floor) -> Iterator[str]:
     """A sentence for each range that held-out recordings leave, and where the model `state` fails for it."""
     failing = (
-        np.flatnonzero(rms(state.residuals, material.held) > LACKING * floor.rms) if material.other_motion else ()
+        np.flatnonzero(rms(state.residuals, material.held) > _FAILS * floor.rms) if material.other_motion else ()
     )
     blamed: dict[str, list[tuple[int, float]]] = {}
     ranges = list(_ranges(material)) if len(failing) else []
@@ -93,12 +97,15 @@ def _spread(rows: Bools, by: float) -> Bools:
 
 def _share(material: Material, state: State, floor: Floor, outside: Sequence[Bools], joint: int) -> float:
     """Of the mean square above the floor that a `joint` leaves held out, that of the rows `outside`."""
-    squares, far = [], []
-    for residual, held, away in zip(state.residuals, material.held, outside, strict=True):
+    squares, far, most = [], [], 0.0
+    for data, residual, held, away in zip(material.datasets, state.residuals, material.held, outside, strict=True):
         known = held[:, joint] & np.isfinite(residual[:, joint])
         squares.append((residual[known, joint] / floor.rms[joint]) ** 2 - 1)
         far.append(away[known])
+        if known.any():
+            most = max(most, float(np.bincount((data.time[known] // BLOCK).astype(int), squares[-1].clip(0)).max()))
     above, there = np.concatenate(squares), np.concatenate(far)
-    if not there.any() or there.mean() > 1 - _WITHIN or above[there].mean() < _DENSER * above[~there].mean():
+    if not there.any() or there.mean() > 1 - _WITHIN or most > _ONE * above.sum():
         return 0.0
-    return float(above[there].sum() / above.sum())
+    alike = above[there].mean() < _DENSER * above[~there].mean()
+    return 0.0 if alike else float(above[there].sum() / above.sum())

@@ -38,7 +38,7 @@ MUCH = 3.0
 FAR = 0.5
 """Another way up is better if it leaves less than this share of what the first one leaves above the floor."""
 LACKING = 1.1
-"""A joint that leaves more than so many times its floor lacks something, perhaps what others have."""
+"""A joint that leaves more than so many times its floor may have what others have."""
 MATERIAL = 0.002
 """What changes the residual by less than this share of the torque is left alone."""
 

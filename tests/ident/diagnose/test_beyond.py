@@ -22,7 +22,7 @@ def _said(reach: float, failing_where: Any, other_motion: bool = True) -> list[s
         SimpleNamespace(velocity=np.roll(one, 100, axis=0), position=np.roll(wave, 50, axis=0)) for one in motions
     ]
     datasets = tuple(
-        SimpleNamespace(recording=recording, torque=one, motion=moved, rate=500.0, bandwidth=50.0)
+        SimpleNamespace(recording=recording, torque=one, motion=moved, time=_TIME, rate=500.0, bandwidth=50.0)
         for one, moved in zip(motions, motion, strict=True)
     )
     rows = np.ones((_ROWS, 3), bool)
@@ -50,6 +50,7 @@ def test_what_fails_only_beyond_the_training_is_blamed_on_that() -> None:
         (1.5, lambda torque: torque > 9.0),  # it does not fail
         (1.0, lambda torque: torque > 0.8),  # nothing is beyond
         (20.0, lambda torque: torque < 9.0),  # nearly all is beyond
+        (1.5, lambda torque: (torque > 1.05) & (_TIME < 0.75)),  # an event, which happens to be there
     ],
 )
 def test_what_fails_elsewhere_is_not(reach: float, where: Any) -> None:
