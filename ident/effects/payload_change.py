@@ -12,13 +12,16 @@ _TURNS = 3
 """Times that its beginning and its end are then sought anew, each among all instants."""
 _LEAST = 0.01
 """Share of the run that a change is taken to last at least, and to leave."""
+_QUICK = 0.02
+"""What a change is taken to last at first [s]."""
 _TINY = 1e-30
 
 
 def columns(view: View, shapes: Shapes) -> Floats:
     """Torque that 1 kg at the platform takes while it is there (n, dof, 1)."""
-    # The share of each instant's time, so that a fit sees where the beginning should move to.
-    since, until = (np.clip((view.time - shapes[name]) * view.rate + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
+    # Over an instant's time at least, so that a fit sees where the beginning should move to.
+    length = np.hypot(shapes["t_r"], 1 / view.rate)
+    since, until = (np.clip((view.time - shapes[name]) / length + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
     torque: Floats = ((since - until)[:, None] * _per_mass(view))[:, :, None]
     return torque
 
@@ -46,7 +49,7 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
     found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
     half = 0.5 / view.rate  # what is there at an instant was added since the one before
     return [
-        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else NEVER}
+        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else NEVER, "t_r": _QUICK}
         for i, j in found
         if i < end
     ]
@@ -72,7 +75,7 @@ effect = Additive(
     looks="From one moment on, the residual follows the weight and inertia of a mass at the platform.",
     causes="a gripper that picks something up or loses it, a part that came loose",
     remedy="record with the load fixed; tell the controller when the load changes",
-    equation="J' dm (P'' - g) from t_c to t_e",
+    equation="J' dm (P'' - g) from t_c to t_e, coming and going within t_r",
     axis="time",
     mechanisms=("delta",),
     whole_robot=True,
@@ -80,6 +83,7 @@ effect = Additive(
     shapes=(
         Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=NEVER),
         Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=NEVER, searched=False),
+        Quantity(name="t_r", unit="s", meaning="how long it takes until it is all there", lower=1e-3, upper=0.5),
     ),
     suggest=suggest,
     columns=columns,
