@@ -20,8 +20,13 @@ class Toy(ladder.Climber):
     def __init__(self, left: Left, least: float = 0.95) -> None:
         """least: RMS of the floor; what fits see has an RMS of one."""
         self._left_by, self.least = left, least
-        self.finder: Any = SimpleNamespace(options=self._options, wider=self._none, unlikely=self._none)
-        self._material: Any = SimpleNamespace(seen=(np.ones((1, 1), bool),))
+        self.finder: Any = SimpleNamespace(
+            options=self._options, wider=self._none, unlikely=self._none, clear=lambda *arguments: self.clear
+        )
+        self.clear = False
+        """Whether the rows that were fitted tell one model from another by more than noise."""
+        rows = np.ones((1, 1), bool)
+        self._material: Any = SimpleNamespace(seen=(rows,), held=(~rows,))
         self._progress = lambda text: None
 
     def state(self, names: Iterable[str]) -> Any:
@@ -123,3 +128,23 @@ def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.Monkey
 def test_what_leaves_hardly_more_than_the_floor_is_not_spoken_against(left: float, spoken_against: bool) -> None:
     toy = Toy({"a": left, "b": 1e-4})
     assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against
+
+
+@pytest.mark.parametrize(
+    ("clear", "share", "spoken_against"), [(True, 0.9, True), (True, 0.3, False), (False, 0.9, False)]
+)
+def test_rows_that_were_fitted_may_speak_where_those_held_out_do_not(
+    monkeypatch: pytest.MonkeyPatch, clear: bool, share: float, spoken_against: bool
+) -> None:
+    judged: list[Any] = []
+
+    def gain(material: Any, before: Any, after: Any, floor: Any, rows: Any) -> Gain:
+        judged.extend(rows)
+        return Gain(share, (0.0, 1.0), 9.0, 0.5, 0.0)
+
+    monkeypatch.setattr(ladder, "gain", gain)
+    toy = Toy({"a": 0.01, "b": 0.01})
+    toy.clear = clear
+    assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against
+    assert all(rows.all() for rows in judged)
+    assert bool(judged) is clear
