@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import maximum_filter1d
 
 from ident.diagnose.evidence import BLOCK
 from ident.diagnose.floor import Floor
@@ -29,6 +30,7 @@ _ONE = 0.5
 """Share of it that a single stretch of time may hold: more is an event, and may be anything."""
 _SPREAD = 1.5
 """A filter spreads what happens at an instant over so many periods of the bandwidth."""
+_TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,33 +76,35 @@ def _ranges(material: Material) -> Iterator[Range]:
     ):
         for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
-            yield _range(material, [one[:, joint] for one in of], joint, name, unit)
+            values = [one[:, joint] for one in of]
+            seen = np.concatenate([values[i][material.seen[i][:, joint]] for i in material.fitting])
+            if len(seen):  # it does not stand still all the time
+                yield _range(material, values, seen, joint, f"{name} of joint {joint + 1}", unit)
 
 
-def _range(material: Material, values: Sequence[Floats], joint: int, name: str, unit: str) -> Range:
-    seen = np.concatenate([values[i][material.seen[i][:, joint]] for i in material.fitting])
+def _range(material: Material, values: Sequence[Floats], seen: Floats, joint: int, name: str, unit: str) -> Range:
     low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
     margin = _MARGIN * (high - low)
     outside = tuple(
         _spread((one < low - margin) | (one > high + margin), data.rate * _SPREAD / data.bandwidth)
         for one, data in zip(values, material.datasets, strict=True)
     )
-    text = f"the {name} of joint {joint + 1} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
+    text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
     return Range(joint, text, outside)
 
 
 def _spread(rows: Bools, by: float) -> Bools:
     """(m,) also those rows that are no more than so many away."""
-    around: Bools = np.convolve(rows, np.ones(2 * int(by) + 1), mode="same") > 0.5
+    around: Bools = maximum_filter1d(rows, 2 * int(by) + 1)
     return around
 
 
 def _share(material: Material, state: State, floor: Floor, outside: Sequence[Bools], joint: int) -> float:
     """Of the mean square above the floor that a `joint` leaves held out, that of the rows `outside`."""
-    squares, far, most = [], [], 0.0
+    squares, far, most, size = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
     for data, residual, held, away in zip(material.datasets, state.residuals, material.held, outside, strict=True):
         known = held[:, joint] & np.isfinite(residual[:, joint])
-        squares.append((residual[known, joint] / floor.rms[joint]) ** 2 - 1)
+        squares.append((residual[known, joint] / size) ** 2 - 1)
         far.append(away[known])
         if known.any():
             most = max(most, float(np.bincount((data.time[known] // BLOCK).astype(int), squares[-1].clip(0)).max()))

@@ -13,7 +13,9 @@ _ROWS = 2000
 _TIME = np.arange(_ROWS) / 500.0
 
 
-def _said(reach: float, failing_where: Any, other_motion: bool = True) -> list[str]:
+def _said(
+    reach: float, failing_where: Any, other_motion: bool = True, still: int | None = None, floor: float = 1.0
+) -> list[str]:
     """Of a held-out motion with `reach` times the torque of joint 2 of the training, and errors of 5 floors there."""
     recording = SimpleNamespace(rig=simulated_rig())
     wave = np.stack([np.sin(2 * np.pi * (0.5 + 0.1 * joint) * _TIME) for joint in range(3)], axis=1)
@@ -26,15 +28,18 @@ def _said(reach: float, failing_where: Any, other_motion: bool = True) -> list[s
         for one, moved in zip(motions, motion, strict=True)
     )
     rows = np.ones((_ROWS, 3), bool)
+    seen = rows.copy()
+    if still is not None:
+        seen[:, still] = False
     residual = np.random.default_rng(0).normal(size=(_ROWS, 3))
     failed = residual.copy()
     failed[failing_where(motions[1][:, 1]), 1] *= 5.0
     material: Any = SimpleNamespace(
-        datasets=datasets, other_motion=other_motion, seen=(rows, ~rows), held=(~rows, rows), fitting=(0,)
+        datasets=datasets, other_motion=other_motion, seen=(seen, ~rows), held=(~rows, rows), fitting=(0,)
     )
     state: Any = SimpleNamespace(residuals=(residual, failed))
-    floor: Any = SimpleNamespace(rms=np.ones(3))
-    return list(beyond(material, state, floor))
+    line: Any = SimpleNamespace(rms=np.full(3, floor))
+    return list(beyond(material, state, line))
 
 
 def test_what_fails_only_beyond_the_training_is_blamed_on_that() -> None:
@@ -59,3 +64,11 @@ def test_what_fails_elsewhere_is_not(reach: float, where: Any) -> None:
 
 def test_nothing_is_beyond_where_parts_of_the_same_motion_are_held_out() -> None:
     assert _said(1.5, lambda torque: np.abs(torque) > 1.05, other_motion=False) == []
+
+
+def test_a_joint_that_fits_saw_nothing_of_has_no_range() -> None:
+    assert _said(1.5, lambda torque: np.abs(torque) > 1.05, still=1) == []
+
+
+def test_a_floor_of_nothing_is_no_obstacle() -> None:
+    assert _said(1.5, lambda torque: torque > 9.0, floor=0.0) == []
