@@ -1,5 +1,6 @@
 """Pictures of a fit: measured against computed torque (Figures 3 and 6), residual, convergence."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,6 +15,9 @@ from ident.certificate import Certificate
 from ident.dataset import Dataset, first_repetition
 from ident.identification import Identification
 from recordings.recording import Floats
+
+# A font that is missing is replaced: no news for who wants a fit.
+logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
 # Okabe and Ito's palette, which stays distinct for colour-blind readers.
 MEASURED, COMPUTED, NOMINAL = "#000000", "#0072B2", "#E69F00"
