@@ -47,11 +47,11 @@ class Range:
 
 def beyond(material: Material, state: State, floor: Floor) -> Iterator[str]:
     """A sentence for each range that held-out recordings leave, and where the model `state` fails for it."""
-    failing = (
-        np.flatnonzero(rms(state.residuals, material.held) > _FAILS * floor.rms) if material.other_motion else ()
-    )
-    blamed: dict[str, list[tuple[int, float]]] = {}
+    if not material.other_motion:
+        return
+    failing = np.flatnonzero(rms(state.residuals, material.held) > _FAILS * floor.rms)
     ranges = list(_ranges(material)) if len(failing) else []
+    blamed: dict[str, list[tuple[int, float]]] = {}
     for joint in map(int, failing):
         shares = [(_share(material, state, floor, one.outside, joint), one) for one in ranges]
         found = [(share, one) for share, one in shares if share > _MOST]

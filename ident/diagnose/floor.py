@@ -70,11 +70,12 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
         ]
         level = rms(std, [one.course.usable for one in material.evaluators])
     kept, refitted = _misread(material, solution)
+    judged = material.judged
     parts = [
         _encoder(
             evaluator,
             material.disturbed[i],
-            material.seen[i] | material.held[i],
+            judged[i],
             material.repeating[i],
             kept[i],
             refitted[i],

@@ -272,9 +272,8 @@ class Climber:
         parameters = max(len(state.solution.x) - len(other.solution.x), 1)
         if not self.finder.clear(other.solution.loss, state.solution.loss, parameters):
             return False
-        material = self._material
-        every = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
-        return settles(gain(material, other.residuals, state.residuals, self.floor(state).rms, every))
+        found = gain(self._material, other.residuals, state.residuals, self.floor(state).rms, self._material.judged)
+        return settles(found)
 
     def _look_again(self, state: State, index: int) -> tuple[Finding, State]:
         """The effect, what it is worth, and what could stand in its place; and the state with what should."""

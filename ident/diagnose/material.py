@@ -69,6 +69,11 @@ class Material:
         """The measured rows."""
         return tuple(one.course.dataset for one in self.evaluators)
 
+    @property
+    def judged(self) -> tuple[Bools, ...]:
+        """(m, dof) of each recording: rows that are seen or held out."""
+        return tuple(seen | held for seen, held in zip(self.seen, self.held, strict=True))
+
     @cached_property
     def disturbed(self) -> tuple[Evaluator, ...]:
         """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
@@ -128,9 +133,7 @@ class Material:
     @cached_property
     def torque_rms(self) -> Floats:
         """(dof,) measured torque [N m] over all rows."""
-        return rms(
-            [dataset.torque for dataset in self.datasets], [a | b for a, b in zip(self.seen, self.held, strict=True)]
-        )
+        return rms([dataset.torque for dataset in self.datasets], self.judged)
 
     def solve(self, composition: Composition, x: Floats) -> Solution:
         """`composition` fitted to what may be seen, from `x` (K,)."""

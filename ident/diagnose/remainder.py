@@ -49,8 +49,7 @@ def remainder(material: Material, state: State, floor: Floor, known: Sequence[De
     known: what it is known to depend on; None: it is looked at, joint by joint.
     """
     residuals = state.residuals
-    rows = [seen | held for seen, held in zip(material.seen, material.held, strict=True)]
-    total = rms_of(residuals, rows)
+    total = rms_of(residuals, material.judged)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
     least = LEAST * material.torque_rms

@@ -26,7 +26,7 @@ class Toy(ladder.Climber):
         self.clear = False
         """Whether the rows that were fitted tell one model from another by more than noise."""
         rows = np.ones((1, 1), bool)
-        self._material: Any = SimpleNamespace(seen=(rows,), held=(~rows,))
+        self._material: Any = SimpleNamespace(seen=(rows,), judged=(rows,))
         self._progress = lambda text: None
 
     def state(self, names: Iterable[str]) -> Any:
