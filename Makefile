@@ -5,7 +5,7 @@ READY := .venv/.ready
 # As the programs do for themselves: matrices here are too narrow for BLAS's threads.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test test-fast test-slow test-vcan lint faults fuzz hidden-effects readme pictures bench samples lock
+.PHONY: setup demo test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects readme pictures bench samples lock
 
 setup: $(READY)
 
@@ -27,13 +27,24 @@ demo: $(READY)
 	$(BIN)/ident report $(DEMO)/fig5a.model.json $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap -o $(DEMO)/report.html
 	@echo "One file with all of it, for any browser: $(DEMO)/report.html"
 
-test: lint test-fast test-slow
+# A few minutes on two cores: what is worth running after every change.
+test: lint test-fast
+
+# All that is checked without root; `make test test-all` runs nothing twice.
+test-all: test test-slow test-realtime
+
+# Tests side by side on all cores; a worker that is done takes over from one that is not.
+SIDE_BY_SIDE := -n auto --maxprocesses 8 --dist worksteal
 
 test-fast: $(READY)
-	$(BIN)/python -m pytest -q -m "not slow"
+	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m "not slow and not realtime"
 
 test-slow: $(READY)
-	$(BIN)/python -m pytest -q -m slow
+	$(BIN)/python -m pytest -q $(SIDE_BY_SIDE) -m "slow and not realtime"
+
+# Beside nothing else; where this machine does not keep time, what was skipped for that is said with figures.
+test-realtime: $(READY)
+	$(BIN)/python -m pytest -q -rs -m realtime
 
 # On the kernel's own SocketCAN, in User-mode Linux where this kernel has no vcan; says what is missing.
 test-vcan: $(READY)

@@ -10,6 +10,11 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+# Programs that compile side by side must not write into one cache: of two that compile one function for different
+# arguments, the later overwrites the earlier one's code. So every worker of pytest-xdist has its own, which stays.
+if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
+    os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "numba" / _worker)
+
 # What decides whether a change lands is the same each time; at a desk, examples are drawn anew.
 settings.register_profile("ci", derandomize=True)
 if os.environ.get("CI") == "true":

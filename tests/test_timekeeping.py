@@ -1,0 +1,53 @@
+"""A machine that stalls is seen, and excuses nothing but time."""
+
+import os
+import signal
+import subprocess
+import time
+
+import pytest
+
+from tests import timekeeping
+from tests.timekeeping import Machine
+
+GOOD, BAD = Machine(0.01, 0.0005, 1.1), Machine(1.7, 0.004, 3.9)
+
+
+def test_the_figures_are_there_at_the_end_also_of_a_block_that_fails() -> None:
+    with pytest.raises(KeyError), timekeeping.watched() as machine:
+        time.sleep(0.1)
+        raise KeyError
+    assert machine.slowness > 0
+    assert 0 <= machine.usual <= machine.worst
+
+
+def test_a_stall_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[int] = []
+    begin = subprocess.Popen
+
+    def remembered(*arguments: object, **options: object) -> object:
+        process = begin(*arguments, **options)  # type: ignore[call-overload]
+        started.append(process.pid)
+        return process
+
+    monkeypatch.setattr(subprocess, "Popen", remembered)
+    with timekeeping.watched() as machine:
+        time.sleep(0.1)
+        os.kill(started[0], signal.SIGSTOP)
+        time.sleep(0.3)
+        os.kill(started[0], signal.SIGCONT)
+        time.sleep(0.1)
+    assert machine.worst > 0.2
+    assert not machine.keeps_time
+
+
+def test_what_holds_is_shown_on_any_machine() -> None:
+    GOOD.expect(True, "late")
+    BAD.expect(True, "late")
+
+
+def test_what_does_not_hold_fails_where_the_machine_keeps_time() -> None:
+    with pytest.raises(pytest.fail.Exception, match="answers lost"):
+        GOOD.expect(False, "answers lost")
+    with pytest.raises(pytest.skip.Exception, match=r"up to 1700 ms late.*answers lost"):
+        BAD.expect(False, "answers lost")
