@@ -13,6 +13,8 @@ LEAST_TRAVEL = 1e-3
 """A joint that moves less than this is held still [rad or m]."""
 ON_TIME = 0.1
 """A sample that is further than this from its SYNC, in sample periods, is not of an even grid."""
+LEAST_RATE = 5.0
+"""Slower recordings show no dynamics of a drive; mostly their time is in another unit [Hz]."""
 LONGEST_STEP = 2.0
 """Samples further apart than this, in sample periods, have a gap between them."""
 LONGEST_DELAYED = 1.6
@@ -50,13 +52,14 @@ def sample(recording: Recording) -> Samples:
 
     Raises:
         BadInput: the recording holds nothing that could be fitted: a joint at rest, a drive that gives nothing, time
-            that runs backwards, a run that was interrupted before its motion.
+            that runs backwards, less than LEAST_RATE samples per second, a run that was interrupted before its motion.
     """
     _refuse_incomplete(recording)
     drive, is_torque = drive_signal(recording), holds_torque(recording)
     _refuse_useless(recording, drive)
     _refuse_backwards(recording)
     rate, index, even = _grid(recording)
+    _refuse_slow(recording, rate)
     position = _on_grid(recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, even=even)
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
@@ -120,6 +123,14 @@ def _refuse_backwards(recording: Recording) -> None:
         raise BadInput(
             f"{recording.path.name}: time that increases from sample to sample expected, {recording.time[at]:g} s is "
             f"followed by {recording.time[at + 1]:g} s; check the time stamps"
+        )
+
+
+def _refuse_slow(recording: Recording, rate: float) -> None:
+    if rate < LEAST_RATE:
+        raise BadInput(
+            f"{recording.path.name}: at least {LEAST_RATE:g} samples per second expected, {rate:.3g} found in "
+            f"{recording.time[-1]:.0f} s; check that time is in seconds, and not in milliseconds"
         )
 
 

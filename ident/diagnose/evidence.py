@@ -43,6 +43,9 @@ def gain(
     rows: (m, dof) of every recording, on which they are compared; those held out if not said.
     """
     size, rows = np.maximum(floor, 1e-12), material.held if rows is None else rows
+    # An effect may know less of the recording than the model without it: both are judged where both say something.
+    pairs = zip(rows, before, after, strict=True)
+    rows = [judged & np.isfinite(old) & np.isfinite(new) for judged, old, new in pairs]
     first, second = (_blocks(material, residuals, size, rows) for residuals in (before, after))
     fall = first - second
     count = len(fall)
@@ -65,8 +68,7 @@ def _share(fall: Floats, excess: Floats) -> Floats:
 def _blocks(material: Material, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the floor, of stretches of about BLOCK seconds."""
     found = []
-    for dataset, judged, residual in zip(material.datasets, rows, residuals, strict=True):
-        known = judged & np.isfinite(residual)
+    for dataset, known, residual in zip(material.datasets, rows, residuals, strict=True):
         squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)
         number = np.floor(dataset.time / BLOCK).astype(int)
         count = np.bincount(number, known.sum(axis=1))

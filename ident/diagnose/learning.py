@@ -64,11 +64,12 @@ class _Rows:
     def solved(self, which: Bools, smoothness: float) -> Floats:
         """(K + curves * KNOTS,) scaled model parameters, and values at the knots."""
         matrix = np.concatenate([self.model[which], self.hats[which]], axis=1)
-        level = float(np.mean(self.hats[which] ** 2))
+        # Of all rows: a half in which a curve is not visited must not leave its knots without any weight.
+        level = float(np.mean(self.hats**2))
         penalty = np.diag(np.r_[np.full(self.model.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
         part = slice(self.model.shape[1], None)
         penalty[part, part] += smoothness * level * self.bend.T @ self.bend
-        gram = matrix.T @ matrix + len(matrix) * penalty
+        gram = matrix.T @ matrix + max(len(matrix), 1) * penalty
         solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[which])
         return solution
 

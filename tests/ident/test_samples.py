@@ -142,3 +142,9 @@ def test_what_was_measured_later_is_brought_back_to_the_instant(delay: float, lo
 def test_delays_of_some_joints_only_are_numbers_of_another_program() -> None:
     made = replace(imported(np.arange(300) / 100), extra={"position_delay_2": np.full(300, 0.005)})
     np.testing.assert_array_equal(sample(made).position, made.position)
+
+
+@pytest.mark.parametrize("step", [1.0, 0.976, 4.0])
+def test_time_in_milliseconds_is_refused(step: float) -> None:
+    with pytest.raises(BadInput, match=r"check that time is in seconds, and not in milliseconds"):
+        sample(imported(np.arange(2000) * step, rate=1 / step))
