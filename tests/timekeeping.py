@@ -50,8 +50,8 @@ class Machine:
 
     def __str__(self) -> str:
         return (
-            f"a sleep ends up to {1e3 * self.worst:.0f} ms late (allowed {1e3 * WORST:.0f}), 99 % within "
-            f"{1e3 * self.usual:.1f} ms ({1e3 * USUAL:.0f}), {self.slowness:.1f} times slower than usual ({SLOWNESS:g})"
+            f"sleeps end up to {1e3 * self.worst:.0f} ms late (allowed: {1e3 * WORST:.0f}), 99 % of them "
+            f"{1e3 * self.usual:.1f} ms ({1e3 * USUAL:g}); {self.slowness:.1f} times slower than usual ({SLOWNESS:g})"
         )
 
 
