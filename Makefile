@@ -5,7 +5,7 @@ READY := .venv/.ready
 # As the programs do for themselves: matrices here are too narrow for BLAS's threads.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects readme pictures bench samples lock
+.PHONY: setup demo test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden readme pictures bench samples lock
 
 setup: $(READY)
 
@@ -74,6 +74,10 @@ fuzz: $(READY)
 # Hides effects in a plant that shares nothing with the identifier, diagnoses blind, prints how often it was right.
 hidden-effects: $(READY)
 	$(BIN)/python -m benchmarks.hidden_effects --plant foreign
+
+# Runs fit, compare and diagnose on kept recordings and compares all numbers with those that were kept.
+golden: $(READY)
+	$(BIN)/python -m tests.golden compare
 
 # Runs the commands of README.md and writes what they print into it.
 readme: $(READY)

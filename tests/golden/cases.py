@@ -1,0 +1,127 @@
+"""What is run: the sample recordings, and six robots of the foreign benchmark with something hidden or nothing."""
+
+import hashlib
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+Documents = dict[str, Any]
+"""By name: what the commands printed and wrote."""
+
+HERE = Path(__file__).parents[2]
+CACHE = HERE / "runs" / "golden"
+_RECORDERS = (
+    "benchmarks/hidden_effects",
+    "daq",
+    "drivers",
+    "recordings",
+    "tests/drivers",
+    "tests/foreign",
+    "trajectories",
+)
+"""What makes the recordings of the benchmark: where it changes, they are made anew."""
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])")
+
+
+@dataclass(frozen=True)
+class Case:
+    """Two recordings and what is asked of them."""
+
+    name: str
+    benchmark: str | None = None
+    """Its name there; None: the sample recordings."""
+    alone: bool = False
+    """Whether the first recording is diagnosed without the other one, too."""
+
+
+CASES = (
+    Case("samples", alone=True),
+    Case("nothing", "nothing-default-18bit-500Hz-13"),
+    Case("additive", "single-stribeck-3%-default-1"),
+    Case("stateful", "single-backlash-3%-default-1"),
+    Case("signal", "single-amplifier_saturation-3%-default-1"),
+    Case("pair", "pair-joint_elasticity-3%+back_emf-3%-default-31"),
+    Case("outside", "outside-concave_friction-3%-default-1"),
+)
+
+
+class CommandFailed(RuntimeError):
+    """A command that should succeed did not."""
+
+
+@dataclass(frozen=True)
+class Code:
+    """A checkout whose commands are run."""
+
+    root: Path
+
+    def run(self, *arguments: object) -> str:
+        """What Python prints, with this checkout's packages before any other."""
+        threads = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")}
+        done = subprocess.run(
+            [sys.executable, *map(str, arguments)],
+            cwd=self.root,
+            env=os.environ | threads | {"PYTHONPATH": str(self.root)},
+            capture_output=True,
+            text=True,
+        )
+        if done.returncode:
+            raise CommandFailed(f"{' '.join(map(str, arguments[2:4]))}: {(done.stderr.splitlines() or ['?'])[-1]}")
+        return done.stdout
+
+    def ident(self, *arguments: object) -> Any:
+        """The document that a command of `ident` prints."""
+        return json.loads(self.run("-c", "from ident.cli import main; main()", *arguments, "--json"))
+
+    def recordings(self, case: Case) -> tuple[Path, Path]:
+        """To train on and to validate on."""
+        if case.benchmark is None:
+            folder = self.root / "recordings" / "samples"
+            return folder / "fig5a.mcap", folder / "fig5b.mcap"
+        folder = self.cache() / case.benchmark
+        return folder / "train.mcap", folder / "validate.mcap"
+
+    def record(self, chosen: Sequence[Case], jobs: int) -> None:
+        """Make the recordings of the benchmark that are not there yet."""
+        names = [case.benchmark for case in chosen if case.benchmark]
+        if all((self.cache() / name).exists() for name in names):
+            return
+        only = [word for name in names for word in ("--only", name)]
+        where = ["--plant", "foreign", "--stage", "record", "--folder", self.cache()]
+        self.run("-m", "benchmarks.hidden_effects", *where, "--jobs", jobs, *only)
+
+    def cache(self) -> Path:
+        """A folder for the recordings that this checkout makes."""
+        digest = hashlib.sha256()
+        for path in sorted(path for room in _RECORDERS for path in (self.root / room).rglob("*.py")):
+            digest.update(str(path.relative_to(self.root)).encode() + path.read_bytes())
+        return CACHE / digest.hexdigest()[:12]
+
+
+def documents(case: Case, code: Code, folder: Path) -> Documents:
+    """All documents of a case; `folder` is empty, for what the commands write."""
+    train, validate = code.recordings(case)
+    model, better, curves = folder / "model.json", folder / "better.json", folder / "stand_in.py"
+    made: Documents = {
+        "fit": code.ident("fit", train, "--validate", validate, "-o", model, "--plots", folder / "fit")
+    }
+    made["model"] = json.loads(model.read_text(encoding="utf-8"))
+    made["compare"] = code.ident("compare", model, validate, "--plots", folder / "compare")
+    held_out = ["--validate", validate, "--apply", "-o", better, "--stand-in", curves]
+    made["diagnose"] = code.ident("diagnose", train, *held_out)
+    made["better_model"] = json.loads(better.read_text(encoding="utf-8"))
+    made["stand_in"] = numbers(curves.read_text(encoding="utf-8")) if curves.exists() else None
+    if case.alone:
+        made["diagnose_alone"] = code.ident("diagnose", train)
+    return made
+
+
+def numbers(source: str) -> list[float]:
+    """All numbers in the text of a program."""
+    return [float(number) for number in _NUMBER.findall(source)]

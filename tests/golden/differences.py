@@ -1,0 +1,141 @@
+"""Comparing two JSON documents: numbers closely, names and order exactly, sentences for people not at all."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any, TypeGuard
+
+NOT_COMPARED = {
+    "why": "a sentence",
+    "sentence": "a sentence",
+    "where": "sentences, made of numbers that are compared elsewhere",
+    "cautions": "sentences",
+    "looks": "a sentence of the library",
+    "causes": "a sentence of the library",
+    "remedy": "a sentence of the library",
+    "meaning": "words of the library",
+    "held_out": "a sentence with names of files; what was held out shows in the errors",
+    "cutoff": "a sentence; the frequency itself is `bandwidth`",
+    "command": "a command line with paths",
+    "file": "a path",
+    "software": "the version, which is not a result",
+}
+"""Keys that are left out, wherever they stand, and why. Nothing else is: there are no dates and no timings."""
+
+FLOOR = 1e-6
+"""Numbers below this count as this large: what rounding leaves of zero has no digits to compare."""
+FLOOR_IN_LIST = 1e-3
+"""In a list of numbers, so do those below this share of the largest."""
+LONG = 16
+"""Lists of more numbers than this are thinned before they are kept."""
+_EVERY = 3
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One place in which two documents differ."""
+
+    path: str
+    what: str
+    relative: float = 0.0
+    """Of two numbers; infinite where one of them is none."""
+
+    def __str__(self) -> str:
+        return f"{self.path}: {self.what}"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """All that two documents differ in."""
+
+    differences: tuple[Difference, ...]
+    worst: float
+    """Largest relative difference of numbers, also of those within the tolerance."""
+
+
+def compare(kept: Any, found: Any, relative: float) -> Comparison:
+    """Compare `found` with what was `kept`; numbers may differ by the share `relative`."""
+    seen = list(_differences(kept, found, "$", FLOOR))
+    over = tuple(one for one in seen if not _is_small(one, relative))
+    numbers = [one.relative for one in seen if math.isfinite(one.relative)]
+    return Comparison(over, max(numbers, default=0.0))
+
+
+def shortened(document: Any) -> Any:
+    """A document without the keys that are not compared, and with long lists of numbers thinned."""
+    if isinstance(document, dict):
+        return {key: shortened(value) for key, value in document.items() if key not in NOT_COMPARED}
+    if isinstance(document, list):
+        return _thinned(document) if _are_numbers(document) else [shortened(value) for value in document]
+    return document
+
+
+def _thinned(numbers: list[float]) -> Any:
+    """Every third number, and what shows a change of the others."""
+    if len(numbers) <= LONG:
+        return numbers
+    count = len(numbers)
+    mean = math.fsum(numbers) / count
+    size = math.fsum(map(abs, numbers)) / count
+    return {"count": count, "mean": mean, "mean_size": size, "some": numbers[::_EVERY]}
+
+
+def _is_small(one: Difference, relative: float) -> bool:
+    return 0.0 < one.relative <= relative
+
+
+def _differences(kept: Any, found: Any, path: str, floor: float) -> Iterator[Difference]:
+    if isinstance(kept, dict) and isinstance(found, dict):
+        yield from _of_objects(kept, found, path)
+    elif isinstance(kept, list) and isinstance(found, list):
+        yield from _of_lists(kept, found, path)
+    elif _is_number(kept) and _is_number(found):
+        yield from _of_numbers(kept, found, path, floor)
+    elif type(kept) is not type(found) or kept != found:
+        yield Difference(path, f"{_short(kept)} kept, {_short(found)} found")
+
+
+def _of_objects(kept: dict[str, Any], found: dict[str, Any], path: str) -> Iterator[Difference]:
+    for key in chain(kept, (key for key in found if key not in kept)):
+        if key in NOT_COMPARED:
+            continue
+        place = f"{path}.{key}"
+        if key not in found:
+            yield Difference(place, "missing")
+        elif key not in kept:
+            yield Difference(place, "not in what was kept")
+        else:
+            yield from _differences(kept[key], found[key], place, FLOOR)
+
+
+def _of_lists(kept: list[Any], found: list[Any], path: str) -> Iterator[Difference]:
+    if len(kept) != len(found):
+        yield Difference(path, f"{len(kept)} entries kept, {len(found)} found")
+    floor = FLOOR
+    if _are_numbers(kept) and _are_numbers(found):
+        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(one) for one in (*kept, *found)), default=0.0))
+    for index, (one, other) in enumerate(zip(kept, found, strict=False)):
+        yield from _differences(one, other, f"{path}[{index}]", floor)
+
+
+def _of_numbers(kept: float, found: float, path: str, floor: float) -> Iterator[Difference]:
+    if kept == found or (math.isnan(kept) and math.isnan(found)):
+        return
+    size = max(abs(kept), abs(found), floor)
+    relative = abs(kept - found) / size if math.isfinite(size) else math.inf
+    relative = math.inf if math.isnan(relative) else relative
+    yield Difference(path, f"{kept!r} kept, {found!r} found, {relative:.2g} apart", relative)
+
+
+def _is_number(value: Any) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _are_numbers(values: Sequence[Any]) -> TypeGuard[list[float]]:
+    return bool(values) and all(_is_number(value) for value in values)
+
+
+def _short(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
