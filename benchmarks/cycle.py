@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from daq.clock import HostClock
 from daq.stream import _quiet_interpreter
 from drivers import transports
+from drivers.protocol import Amplifiers
 from drivers.simulated.node import EDS
 from recordings.rig import Rig, load_rig
 
@@ -79,20 +80,26 @@ def ours(rate: float, seconds: float) -> Run:
     """The driver and clock of `daq record`."""
     with simulated(rate) as rig:
         drives = transports.of(rig).connect(rig, lambda *line: None, lambda *frame: None, None)
-        drives.discover()
-        drives.configure()
-        clock = HostClock(rate)
-        lateness, lost, index, missed = [], 0, 0, 0
-        with _quiet_interpreter():
-            while index < seconds * rate:
-                skipped = int(clock.overdue(index) * rate)
-                index, missed = index + skipped, missed + skipped
-                late = clock.wait(index)
-                lost += drives.exchange(None, max(clock.answer_timeout - late, 0.2 * clock.answer_timeout)).missing
-                lateness.append(late)
-                index += 1
-        drives.close()
-        return Run(np.array(lateness), missed, lost)
+        try:
+            return _cycles(drives, rate, seconds)
+        finally:
+            drives.close()
+
+
+def _cycles(drives: Amplifiers, rate: float, seconds: float) -> Run:
+    drives.discover()
+    drives.configure()
+    clock = HostClock(rate)
+    lateness, lost, index, missed = [], 0, 0, 0
+    with _quiet_interpreter():
+        while index < seconds * rate:
+            skipped = int(clock.overdue(index) * rate)
+            index, missed = index + skipped, missed + skipped
+            late = clock.wait(index)
+            lost += drives.exchange(None, max(clock.answer_timeout - late, 0.2 * clock.answer_timeout)).missing
+            lateness.append(late)
+            index += 1
+    return Run(np.array(lateness), missed, lost)
 
 
 def plain(rate: float, seconds: float) -> Run:
