@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from ident.compiled import compiled
+from ident.numba_cache import compiled
 from recordings.recording import Bools, Floats
 
 _TINY = 1e-9

@@ -12,7 +12,7 @@ import numpy as np
 
 from ident import uncertainty
 from ident.dataset import Dataset
-from ident.signals import first_derivative
+from ident.filters import first_derivative
 from recordings.recording import Floats
 
 _LEAST_OWN = 1e-6

@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident import repetition, signals
+from ident import filters, repetition
 from ident.dataset import Dataset
 from ident.samples import drive_signal
 from recordings.recording import Floats
@@ -128,9 +128,9 @@ def _least_above(signal: Floats, dataset: Dataset) -> float:
     rate = dataset.recording.run.rate
     edge, found = min(2 * dataset.bandwidth, rate / 4), []
     while edge <= rate / 4:
-        taps = -signals.low_pass(edge, rate)
+        taps = -filters.low_pass(edge, rate)
         taps[len(taps) // 2] += 1
-        above = np.abs(signals.convolve(signal, taps))
+        above = np.abs(filters.convolve(signal, taps))
         found.append(float(np.nanmedian(above)) / float(np.linalg.norm(taps)) / _MEDIAN_OF_NORMAL)
         edge *= 2
     return min(found)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.dataset import Dataset
-from ident.signals import convolve
+from ident.filters import convolve
 from recordings.recording import Floats
 
 SIGNIFICANT = 0.001

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident import signals
+from ident import filters
 from ident.arms import Arms, arms, own_inertia
 from ident.forearms import GRAVITY as GRAVITY
 from ident.motion import Motion
@@ -66,8 +66,8 @@ class View:
     @cached_property
     def _calm(self) -> "View":
         """With the motion within the bandwidth of the analysis; where that is not known, as it is."""
-        taps = signals.low_pass(self.bandwidth, self.rate)
-        smooth = {name: signals.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
+        taps = filters.low_pass(self.bandwidth, self.rate)
+        smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
         known = {name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()}
         return replace(self, motion=replace(self.motion, **known))
 

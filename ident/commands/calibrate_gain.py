@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import discovery
+from ident import plugins
 from recordings.command_line import refuse_existing
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(discovery.names("preprocess")),
+    type=click.Choice(plugins.names("preprocess")),
     default="parallel",
     show_default=True,
     help="As in fit.",

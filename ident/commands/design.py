@@ -7,7 +7,7 @@ from typing import Literal
 
 import click
 
-from ident import discovery
+from ident import plugins
 from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
@@ -51,7 +51,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     help="d: all parameters together as well known as can be; e: what is known worst.  [default: d]",
 )
 @click.option(
-    "--with", "effects", type=click.Choice(discovery.names("effects")), multiple=True, help="Of this effect, too."
+    "--with", "effects", type=click.Choice(plugins.names("effects")), multiple=True, help="Of this effect, too."
 )
 @click.option(
     "--discriminate",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ident import discovery
+from ident import plugins
 from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
@@ -26,10 +26,10 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--validate", type=FILE, metavar="FILE", help="Judge the model on a recording that the fit does not see."
 )
-@click.option("--method", type=click.Choice(discovery.names("estimators")), default="pso", show_default=True)
+@click.option("--method", type=click.Choice(plugins.names("estimators")), default="pso", show_default=True)
 @click.option(
     "--preprocess",
-    type=click.Choice(discovery.names("preprocess")),
+    type=click.Choice(plugins.names("preprocess")),
     help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike; savgol: "
     "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
     "  [default: parallel]",

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from ident import discovery
+from ident import plugins
 from recordings.command_line import refuse_existing
 from recordings.errors import BadInput
 
@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 @click.argument("files", metavar="[IDENTIFICATION VALIDATION]", nargs=-1, type=FILE)
 @click.option(
     "--preprocess",
-    type=click.Choice(discovery.names("preprocess")),
+    type=click.Choice(plugins.names("preprocess")),
     default="central",
     show_default=True,
     help="As for `ident fit`; central is the paper's.",

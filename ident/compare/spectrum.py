@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident import repetition
+from ident.filters import stretches
 from ident.prediction import Prediction
-from ident.signals import stretches
 from recordings.recording import Floats
 
 RESOLUTION = 0.5

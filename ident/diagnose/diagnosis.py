@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import cutoff, signals
+from ident import cutoff, filters
 from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
@@ -202,7 +202,7 @@ def _between(torque: Floats, rate: float, low: float, high: float) -> float:
     """Share of the RMS of `torque` (n, dof) up to `high` that lies above `low` [Hz], of the joint with most."""
     if low >= high:
         return 0.0
-    more, less = (signals.convolve(torque, signals.low_pass(hz, rate)) for hz in (high, low))
+    more, less = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
     share: Floats = np.nanstd(more - less, axis=0) / np.maximum(np.nanstd(more, axis=0), _TINY)
     return float(np.nanmax(share))
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import noise, repetition, signals
+from ident import filters, noise, repetition
 from ident.diagnose.cycles import by_cycle
 from ident.diagnose.lines import Line, lines
 from ident.diagnose.material import Material, rms
@@ -140,8 +140,8 @@ def _amplified(evaluator: Evaluator, solution: Solution, expected: Floats, repea
     repeated, drawn = (
         by_cycle(
             course,
-            signals.convolve(x, signals.low_pass(high, course.samples.rate))
-            - signals.convolve(x, signals.low_pass(low, course.samples.rate)),
+            filters.convolve(x, filters.low_pass(high, course.samples.rate))
+            - filters.convolve(x, filters.low_pass(low, course.samples.rate)),
         )
         for x in (left, expected)
     )

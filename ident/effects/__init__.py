@@ -14,7 +14,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ident import discovery
+from ident import plugins
 from ident.view import View
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -123,12 +123,12 @@ class Signal(Effect):
 
 def names() -> tuple[str, ...]:
     """Of the effects that come with this software."""
-    return discovery.names("effects")
+    return plugins.names("effects")
 
 
 def load(name: str) -> Effect:
     """The effect `name`. Raises BadInput where there is none."""
-    effect: Effect = discovery.load("effects", name).effect
+    effect: Effect = plugins.load("effects", name).effect
     return effect
 
 

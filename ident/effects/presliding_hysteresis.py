@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.compiled import compiled
 from ident.effects import Additive, Quantity, Shapes
+from ident.numba_cache import compiled
 from ident.view import View
 from recordings.recording import Floats
 

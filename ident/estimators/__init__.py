@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast
 
 from numpy.random import Generator
 
-from ident import discovery
+from ident import plugins
 from ident.certificate import Certificate
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -68,7 +68,7 @@ class Estimator(Protocol):
 
 def load(name: str) -> Estimator:
     """The estimator `name`. Raises BadInput where there is none."""
-    return cast(Estimator, discovery.load("estimators", name))
+    return cast(Estimator, plugins.load("estimators", name))
 
 
 def form(name: str) -> str | None:

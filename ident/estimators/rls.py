@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident.compiled import compiled
 from ident.estimators import Estimate, Problem, Progress
+from ident.numba_cache import compiled
 from recordings.errors import BadInput
 
 FORM = "lagrange14"

@@ -6,7 +6,7 @@ A mechanism's module holds `create(rig) -> Mechanism`. All that stands above wor
 from dataclasses import dataclass
 from typing import Protocol, cast
 
-from ident import discovery
+from ident import plugins
 from ident.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -62,8 +62,8 @@ def create(rig: Rig, form: str | None = None) -> Mechanism:
         BadInput: there is no such form of this mechanism.
     """
     if form is None:
-        return cast(Mechanism, discovery.load("mechanisms", rig.mechanism).create(rig))
-    module = discovery.load("forms", form)
+        return cast(Mechanism, plugins.load("mechanisms", rig.mechanism).create(rig))
+    module = plugins.load("forms", form)
     if module.MECHANISM != rig.mechanism:
         raise BadInput(
             f"the model form '{form}' is one of the mechanism {module.MECHANISM}, {rig.mechanism} found; choose a "

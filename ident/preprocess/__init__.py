@@ -9,11 +9,11 @@ from typing import cast
 
 import numpy as np
 
-from ident import discovery
+from ident import plugins
 from ident.cutoff import Cutoff
+from ident.filters import convolve
 from ident.motion import Motion
 from ident.samples import Samples
-from ident.signals import convolve
 from recordings.recording import Floats, Ints
 
 Method = Callable[[Samples, float | None], "Prepared"]
@@ -48,7 +48,7 @@ class Prepared:
 
 def load(name: str) -> Method:
     """The method `name`. Raises BadInput where there is none."""
-    return cast(Method, discovery.load("preprocess", name).prepare)
+    return cast(Method, plugins.load("preprocess", name).prepare)
 
 
 def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:

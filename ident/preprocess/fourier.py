@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from ident import cutoff as choice
-from ident import signals
+from ident import filters
 from ident.cutoff import Cutoff
 from ident.motion import Motion
 from ident.preprocess import Prepared
@@ -61,7 +61,7 @@ def of_one_period(
     smooth, velocity, acceleration = _derivatives(position, rate, _FINER * cutoff.hz)
     around = np.concatenate([velocity[-1:], velocity, velocity[:1]])
     return Prepared(
-        motion=Motion(smooth, velocity, acceleration, signals.mean_sign(around)[1:-1]),
+        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(around)[1:-1]),
         instants=instants,
         condition=low_pass,
         torque=low_pass(torque),

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 
 from ident import cutoff as choice
-from ident import signals
+from ident import filters
 from ident.motion import Motion
 from ident.preprocess import Prepared, sensitivity
 from ident.samples import Samples
@@ -26,14 +26,14 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     rate = samples.rate
-    taps = signals.low_pass(chosen.hz, rate)
+    taps = filters.low_pass(chosen.hz, rate)
     # Past twice the cut-off the filter leaves less than a thousandth: a quarter of the new rate loses nothing.
     step = max(1, int(rate // (4 * chosen.hz)))
     return Prepared(
         motion=motion(samples.position, rate, min(3 * chosen.hz, rate / 4)),
         instants=np.arange(len(samples.position)),
-        condition=partial(signals.convolve, taps=taps, step=step),
-        torque=signals.convolve(samples.torque, taps, step),
+        condition=partial(filters.convolve, taps=taps, step=step),
+        torque=filters.convolve(samples.torque, taps, step),
         sensitivity=sensitivity(samples.slope, taps, step),
         step=step,
         reach=len(taps) // 2,
@@ -45,7 +45,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
 
 def motion(position: Floats, rate: float, cutoff: float) -> Motion:
     """Motion (n, dof) from `position` (n, dof) after a low-pass at `cutoff` [Hz]."""
-    smooth = signals.convolve(position, signals.low_pass(cutoff, rate))
-    velocity = signals.first_derivative(smooth, rate)
-    acceleration = signals.second_derivative(smooth, rate)
-    return Motion(smooth, velocity, acceleration, signals.mean_sign(velocity))
+    smooth = filters.convolve(position, filters.low_pass(cutoff, rate))
+    velocity = filters.first_derivative(smooth, rate)
+    acceleration = filters.second_derivative(smooth, rate)
+    return Motion(smooth, velocity, acceleration, filters.mean_sign(velocity))

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from ident import cutoff as choice
-from ident import signals
+from ident import filters
 from ident.motion import Motion
 from ident.preprocess import Prepared, sensitivity
 from ident.samples import Samples
@@ -31,13 +31,13 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     rate = samples.rate
-    value, slope, bend = (signals.convolve(samples.position, taps(LIGHTER * chosen.hz, rate, k)) for k in range(3))
+    value, slope, bend = (filters.convolve(samples.position, taps(LIGHTER * chosen.hz, rate, k)) for k in range(3))
     smoothing = taps(chosen.hz, rate)
     return Prepared(
-        motion=Motion(value, slope, bend, signals.mean_sign(slope)),
+        motion=Motion(value, slope, bend, filters.mean_sign(slope)),
         instants=np.arange(len(value)),
-        condition=partial(signals.convolve, taps=smoothing),
-        torque=signals.convolve(samples.torque, smoothing),
+        condition=partial(filters.convolve, taps=smoothing),
+        torque=filters.convolve(samples.torque, smoothing),
         sensitivity=sensitivity(samples.slope, smoothing),
         step=1,
         reach=len(smoothing) // 2,

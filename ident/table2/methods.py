@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ident import discovery, estimators, mechanisms
+from ident import estimators, mechanisms, plugins
 from ident.dataset import Dataset, build_all
 from ident.estimators import Progress
 from ident.fit import fit
@@ -78,7 +78,7 @@ def compare(files: Sequence[Path], preprocessing: str, seed: int, progress: Prog
         raise BadInput(
             f"{files[0].name}: a recording of a delta robot expected, {rig.mechanism} found; use `ident fit`"
         )
-    names = sorted(discovery.names("estimators"), key=lambda name: ([*PAPER, name].index(name), name))
+    names = sorted(plugins.names("estimators"), key=lambda name: ([*PAPER, name].index(name), name))
     forms = {form: mechanisms.create(rig, form) for form in {estimators.form(name) for name in names}}
     datasets = {form: build_all(recordings, mechanism, preprocessing, None) for form, mechanism in forms.items()}
     results = {}

@@ -3,7 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import discovery, estimators, mechanisms
+from ident import estimators, mechanisms, plugins
 from ident.dataset import build
 from ident.estimators import Estimate
 from ident.fit import Fit, fit, search_region
@@ -12,7 +12,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
 
-@pytest.mark.parametrize("preprocessing", discovery.names("preprocess"))
+@pytest.mark.parametrize("preprocessing", plugins.names("preprocess"))
 def test_the_values_of_eq_36_are_found_within_one_percent(
     make: Callable[..., Recording], truth: Floats, preprocessing: str
 ) -> None:

@@ -3,8 +3,8 @@ import pytest
 
 from ident import mechanisms
 from ident.design.quality import judge
+from ident.filters import mean_sign
 from ident.motion import Motion
-from ident.signals import mean_sign
 from recordings.rig import Axis, Limits, Rig
 from trajectories import Trajectory
 from trajectories.fourier import FourierSeries

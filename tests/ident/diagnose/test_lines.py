@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import mechanisms, signals
+from ident import filters, mechanisms
 from ident.dataset import Dataset, build
 from ident.diagnose.lines import lines
 from recordings.recording import Recording
@@ -18,9 +18,9 @@ def dataset(make: Callable[..., Recording]) -> Dataset:
 
 
 def _noise(dataset: Dataset, seed: int) -> np.ndarray:
-    taps = signals.low_pass(30.0, dataset.rate)
+    taps = filters.low_pass(30.0, dataset.rate)
     drawn = np.random.default_rng(seed).normal(size=(len(dataset.time), 3))
-    smooth = signals.convolve(drawn, taps)
+    smooth = filters.convolve(drawn, taps)
     return np.where(np.isfinite(dataset.torque), smooth / np.nanstd(smooth), np.nan)
 
 

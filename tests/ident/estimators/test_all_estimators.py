@@ -5,11 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident import discovery, estimators
+from ident import estimators, plugins
 from ident.estimators import Problem
 from recordings.errors import BadInput
 
-NAMES = discovery.names("estimators")
+NAMES = plugins.names("estimators")
 TRUTH = np.array([2.0, -0.5, 30.0, 0.1])
 
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import lstsq, pinv
 from scipy.optimize import lsq_linear
 
-from ident import discovery, estimators
+from ident import estimators, plugins
 from ident.estimators import Estimate, Problem
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -116,6 +116,6 @@ def test_exact_least_absolute_deviations(
     [("dls", "damping", -1.0), ("svd", "threshold", 1.0), ("rls", "covariance", 0.0), ("dls", "damping", np.nan)],
 )
 def test_impossible_settings_are_refused(name: str, setting: str, value: float) -> None:
-    assert name in discovery.names("estimators")
+    assert name in plugins.names("estimators")
     with pytest.raises(BadInput, match="expected"):
         estimators.settings(name, {setting: value})

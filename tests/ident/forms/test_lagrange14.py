@@ -3,7 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import discovery, estimators, mechanisms
+from ident import estimators, mechanisms, plugins
 from ident.dataset import build
 from ident.fit import fit
 from ident.motion import Motion
@@ -74,5 +74,5 @@ def test_another_mechanism_has_no_such_form() -> None:
 
 
 def test_every_form_belongs_to_a_mechanism() -> None:
-    for name in discovery.names("forms"):
-        assert discovery.load("forms", name).MECHANISM in discovery.names("mechanisms")
+    for name in plugins.names("forms"):
+        assert plugins.load("forms", name).MECHANISM in plugins.names("mechanisms")

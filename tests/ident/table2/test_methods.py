@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import discovery
+from ident import plugins
 from ident.fitness import Fitness
 from ident.table2 import methods
 from ident.table2.methods import Comparison
@@ -16,7 +16,7 @@ from recordings.rig import Axis, Rig
 
 def test_every_method_is_there_the_papers_first(comparison: Comparison) -> None:
     assert list(comparison.results)[:4] == list(methods.PAPER) == ["pso", "rls", "dls", "svd"]
-    assert set(comparison.results) == set(discovery.names("estimators"))
+    assert set(comparison.results) == set(plugins.names("estimators"))
 
 
 def test_the_papers_order_holds_where_there_is_friction(comparison: Comparison) -> None:

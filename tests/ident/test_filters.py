@@ -3,14 +3,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident import signals
+from ident import filters
 
 RATES = st.floats(100, 2000)
 
 
 @given(rate=RATES, share=st.floats(0.01, 0.2))
 def test_low_pass_is_3_db_down_at_the_cutoff_as_a_whole(rate: float, share: float) -> None:
-    taps = signals.low_pass(share * rate, rate)
+    taps = filters.low_pass(share * rate, rate)
     response = taps @ np.exp(-2j * np.pi * share * np.arange(len(taps)))
     assert 20 * np.log10(abs(response)) == pytest.approx(-3.0103, abs=1e-4)
     assert taps.sum() == pytest.approx(1)
@@ -18,7 +18,7 @@ def test_low_pass_is_3_db_down_at_the_cutoff_as_a_whole(rate: float, share: floa
 
 @given(share=st.floats(0.01, 0.2))
 def test_low_pass_leaves_nothing_above_twice_the_cutoff(share: float) -> None:
-    taps = signals.low_pass(share, 1.0)
+    taps = filters.low_pass(share, 1.0)
     above = np.arange(2 * share, 0.5, 0.002)
     response = np.exp(-2j * np.pi * np.outer(above, np.arange(len(taps)))) @ taps
     assert abs(response).max() < 2e-3
@@ -29,7 +29,7 @@ def test_convolution_is_centred_and_a_gap_spoils_only_what_it_reaches(n: int, st
     rng = np.random.default_rng(seed)
     x, taps = rng.normal(size=(n, 2)), rng.normal(size=5)
     x[gap, 1] = np.nan
-    out = signals.convolve(x, taps, step)
+    out = filters.convolve(x, taps, step)
     expected = np.full((n, 2), np.nan)
     for column in range(2):
         expected[2:-2, column] = np.convolve(x[:, column], taps, "valid")
@@ -43,7 +43,7 @@ def test_derivatives_are_exact_for_polynomials_of_degree_eight() -> None:
     polynomial = np.polynomial.Polynomial([1, -2, 0.5, 3, -1, 2, 1, -0.5, 0.3])
     x = polynomial(t)[:, None]
     inner = slice(4, -4)
-    first, second = signals.first_derivative(x, rate), signals.second_derivative(x, rate)
+    first, second = filters.first_derivative(x, rate), filters.second_derivative(x, rate)
     np.testing.assert_allclose(first[inner, 0], polynomial.deriv()(t)[inner], rtol=1e-9)
     np.testing.assert_allclose(second[inner, 0], polynomial.deriv(2)(t)[inner], rtol=1e-8)
     assert np.isnan(first[:4]).all()
@@ -56,8 +56,8 @@ def test_sgn_is_averaged_over_the_sample_in_which_the_joint_reverses(instant: fl
     velocity = sign * slope * (sample - instant)
     # Of the sample from k - 1/2 to k + 1/2 the part after the reversal has the one sign, the rest the other.
     expected = sign * np.clip(2 * (sample - instant), -1, 1)
-    np.testing.assert_allclose(signals.mean_sign(velocity[:, None])[1:-1, 0], expected[1:-1], atol=1e-12)
+    np.testing.assert_allclose(filters.mean_sign(velocity[:, None])[1:-1, 0], expected[1:-1], atol=1e-12)
 
 
 def test_sgn_at_rest_is_zero() -> None:
-    assert (signals.mean_sign(np.zeros((5, 1)))[1:-1] == 0).all()
+    assert (filters.mean_sign(np.zeros((5, 1)))[1:-1] == 0).all()
