@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.demo import record
-from ident import mechanisms
 from ident.certificate import certify
 from ident.dataset import build
+from ident.dynamics import mechanisms
 from ident.estimators import Problem, pso
 from ident.fit import search_region
 from recordings.reader import read

@@ -20,8 +20,9 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.demo import record
-from ident import estimators, mechanisms, noise, preprocess
+from ident import estimators, noise, preprocess
 from ident.dataset import Dataset, build
+from ident.dynamics import mechanisms
 from ident.fit import fit
 from ident.samples import sample
 from ident.trust import loss_of, uncertainty_of

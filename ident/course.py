@@ -6,13 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ident import forearms, mechanisms, preprocess
+from ident import preprocess
 from ident.dataset import Dataset, assemble
-from ident.mechanisms import Mechanism
-from ident.motion import Motion
+from ident.dynamics import mechanisms, rods
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
 from ident.preprocess import Prepared
 from ident.samples import Samples, sample
-from ident.view import View
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Rig
@@ -40,7 +41,7 @@ class Path:
         def rigid_at(motion: Motion) -> Floats:
             regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
             torque: Floats = regressor @ known
-            return torque + m_d * forearms.torque(self.rig.geometry, motion) if m_d else torque
+            return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
 
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
         by_name["m_d"] = m_d

@@ -8,8 +8,8 @@ import numpy as np
 
 from ident import preprocess
 from ident.cutoff import Cutoff
-from ident.mechanisms import Mechanism
-from ident.motion import Motion
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
 from ident.preprocess import Prepared
 from ident.samples import Samples, sample
 from recordings.errors import BadInput

@@ -11,10 +11,10 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from ident.composition import Composition, Term
 from ident.course import Course, Path
-from ident.effects import Additive, Signal, Values
-from ident.view import View
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Signal, Values
+from ident.dynamics.structure import Composition, Term
 from recordings.recording import Floats
 from recordings.rig import Rig
 

@@ -9,8 +9,8 @@ from numpy.random import Generator
 
 from ident import estimators, noise
 from ident.dataset import Dataset
+from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.estimators import Estimate, Problem, Progress
-from ident.mechanisms import Mechanism, Parameter
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

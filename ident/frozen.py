@@ -11,16 +11,16 @@ from itertools import product
 import numpy as np
 
 from ident import stretches
-from ident.composition import Composition, Term
 from ident.course import Course
 from ident.dataset import Dataset
-from ident.effects import Additive, Effect, Signal
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Effect, Signal
+from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Composition, Term
 from ident.evaluation import Evaluator
-from ident.mechanisms import Parameter
-from ident.motion import Motion
 from ident.refine import refine
 from ident.samples import holds_torque
-from ident.view import View
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

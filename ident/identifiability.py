@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.mechanisms import Parameter
+from ident.dynamics.mechanisms import Parameter
 from recordings.recording import Floats
 
 Status = Literal["identifiable", "weak", "not"]

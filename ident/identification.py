@@ -9,18 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from ident import estimators, mechanisms
-from ident.composition import Composition
+from ident import estimators
 from ident.course import Course, prepare
 from ident.cutoff import Cutoff
 from ident.dataset import Dataset, build_all
 from ident.delay import delays
-from ident.effects import library
+from ident.dynamics import mechanisms
+from ident.dynamics.effects import library
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.structure import Composition
 from ident.estimators import Progress
 from ident.fit import Fit, fit
 from ident.fitness import fitness
 from ident.frozen import Frozen, settle, terms
-from ident.mechanisms import Mechanism
 from ident.model import (
     Agreement,
     Certified,

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.mechanisms import Mechanism, Parameter
-from ident.motion import Motion
+from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
 _MOST_SAMPLES = 2000

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import mechanisms, stretches
-from ident.composition import Composition, Named, Term
+from ident import stretches
 from ident.course import prepare
 from ident.dataset import Dataset, build
-from ident.effects import Effect, Signal
-from ident.mechanisms import Parameter
+from ident.dynamics import mechanisms
+from ident.dynamics.effects import Effect, Signal
+from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.structure import Composition, Named, Term
 from ident.model import EffectTerm, Model
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.composition import Composition
+from ident.dynamics.structure import Composition
 from ident.evaluation import Evaluator
 from recordings.recording import Bools, Floats
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.torque_map import torque_from_voltage, torque_per_volt
+from ident.dynamics.torque_map import torque_from_voltage, torque_per_volt
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY

@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from ident.dataset import build
-from ident.mechanisms import Mechanism
+from ident.dynamics.mechanisms import Mechanism
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig

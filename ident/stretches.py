@@ -6,9 +6,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ident.composition import Composition
 from ident.course import Course, Path
 from ident.dataset import Dataset
+from ident.dynamics.structure import Composition
 from ident.evaluation import Evaluator
 from recordings.recording import Floats
 

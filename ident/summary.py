@@ -7,7 +7,7 @@ from rich.table import Table
 
 from ident import trust_summary
 from ident.delay import Delay
-from ident.effects import is_never
+from ident.dynamics.effects import is_never
 from ident.frozen import Frozen
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model

@@ -8,9 +8,9 @@ import numpy as np
 
 from ident import estimators, noise, plausibility, repetition, sensitivity, uncertainty
 from ident.dataset import Dataset
+from ident.dynamics.mechanisms import Mechanism
 from ident.fit import Fit
 from ident.identifiability import Identifiability, Status, identifiability
-from ident.mechanisms import Mechanism
 from ident.samples import holds_torque
 from ident.uncertainty import Source, Uncertainty
 from recordings.config import Section

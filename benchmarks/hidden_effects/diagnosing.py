@@ -65,7 +65,7 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
 
 @cache
 def _library() -> Any:
-    from ident import effects
+    from ident.dynamics import effects
 
     return effects.library()
 

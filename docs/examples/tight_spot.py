@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.effects import Additive, Quantity, Shapes
-from ident.view import View
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 

@@ -40,8 +40,9 @@ def command(
 
     from rich.console import Console
 
-    from ident import effects, model, prediction
+    from ident import model, prediction
     from ident.compare import comparison, pictures, table
+    from ident.dynamics import effects
     from ident.picture_folder import whole
 
     plots = plots or files[0].with_suffix(".compare")

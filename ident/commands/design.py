@@ -150,7 +150,7 @@ def command(
     from ident.design.designs import Order, discrimination, excitation
     from ident.design.recorded import recorded as from_recordings
     from ident.design.with_effects import with_effects
-    from ident.effects import library
+    from ident.dynamics.effects import library
     from ident.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig
 

@@ -105,9 +105,10 @@ def command(
 
     from rich.console import Console
 
-    from ident import effects, model
+    from ident import model
     from ident.diagnose import answer, pictures, table
     from ident.diagnose.diagnosis import Choices, diagnose
+    from ident.dynamics import effects
     from ident.picture_folder import whole
     from ident.progress import spinner
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.design.with_effects import additive, middle, remade, view_of
-from ident.effects import Additive, Effect, Signal, Values
-from ident.mechanisms import Mechanism
-from ident.motion import Motion
-from ident.view import View
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Effect, Signal, Values
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories.kinematics import Unreachable

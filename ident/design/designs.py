@@ -13,9 +13,9 @@ from ident.design.recorded import Recorded
 from ident.design.rivals import LEAST, Pair, rivals
 from ident.design.search import drawn, search
 from ident.design.table import Outcome
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.mechanisms import Mechanism
 from ident.estimators import Progress
-from ident.mechanisms import Mechanism
 from recordings.errors import BadInput
 from recordings.rig import Rig
 from trajectories import Trajectory, load

@@ -13,8 +13,8 @@ import numpy as np
 
 from ident.design.motions import trajectory
 from ident.design.rivals import Rivals, products
-from ident.mechanisms import Mechanism
-from ident.motion import Motion
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import checks, kinematics

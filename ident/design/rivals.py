@@ -14,9 +14,9 @@ import numpy as np
 
 from ident.design.columns import Setting
 from ident.design.with_effects import nominal_load, with_effects
-from ident.effects import Effect, load, names
-from ident.mechanisms import Mechanism, Parameter
-from ident.motion import Motion
+from ident.dynamics.effects import Effect, load, names
+from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 from recordings.rig import Rig

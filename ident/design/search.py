@@ -11,8 +11,8 @@ import numpy as np
 from numpy.random import Generator
 
 from ident.design.problem import Criterion, Problem
+from ident.dynamics.mechanisms import Mechanism
 from ident.estimators import Progress
-from ident.mechanisms import Mechanism
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.design.quality import Quality
-from ident.mechanisms import Parameter
+from ident.dynamics.mechanisms import Parameter
 
 SCHEMA = 1
 

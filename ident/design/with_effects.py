@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import mechanisms
-from ident.effects import Additive, Effect, Shapes, load
-from ident.mechanisms import Mechanism, Parameter
-from ident.motion import Motion
-from ident.view import GRAVITY, View
+from ident.dynamics import mechanisms
+from ident.dynamics.effect_inputs import GRAVITY, View
+from ident.dynamics.effects import Additive, Effect, Shapes, load
+from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig

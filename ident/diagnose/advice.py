@@ -7,7 +7,7 @@ from pathlib import Path
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import NextMotion
 from ident.diagnose.rungs import Finding
-from ident.effects import names as built_in
+from ident.dynamics.effects import names as built_in
 
 
 def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:

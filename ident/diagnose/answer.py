@@ -24,8 +24,8 @@ from ident.diagnose.intervals import intervals
 from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
+from ident.dynamics.effects.learned_curve import source
 from ident.samples import holds_torque
-from ident.stand_in import source
 from recordings.recording import Floats
 
 _NOTHING = 0.01

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnose.material import Material
+from ident.dynamics.effects.learned_curve import Times, Variable
 from ident.refine import Solution
-from ident.stand_in import Times, Variable
 from recordings.recording import Bools, Floats
 
 KNOTS = 8

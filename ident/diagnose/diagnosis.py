@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 
 from ident import cutoff, filters
-from ident.composition import Composition
 from ident.course import Course, prepare
 from ident.diagnose.excerpts import excerpts
 from ident.diagnose.ladder import Climber
@@ -17,7 +16,8 @@ from ident.diagnose.material import Material, gather
 from ident.diagnose.remainder import Remainder, remainder
 from ident.diagnose.rungs import Ladder
 from ident.diagnose.unknown import without_imitations
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.structure import Composition
 from ident.identification import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
 from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.composition import Composition, Term
 from ident.diagnose.intervals import errors
 from ident.diagnose.material import Material
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.structure import Composition, Term
 from ident.refine import Solution
 from recordings.recording import Floats
 

@@ -9,7 +9,7 @@ from ident.diagnose.directions import cautions
 from ident.diagnose.floor import Floor
 from ident.diagnose.material import MENTIONED, Material, rms
 from ident.diagnose.rungs import State
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
 from ident.samples import holds_torque
 
 _FEW = 20

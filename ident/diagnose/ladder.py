@@ -5,13 +5,13 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident.composition import Composition, Term
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import Floor, floor
 from ident.diagnose.material import Material, rms
 from ident.diagnose.options import CLEAR, Finder, key_of, possible
 from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.structure import Composition, Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.composition import Term
 from ident.diagnose.dependence import Dependence
 from ident.diagnose.evidence import Gain, gain
 from ident.diagnose.floor import floor
@@ -13,10 +12,11 @@ from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material
 from ident.diagnose.remainder import remainder
 from ident.diagnose.rungs import State
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects.learned_curve import Curve, effect_of
+from ident.dynamics.structure import Term
 from ident.evaluation import Evaluator
 from ident.refine import Solution
-from ident.stand_in import Curve, effect_of
-from ident.view import View
 from recordings.recording import Bools, Floats
 
 KNOTS = 17

@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from ident import noise
-from ident.composition import Composition
 from ident.course import Course
 from ident.dataset import Dataset
 from ident.diagnose.cycles import repeating
-from ident.effects import Signal
+from ident.dynamics.effects import Signal
+from ident.dynamics.structure import Composition
 from ident.evaluation import KEPT, Evaluator
 from ident.refine import Solution, begun, improved
 from recordings.recording import Bools, Floats

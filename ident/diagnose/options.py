@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.composition import Composition
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import Options, State, Unseen
 from ident.diagnose.screen import Candidate, Screen
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.structure import Composition
 from ident.refine import Solution
 from recordings.recording import Floats
 

@@ -15,9 +15,9 @@ from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
 from ident.diagnose.learning import StandIn
 from ident.diagnose.rungs import Finding
+from ident.dynamics.effects.learned_curve import Curve
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
 from ident.prediction import Prediction
-from ident.stand_in import Curve
 from recordings.recording import Floats
 
 NAMES = ("finding_*.png", "remains*.png")

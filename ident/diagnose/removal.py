@@ -6,10 +6,10 @@ from all rows that fits may see, while all parameters of the model follow on a s
 
 import numpy as np
 
-from ident.composition import Term
 from ident.diagnose.material import Material
 from ident.diagnose.screen import Candidate
-from ident.effects import Additive
+from ident.dynamics.effects import Additive
+from ident.dynamics.structure import Term
 from ident.evaluation import Evaluator
 from ident.refine import Solution
 from recordings.recording import Floats

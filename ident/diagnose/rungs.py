@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ident.composition import Term
 from ident.diagnose.evidence import Gain
 from ident.diagnose.floor import Floor
+from ident.dynamics.structure import Term
 from ident.refine import Solution
 from recordings.recording import Floats
 

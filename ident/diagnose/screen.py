@@ -11,10 +11,10 @@ from itertools import combinations, product
 
 import numpy as np
 
-from ident.composition import Term
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import Unseen
-from ident.effects import Additive, Effect, Quantity, Signal, Suggestion
+from ident.dynamics.effects import Additive, Effect, Quantity, Signal, Suggestion
+from ident.dynamics.structure import Term
 from ident.refine import Solution
 from recordings.recording import Floats
 

@@ -3,7 +3,7 @@
     estimate(problem, generator, progress, settings) -> Estimate
 
 and a frozen dataclass `Settings` of what can be set, all with defaults. A module that says `FORM = "name"` identifies
-that form of the mechanism (`ident/forms/`) instead of the mechanism's own model; one that says `WEIGHTED = True` is
+that form of the mechanism (`ident/dynamics/forms/`) instead of the mechanism's own model; one that says `WEIGHTED = True` is
 told how well each torque is known.
 """
 

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.composition import Term
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import Finding, State
 from ident.diagnose.signature import binned, over
+from ident.dynamics.structure import Term
 from ident.figures import theme
 from recordings.recording import Floats
 

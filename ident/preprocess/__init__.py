@@ -11,8 +11,8 @@ import numpy as np
 
 from ident import plugins
 from ident.cutoff import Cutoff
+from ident.dynamics.motion import Motion
 from ident.filters import convolve
-from ident.motion import Motion
 from ident.samples import Samples
 from recordings.recording import Floats, Ints
 

@@ -5,8 +5,8 @@ It amplifies the encoder's noise by 1/dt^2; it is here to reproduce the paper.
 
 import numpy as np
 
+from ident.dynamics.motion import Motion
 from ident.filters import convolve
-from ident.motion import Motion
 from ident.preprocess import Prepared
 from ident.samples import Samples
 from recordings.errors import BadInput

@@ -11,7 +11,7 @@ import numpy as np
 from ident import cutoff as choice
 from ident import filters
 from ident.cutoff import Cutoff
-from ident.motion import Motion
+from ident.dynamics.motion import Motion
 from ident.preprocess import Prepared
 from ident.samples import Samples
 from recordings.errors import BadInput

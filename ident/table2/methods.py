@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ident import estimators, mechanisms, plugins
+from ident import estimators, plugins
 from ident.dataset import Dataset, build_all
+from ident.dynamics import mechanisms
 from ident.estimators import Progress
 from ident.fit import fit
 from ident.fitness import Fitness, fitness

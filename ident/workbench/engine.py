@@ -12,14 +12,15 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident import effects, mechanisms, where
-from ident.composition import Composition, Term
+from ident import where
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
 from ident.diagnose.document import labels
 from ident.diagnose.ladder import Climber
 from ident.diagnose.rungs import Rung
 from ident.diagnose.screen import Candidate
+from ident.dynamics import effects, mechanisms
+from ident.dynamics.structure import Composition, Term
 from ident.figures.finding import before_after
 from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views

@@ -6,10 +6,10 @@ from pathlib import Path
 from ident import estimators, identification, prediction
 from ident.compare import comparison
 from ident.compare.comparison import Comparison
-from ident.composition import Composition
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import State
-from ident.effects import Effect
+from ident.dynamics.effects import Effect
+from ident.dynamics.structure import Composition
 from ident.figures import spectrum, torque, where
 from ident.model import Model
 from ident.prediction import Prediction

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ident import effects
+from ident.dynamics import effects
 from ident.workbench import views
 from ident.workbench.branches import Branches
 from ident.workbench.folder import Folder

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident.cutoff import TOLERATED, Spectra, choose, given_or_chosen
+from ident.dynamics.torque_map import torque_from_voltage
 from ident.samples import sample
-from ident.torque_map import torque_from_voltage
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident import dataset as dataset_module
-from ident import mechanisms
 from ident.dataset import Dataset, build, build_all
+from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.recording import Recording
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import mechanisms
 from ident.dataset import Dataset, build
 from ident.delay import delays
+from ident.dynamics import mechanisms
 from recordings.recording import Floats, Recording
 
 Make = Callable[..., Recording]

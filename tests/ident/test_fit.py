@@ -3,11 +3,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import estimators, mechanisms, plugins
+from ident import estimators, plugins
 from ident.dataset import build
+from ident.dynamics import mechanisms
+from ident.dynamics.mechanisms import Parameter
 from ident.estimators import Estimate
 from ident.fit import Fit, fit, search_region
-from ident.mechanisms import Parameter
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

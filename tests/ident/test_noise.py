@@ -3,8 +3,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import mechanisms
 from ident.dataset import Dataset, build
+from ident.dynamics import mechanisms
 from ident.noise import estimate, residual_std
 from recordings.recording import Floats, Recording
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident import estimators
-from ident.effects import library
+from ident.dynamics.effects import library
 from ident.identification import Choices, identify
 from ident.model import Model
 from ident.prediction import predict

@@ -4,8 +4,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import mechanisms, preprocess
+from ident import preprocess
 from ident.dataset import build
+from ident.dynamics import mechanisms
 from ident.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording

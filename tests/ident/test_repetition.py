@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.signal import lfilter
 
-from ident import mechanisms
 from ident.dataset import Dataset, build
+from ident.dynamics import mechanisms
 from ident.repetition import by_cycle, of, pooled, split
 from recordings.recording import Floats, Recording
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from ident import stretches
-from ident.composition import Composition, Term
 from ident.course import prepare
-from ident.effects import library
+from ident.dynamics.effects import library
+from ident.dynamics.structure import Composition, Term
 from ident.evaluation import Evaluator
 from recordings.recording import Recording
 

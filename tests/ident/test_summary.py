@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ident import mechanisms
-from ident.composition import Composition, Term
-from ident.effects import NEVER, load
+from ident.dynamics import mechanisms
+from ident.dynamics.effects import NEVER, load
+from ident.dynamics.structure import Composition, Term
 from ident.frozen import Frozen
 from ident.summary import searched
 from recordings.rig import simulated_rig

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from ident import mechanisms, model
+from ident import model
 from ident.cli import program
 from ident.dataset import build
+from ident.dynamics import mechanisms
 from ident.fitness import fitness
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -4,8 +4,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import mechanisms
 from ident.dataset import Dataset, build
+from ident.dynamics import mechanisms
 from ident.prediction import Prediction
 from recordings.recording import Floats, Recording
 

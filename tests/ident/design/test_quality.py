@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from ident import mechanisms
 from ident.design.quality import judge
+from ident.dynamics import mechanisms
+from ident.dynamics.motion import Motion
 from ident.filters import mean_sign
-from ident.motion import Motion
 from recordings.rig import Axis, Limits, Rig
 from trajectories import Trajectory
 from trajectories.fourier import FourierSeries

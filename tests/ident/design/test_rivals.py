@@ -11,8 +11,8 @@ from click.testing import CliRunner, Result
 from ident.cli import program
 from ident.design.motions import repeated
 from ident.design.rivals import rivals
-from ident.effects import library
-from ident.motion import Motion
+from ident.dynamics.effects import library
+from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, simulated_rig

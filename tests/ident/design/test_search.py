@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from ident import mechanisms
 from ident.design.problem import Criterion, Problem
 from ident.design.quality import judge
 from ident.design.search import MARGIN, search
+from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.rig import Axis, Limits, Rig, simulated_rig
 from trajectories import load

@@ -8,7 +8,7 @@ import pytest
 
 from ident.diagnose.answer import _not_added, document
 from ident.diagnose.diagnosis import Choices, diagnose
-from ident.effects import library
+from ident.dynamics.effects import library
 from recordings.errors import BadInput
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")

@@ -6,7 +6,7 @@ from rich.console import Console
 
 from ident.diagnose import table
 from ident.diagnose.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
-from ident.effects import NEVER
+from ident.dynamics.effects import NEVER
 from ident.report.sections import values
 
 TAKEN = Value(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)

@@ -5,9 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import filters, mechanisms
+from ident import filters
 from ident.dataset import Dataset, build
 from ident.diagnose.lines import lines
+from ident.dynamics import mechanisms
 from recordings.recording import Recording
 
 

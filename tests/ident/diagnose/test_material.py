@@ -9,7 +9,7 @@ from scipy.signal import convolve2d
 
 from ident.diagnose import material
 from ident.diagnose.material import Material, rms
-from ident.effects import library
+from ident.dynamics.effects import library
 
 
 def test_errors_in_a_regressor_make_a_fit_believe_it_less() -> None:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident import mechanisms
-from ident.composition import Composition, Term
 from ident.diagnose.options import CLEAR, Finder, possible
 from ident.diagnose.screen import Candidate
-from ident.effects import library
+from ident.dynamics import mechanisms
+from ident.dynamics.effects import library
+from ident.dynamics.structure import Composition, Term
 from recordings.rig import simulated_rig
 
 ROWS = 1000.0

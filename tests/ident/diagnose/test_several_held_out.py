@@ -9,7 +9,7 @@ import pytest
 from ident.commands.diagnose import command
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, diagnose, question
-from ident.effects import library
+from ident.dynamics.effects import library
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident.conftest import TRUTH

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import effects, estimators, identification, prediction
+from ident import estimators, identification, prediction
 from ident.compare.comparison import Comparison, compare
+from ident.dynamics import effects
 from ident.model import Model
 from recordings.recording import Recording
 

@@ -1,0 +1,86 @@
+"""Curves learned from what no effect explains, as an effect: they lower the error while the physics is looked for."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+Variable = Literal["position", "velocity", "acceleration", "load", "time"]
+Times = Literal["one", "direction", "velocity"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Torque of one joint over one variable: straight lines between knots, level beyond them."""
+
+    joint: int
+    """Whose torque it is, from 1."""
+    variable: Variable
+    of_joint: int
+    """Whose variable it is, from 1."""
+    times: Times
+    """What the values are multiplied with: nothing, the direction of the joint's motion, or its velocity."""
+    knots: tuple[float, ...]
+    """(k,) rising; [rad, rad/s, rad/s^2, N m or s]."""
+    values: tuple[float, ...]
+    """(k,) [N m], or [N m s/rad] where they are multiplied with the velocity."""
+
+    def signal(self, view: View) -> Floats:
+        """(n,) the variable."""
+        if self.variable == "time":
+            return view.time
+        where = view.rigid if self.variable == "load" else getattr(view.motion, self.variable)
+        signal: Floats = where[:, self.of_joint - 1]
+        return signal
+
+    def factor(self, view: View) -> Floats:
+        """(n,) what its values are multiplied with."""
+        own = view.motion.velocity[:, self.joint - 1]
+        if self.times == "velocity":
+            return own
+        factor: Floats = view.motion.direction[:, self.joint - 1] if self.times == "direction" else np.ones_like(own)
+        return factor
+
+    def torque(self, view: View) -> Floats:
+        """(n,) [N m]."""
+        signal = self.signal(view)
+        level = np.interp(np.nan_to_num(signal), self.knots, self.values)
+        torque: Floats = np.where(np.isfinite(signal), level, np.nan) * self.factor(view)
+        return torque
+
+
+def effect_of(curves: Sequence[Curve]) -> Additive:
+    """The `curves` together, as an effect whose coefficient is 1 where they are as they were learned."""
+
+    def columns(view: View, shapes: Shapes) -> Floats:
+        torque = np.where(np.isfinite(view.motion.velocity), 0.0, np.nan)
+        for curve in curves:
+            torque[:, curve.joint - 1] += curve.torque(view)
+        return torque[:, :, None]
+
+    over = ", ".join(sorted({curve.variable for curve in curves}))
+    return Additive(
+        sentence=f"A stand-in: curves over {over}, learned from a recording; nothing says what causes them.",
+        looks="The residual is a smooth curve over that.",
+        causes="not known: no effect of the library explains it",
+        remedy="look for what depends on that; until it is found, the curve takes its place",
+        equation="a f(variable), f as learned",
+        axis="position" if curves[0].variable == "position" else "velocity",
+        coefficients=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
+        columns=columns,
+    )
+
+
+def source(curves: Sequence[Curve], about: str) -> str:
+    """The text of an effect file that holds the `curves`."""
+    own = ",\n".join(f"        {curve!r}" for curve in curves)
+    return (
+        f'"""Stand-in for an effect that is not known yet: curves learned from {about}."""\n\n'
+        "from ident.dynamics.effects.learned_curve import Curve, effect_of\n\n"
+        f"effect = effect_of(\n    [\n{own},\n    ]\n)\n"
+    )

@@ -1,0 +1,46 @@
+"""Torque that comes later than what is reported."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Quantity, Signal, Values
+from recordings.recording import Floats
+
+_REACH = 12
+"""Instants to either side from which a value between two is interpolated."""
+
+
+def report(torque: Floats, view: View, values: Values) -> Floats:
+    """The torque (n, dof) of delta later is reported now."""
+    shifted = [_ahead(column, delta * view.rate) for column, delta in zip(torque.T, values["delta"], strict=True)]
+    return np.stack(shifted, axis=1)
+
+
+def _ahead(x: Floats, instants: float) -> Floats:
+    """`x` (n,) a number of `instants` later, by a windowed sinc; NaN where that is beyond the ends."""
+    if instants == 0:
+        return x
+    whole = int(np.floor(instants))
+    offset = np.arange(-_REACH, _REACH + 1)
+    distance = offset - (instants - whole)
+    taps = np.sinc(distance) * np.i0(6.0 * np.sqrt(np.maximum(1 - (distance / (_REACH + 1)) ** 2, 0)))
+    taps /= taps.sum()
+    margin = _REACH + abs(whole)
+    padded = np.pad(x, margin, constant_values=np.nan)
+    sums = np.convolve(padded, taps[::-1], mode="same")
+    return sums[margin + whole : margin + whole + len(x)]
+
+
+effect = Signal(
+    sentence="The torque comes later than the voltage that is reported, or the position is measured late.",
+    looks="The residual follows the rate of change of the torque.",
+    causes="filters and cycle times in the amplifier or encoder, values of different cycles in one message",
+    remedy="find out when the drive samples what it reports, and enter or compensate the delay",
+    equation="reported(t) = torque(t + delta); delta < 0: a measurement delay",
+    axis="acceleration",
+    parameters=(
+        Quantity(name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, starts=(5e-4,)),
+    ),
+    report=report,
+    pointwise=False,
+)

@@ -1,0 +1,29 @@
+"""Air that the platform has to push aside."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+
+def columns(view: View, shapes: Shapes) -> Floats:
+    """J' |P'| P' (n, dof, 1)."""
+    velocity = view.platform.velocity
+    force = np.linalg.norm(velocity, axis=1)[:, None] * velocity
+    drag: Floats = np.einsum("nij,ni->nj", view.platform.jacobian, force)[:, :, None]
+    return drag
+
+
+effect = Additive(
+    sentence="The air brakes the platform and what it carries, with the square of its speed.",
+    looks="The residual opposes the platform's motion where it is fast, in all joints.",
+    causes="a large flat gripper or load, a cover, a fan or extraction that blows against it",
+    remedy="slow down large loads, or add the drag to the feed-forward",
+    equation="J' c |P'| P', c >= 0",
+    axis="velocity",
+    mechanisms=("delta",),
+    whole_robot=True,
+    coefficients=(Quantity(name="c", unit="N s^2/m^2", meaning="force per squared speed", lower=0.0),),
+    columns=columns,
+)

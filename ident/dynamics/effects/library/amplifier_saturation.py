@@ -1,0 +1,52 @@
+"""An amplifier that runs out of voltage."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.torque_map import not_a_command, torque_from_voltage, voltage_from_torque
+from recordings.recording import Floats
+
+_NEAR = 0.995
+"""Nearer to the highest voltage than this share, the command is anybody's guess."""
+
+
+def report(torque: Floats, view: View, values: Values) -> Floats:
+    """The command u of which u / (1 + |u inverse_level|^n)^(1/n) is the voltage that gives the torque (n, dof)."""
+    voltage = voltage_from_torque(torque, view.rig.torque)
+    knee = values["n"]
+    used = np.minimum(np.abs(voltage * values["inverse_level"]), _NEAR)
+    return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), view.rig.torque)
+
+
+def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+    """Levels a little above the largest voltage that the model asks for, and knees."""
+    largest = float(np.nanmax(np.abs(voltage_from_torque(view.rigid, view.rig.torque))))
+    return [
+        {"inverse_level": use / largest, "n": knee} for use in (0.6, 0.8, 0.95, 1.1, 1.3) for knee in (3.0, 6.0, 12.0)
+    ]
+
+
+effect = Signal(
+    sentence="The amplifier runs out of voltage: large commands give less than they ask for.",
+    looks="The residual grows steeply where the torque is largest.",
+    causes="a supply that is too low or sags, a current limit, the back-EMF at high speed",
+    remedy="slow the motion down, raise the supply, or report the voltage at the motor",
+    equation="command u: v = u / (1 + |u inverse_level|^n)^(1/n)",
+    axis="load",
+    valleys=4,
+    parameters=(
+        Quantity(
+            name="inverse_level",
+            unit="1/V",
+            meaning="1 / highest voltage",
+            lower=0.0,
+            upper=3.0,
+            starts=(0.05,),
+        ),
+    ),
+    shapes=(Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, starts=(6.0,)),),
+    report=report,
+    suggest=suggest,
+    unobservable=not_a_command,
+)

@@ -1,0 +1,25 @@
+"""An arm whose centre of mass lies beside the line from shoulder to elbow."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+
+def columns(view: View, shapes: Shapes) -> Floats:
+    """sin q (n, dof, 1)."""
+    sine: Floats = np.sin(view.motion.position)[:, :, None]
+    return sine
+
+
+effect = Additive(
+    sentence="The arm's centre of mass does not lie on the line from shoulder to elbow.",
+    looks="The residual follows the sine of the joint's angle, standing or moving.",
+    causes="a motor, valve or cable bracket mounted on one side of the arm",
+    remedy="measure or balance the arm; add the term to the gravity compensation",
+    equation="a sin q",
+    axis="position",
+    coefficients=(Quantity(name="a", unit="{effort}", meaning="weight times distance from the line"),),
+    columns=columns,
+)

@@ -1,0 +1,26 @@
+"""An arm that is heavier or lighter than the others."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+
+def columns(view: View, shapes: Shapes) -> Floats:
+    """cos q (n, dof, 1)."""
+    cosine: Floats = np.cos(view.motion.position)[:, :, None]
+    return cosine
+
+
+effect = Additive(
+    sentence="One arm is heavier or lighter than the others.",
+    looks="The residual of one joint follows the cosine of its angle, standing or moving.",
+    causes="a repaired or reinforced arm, a cable harness that hangs on one arm only",
+    remedy="weigh the arms; give each its own gravity torque",
+    equation="a cos q",
+    axis="position",
+    mechanisms=("delta",),
+    coefficients=(Quantity(name="a", unit="{effort}", meaning="gravity torque beyond that of the other arms"),),
+    columns=columns,
+)

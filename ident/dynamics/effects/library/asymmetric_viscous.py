@@ -1,0 +1,27 @@
+"""Viscous friction whose coefficient differs by direction."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+
+def columns(view: View, shapes: Shapes) -> Floats:
+    """|v| (n, dof, 1)."""
+    size: Floats = np.abs(view.motion.velocity)[:, :, None]
+    return size
+
+
+effect = Additive(
+    sentence="The joint is dragged harder in one direction than in the other, the more the faster it moves.",
+    looks="The residual is a V over the velocity: it rises to both sides of standstill.",
+    causes="a gear or a seal that is not the same in both directions, a pump or fan that the joint drives",
+    remedy="check the gear's preload and the seals; give the feed-forward a coefficient for each direction",
+    equation="a |v|",
+    axis="velocity",
+    coefficients=(
+        Quantity(name="a", unit="{effort} s/{position}", meaning="half the difference of the viscous coefficients"),
+    ),
+    columns=columns,
+)

@@ -1,0 +1,49 @@
+"""An encoder disc that does not run true."""
+
+import numpy as np
+
+from ident.dynamics.effects import Quantity, Signal, Values
+from recordings.recording import Floats
+from recordings.rig import Rig
+
+_ITERATIONS = 3
+
+
+def position(measured: Floats, rig: Rig, values: Values) -> Floats:
+    """The angle (n, dof) that reads as `measured`: q + a sin N q + b cos N q = measured."""
+    a, b, N = values["a"], values["b"], values["N"]
+    true = measured
+    for _ in range(_ITERATIONS):
+        error = a * np.sin(N * true) + b * np.cos(N * true)
+        slope = 1 + N * (a * np.cos(N * true) - b * np.sin(N * true))
+        true = true - (true + error - measured) / np.maximum(slope, 0.1)
+    return true
+
+
+effect = Signal(
+    sentence="The encoder's disc does not run true: within a turn it reads too much, then too little.",
+    looks="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
+    causes="a disc or magnet that is not centred on its shaft, of the joint or of the motor",
+    remedy="centre the encoder, or use one that compensates; a table of its error can be recorded once",
+    equation="measured q = q + a sin N q + b cos N q",
+    axis="motor angle",
+    parameters=(
+        Quantity(name="a", unit="{position}", meaning="amplitude of the sine", lower=-0.3, upper=0.3, starts=(1e-4,)),
+        Quantity(
+            name="b", unit="{position}", meaning="amplitude of the cosine", lower=-0.3, upper=0.3, starts=(1e-4,)
+        ),
+    ),
+    shapes=(
+        Quantity(
+            name="N",
+            unit="1/turn",
+            meaning="turns of the disc per turn of the joint",
+            lower=1.0,
+            upper=400.0,
+            starts=(1.0,),
+            searched=False,
+        ),
+    ),
+    suggest=lambda view, residual: [{"N": gear} for gear in sorted({drive.gear for drive in view.rig.drives})],
+    position=position,
+)

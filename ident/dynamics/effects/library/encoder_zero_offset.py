@@ -1,0 +1,28 @@
+"""An encoder whose zero is not where the rig file says."""
+
+from ident.dynamics.effects import Quantity, Signal, Values
+from recordings.recording import Floats
+from recordings.rig import Rig
+
+
+def position(measured: Floats, rig: Rig, values: Values) -> Floats:
+    """The true angle (n, dof): what is read too much is taken off."""
+    true: Floats = measured - values["c"]
+    return true
+
+
+effect = Signal(
+    sentence="The encoder's zero is not where the rig file says.",
+    looks="The residuals vary slowly with the angle, like weight that is computed for the wrong place.",
+    causes="a home position that was set by eye, a coupling that slipped, an encoder that was exchanged",
+    remedy="set the zero anew with a jig, or enter the offset into the rig file",
+    equation="measured q = q + c",
+    axis="position",
+    mechanisms=("delta",),
+    parameters=(
+        Quantity(
+            name="c", unit="{position}", meaning="what is read too much", lower=-0.35, upper=0.35, starts=(0.005,)
+        ),
+    ),
+    position=position,
+)

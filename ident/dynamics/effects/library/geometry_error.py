@@ -1,0 +1,41 @@
+"""A robot that does not have the lengths of its rig file."""
+
+from ident.dynamics.effects import Quantity, Signal, Values
+from recordings.rig import Rig
+
+LENGTHS = ("L1", "L2", "R")
+"""Of the base's and the platform's radius, only the difference matters."""
+
+
+def true_rig(rig: Rig, values: Values) -> Rig:
+    """`rig` with one length changed."""
+    name, error = LENGTHS[round(float(values["which"][0]))], float(values["e"][0])
+    geometry = rig.geometry.model_copy(update={name: getattr(rig.geometry, name) + error})
+    return rig.model_copy(update={"geometry": geometry})
+
+
+effect = Signal(
+    sentence="A length of the robot is not what the rig file says.",
+    looks="The residuals vary slowly with the platform's place, and with accelerations, in all joints.",
+    causes="a drawing in place of a measurement, another gripper flange, forearms of another batch",
+    remedy="measure arms, forearms and radii from joint centre to joint centre, and correct the rig file",
+    equation="length = length in the rig file + e; which: 0 arms L1, 1 forearms L2, 2 radii R - r",
+    axis="position",
+    mechanisms=("delta",),
+    whole_robot=True,
+    parameters=(
+        Quantity(name="e", unit="m", meaning="what the length is too long", lower=-0.12, upper=0.12, starts=(0.002,)),
+    ),
+    shapes=(
+        Quantity(
+            name="which",
+            unit="1",
+            meaning="0 L1, 1 L2, 2 R - r",
+            lower=0,
+            upper=2,
+            starts=(0.0, 1.0, 2.0),
+            searched=False,
+        ),
+    ),
+    rig=true_rig,
+)

@@ -1,0 +1,30 @@
+"""A spring that pulls the joint towards an angle."""
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Quantity, Shapes
+from recordings.recording import Floats
+
+
+def columns(view: View, shapes: Shapes) -> Floats:
+    """The angle and one (n, dof, 2)."""
+    position = view.motion.position
+    both: Floats = np.stack([position, np.where(np.isfinite(position), 1.0, np.nan)], axis=2)
+    return both
+
+
+effect = Additive(
+    sentence="Something springy pulls the joint towards one angle.",
+    looks="The residual is a straight line over the joint's angle.",
+    causes="a cable or hose that is bent, a balancing spring, a bellows or a stiff cover",
+    remedy="lead cables so that they do not pull; if the spring is meant, add it to the feed-forward",
+    equation="k q + a, k >= 0 (rest angle -a / k)",
+    axis="position",
+    contains=("torque_offset",),
+    coefficients=(
+        Quantity(name="k", unit="{effort}/{position}", meaning="stiffness", lower=0.0),
+        Quantity(name="a", unit="{effort}", meaning="torque at angle zero"),
+    ),
+    columns=columns,
+)

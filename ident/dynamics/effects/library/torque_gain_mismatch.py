@@ -1,0 +1,28 @@
+"""A motor that gives more or less torque per volt than its rig file says."""
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Quantity, Signal, Values
+from recordings.recording import Floats
+
+
+def report(torque: Floats, view: View, values: Values) -> Floats:
+    """A torque (n, dof) that is (1 + e) times what the map says is reported as that much less."""
+    reported: Floats = torque / (1 + values["e"])
+    return reported
+
+
+effect = Signal(
+    sentence="One motor gives more or less torque per volt than the rig file says.",
+    looks="The residual of one joint follows the torque of that joint, standing or moving.",
+    causes="a weak magnet, another motor type, a wrong scale of the voltage or current, a gear with another ratio",
+    remedy="calibrate the gain of each joint (ident calibrate-gain) and write it into the rig file",
+    equation="torque = (1 + e) gain v |v|",
+    axis="load",
+    parameters=(
+        Quantity(
+            name="e", unit="1", meaning="relative excess of the gain", lower=-0.7, upper=2.0, starts=(0.02, -0.02)
+        ),
+    ),
+    report=report,
+    unobservable=lambda rig, torque_measured: "it takes a voltage to see a map" if torque_measured else None,
+)

@@ -1,0 +1,93 @@
+"""Effects from files of the user: what goes wrong inside of them is said with the file's name, not by a traceback."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident.dynamics.effect_inputs import View
+from ident.dynamics.effects import Additive, Effect, Signal
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+_Check = Callable[[tuple[Any, ...], Any], str | None]
+"""From arguments and result: what is wrong with the result."""
+
+
+def guarded(effect: Effect, path: Path) -> Effect:
+    """The `effect` of the file `path`, whose functions raise BadInput for whatever goes wrong in them."""
+
+    def guard(name: str, check: _Check) -> dict[str, Any]:
+        function = getattr(effect, name)
+        return {name: _guard(path, function, check)} if function else {}
+
+    changed = guard("suggest", _anything)
+    if isinstance(effect, Additive):
+        changed |= guard(
+            "columns", lambda arguments, result: _columns(arguments[0], result, len(effect.coefficients))
+        )
+    elif isinstance(effect, Signal):
+        changed |= guard("position", _as_the_first) | guard("report", _as_the_first) | guard("rig", _anything)
+    return replace(effect, **changed)
+
+
+def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[..., Any]:
+    name = getattr(function, "__name__", "a function")
+
+    @wraps(function)
+    def call(*arguments: Any) -> Any:
+        for one in arguments:
+            if isinstance(one, View):
+                _freeze(one)
+        own = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
+        try:
+            result = function(*own)
+        except (Exception, SystemExit) as error:  # whatever the user's code does
+            raise BadInput(f"effect file {path}: {name}: {said(error)}; mend the file") from None
+        wrong = check(arguments, result)
+        if wrong:
+            raise BadInput(f"effect file {path}: {name}: {wrong}; mend the file")
+        return result
+
+    return call
+
+
+def said(error: BaseException) -> str:
+    """The `error` in one line."""
+    return " ".join([type(error).__name__, *str(error).split()])
+
+
+def _freeze(view: View) -> None:
+    """What one effect changed in place, all others would see changed."""
+    for array in (view.time, *vars(view.motion).values()):
+        array.flags.writeable = False
+
+
+def _anything(arguments: tuple[Any, ...], result: Any) -> str | None:
+    return None
+
+
+def _columns(view: View, result: Any, coefficients: int) -> str | None:
+    expected = (*view.motion.position.shape, coefficients)
+    wrong = _array(result, expected)
+    if wrong:
+        return wrong
+    known = np.all([np.isfinite(x) for x in vars(view.motion).values()], axis=(0, 2))
+    if not np.isfinite(result[known]).all():
+        return "finite numbers where the motion is known expected, others found"
+    return None
+
+
+def _as_the_first(arguments: tuple[Any, ...], result: Any) -> str | None:
+    first: Floats = arguments[0]
+    return _array(result, first.shape)
+
+
+def _array(result: Any, shape: tuple[int, ...]) -> str | None:
+    found = f"{result.dtype} {result.shape}" if isinstance(result, np.ndarray) else type(result).__name__
+    if not isinstance(result, np.ndarray) or result.shape != shape or result.dtype.kind not in "fiub":
+        return f"an array of real numbers {shape} expected, {found} found"
+    return None

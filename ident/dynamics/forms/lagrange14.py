@@ -1,0 +1,81 @@
+"""The delta robot as conventional identification sees it, Eqs. (37)-(40): 14 parameters, no friction.
+
+(1) is made linear by taking the Lagrangian multipliers as constants, (38). They are not: (2) makes them follow the
+motion. Kept as printed, for it is what RLS, DLS and SVD are given in Table 2.
+
+Departures from the printed form, none of which changes the torque that the columns can express:
+
+- Positions are in our frame (z up); the parameters of columns that turn round with it come out with the other sign.
+- The coefficient of -cos(theta) is in N m: (38) prints m_a L1c + m_d L1 and leaves out g.
+- (39) repeats psi_2 where psi_3 is meant, and (40) is printed as two rows for each joint.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.dynamics.mechanisms import Mechanism, Parameter, delta
+from ident.dynamics.motion import Motion
+from recordings.recording import Floats
+from recordings.rig import Rig
+from trajectories import kinematics
+
+MECHANISM = "delta"
+
+_COLUMNS = ((1, 2, 3, 5), (6, 7, 8, 9), (10, 11, 12, 13))
+"""Of each joint, where (40) has its P_x, P_y, P_z and sin."""
+
+
+def _parameters() -> tuple[Parameter, ...]:
+    """In the order of Eq. (38)."""
+    meanings = {1: ("kg m^2", "inertia of an arm, its motor and forearm"), 5: ("N m", "weight of an arm")}
+    for limb, columns in enumerate(_COLUMNS, start=1):
+        multiplier = f"2 L1 lambda_{limb}"
+        texts = (f"{multiplier} cos phi_{limb}", f"{multiplier} sin phi_{limb}", multiplier, f"{multiplier} (R - r)")
+        for column, unit, text in zip(columns, ("N", "N", "N", "N m"), texts, strict=True):
+            meanings[column + 1] = (unit, f"{text}, with a constant multiplier")
+    return tuple(Parameter(f"theta_{i}", *meanings[i]) for i in range(1, 15))
+
+
+PARAMETERS = _parameters()
+
+
+def create(rig: Rig) -> Mechanism:
+    """The conventional linear model of the delta robot described by `rig`."""
+    return Lagrange14(delta.create(rig))
+
+
+@dataclass(frozen=True)
+class Lagrange14:
+    """Eq. (39): torque = Psi theta, with 14 parameters that are constant by assumption."""
+
+    delta: delta.Delta
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """The 14 parameters of Eq. (38)."""
+        return PARAMETERS
+
+    @property
+    def pointwise(self) -> bool:
+        """Nothing that the columns depend on outlives the instant."""
+        return True
+
+    def regressor(self, motion: Motion) -> Floats:
+        """Columns (n, 3, 14) of Eq. (40)."""
+        theta = motion.position
+        P = kinematics.forward(self.delta.geometry, theta)
+        sin, cos = np.sin(theta), np.cos(theta)
+        columns = np.zeros((*theta.shape, len(PARAMETERS)))
+        columns[:, :, 0] = motion.acceleration
+        columns[:, :, 4] = -cos
+        for joint, (x, y, z, constant) in enumerate(_COLUMNS):
+            columns[:, joint, x] = -P[:, 0] * sin[:, joint]
+            columns[:, joint, y] = -P[:, 1] * sin[:, joint]
+            columns[:, joint, z] = P[:, 2] * cos[:, joint]
+            columns[:, joint, constant] = sin[:, joint]
+        return columns
+
+    def nominal_torque(self, motion: Motion) -> Floats:
+        """Torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""
+        return self.delta.nominal_torque(motion)

@@ -1,0 +1,103 @@
+"""Independent axes: joints that do not load each other, such as one drive on a bench, or an arm taken off.
+
+    effort_i = I_i a_i + c_vi v_i + c_ci sgn(v_i) [+ weight]
+
+Friction is positive where it opposes motion. The weight of a revolute joint is G_ci cos(q_i) + G_si sin(q_i),
+whatever the angle is counted from; that of a prismatic one is constant.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ident.dynamics.mechanisms import Parameter
+from ident.dynamics.motion import Motion
+from recordings.recording import Floats
+from recordings.rig import Axis, Rig
+
+
+def create(rig: Rig) -> "Axes":
+    """The axes described by `rig`."""
+    return Axes(rig.axes)
+
+
+@dataclass(frozen=True)
+class Axes:
+    """n independent joints."""
+
+    axes: tuple[Axis, ...]
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Inertias, viscous and Coulomb friction of all joints, then the weights of those that have one."""
+        numbered = list(enumerate(self.axes, start=1))
+        friction = [
+            Parameter(
+                f"{name}{i}",
+                f"{_effort(axis)}{unit}".format(_position(axis)),
+                f"{kind} friction of joint {i}",
+                friction=True,
+            )
+            for name, unit, kind in (("c_v", " s/{}", "viscous"), ("c_c", "", "Coulomb"))
+            for i, axis in numbered
+        ]
+        return (
+            *(_inertia(i, axis) for i, axis in numbered),
+            *friction,
+            *(weight for i, axis in numbered if axis.gravity for weight in _weights(i, axis)),
+        )
+
+    @property
+    def pointwise(self) -> bool:
+        """Nothing that the columns depend on outlives the instant."""
+        return True
+
+    def regressor(self, motion: Motion) -> Floats:
+        """Columns (n, dof, k), in the order of `parameters`."""
+        dof = len(self.axes)
+        columns = np.zeros((*motion.position.shape, len(self.parameters)))
+        joints = np.arange(dof)
+        for first, signal in enumerate((motion.acceleration, motion.velocity, motion.direction)):
+            columns[:, joints, first * dof + joints] = signal
+        column = 3 * dof
+        for joint, axis in enumerate(self.axes):
+            if axis.gravity:
+                for shape in _weight_shapes(axis, motion.position[:, joint]):
+                    columns[:, joint, column] = shape
+                    column += 1
+        return columns
+
+    def nominal_torque(self, motion: Motion) -> None:
+        """Nobody has published a model of these axes."""
+
+
+def _position(axis: Axis) -> str:
+    return "rad" if axis.type == "revolute" else "m"
+
+
+def _effort(axis: Axis) -> str:
+    return "N m" if axis.type == "revolute" else "N"
+
+
+def _inertia(i: int, axis: Axis) -> Parameter:
+    if axis.type == "revolute":
+        return Parameter(f"I_{i}", "kg m^2", f"inertia of joint {i} and its motor", nonnegative=True)
+    return Parameter(f"m_{i}", "kg", f"mass moved by joint {i}, with its motor's inertia", nonnegative=True)
+
+
+def _weights(i: int, axis: Axis) -> tuple[Parameter, ...]:
+    if axis.type == "prismatic":
+        return (Parameter(f"G_{i}", "N", f"force that holds joint {i} against its weight"),)
+    return tuple(
+        Parameter(
+            f"G_{part}{i}", "N m", f"part of the torque that holds joint {i} which goes with {shape} of its angle"
+        )
+        for part, shape in (("c", "the cosine"), ("s", "the sine"))
+    )
+
+
+def _weight_shapes(axis: Axis, position: Floats) -> tuple[Floats, ...]:
+    """The columns (n,) that go with `_weights`."""
+    if axis.type == "prismatic":
+        return (np.where(np.isfinite(position), 1.0, np.nan),)
+    return np.cos(position), np.sin(position)

@@ -1,0 +1,29 @@
+"""The worked example of docs/effects.md does what it says."""
+
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from ident.cli import program
+from ident.dynamics.effects import library
+from recordings.errors import BadInput
+
+EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tight_spot.py"
+
+
+def test_it_is_short_and_an_effect() -> None:
+    assert len(EXAMPLE.read_text().splitlines()) < 40
+    assert "tight_spot" in library([EXAMPLE])
+
+
+def test_it_is_listed_and_explained() -> None:
+    listed = CliRunner().invoke(program, ["effects", "--effect-file", str(EXAMPLE), "--json"])
+    assert '"tight_spot"' in listed.stdout
+    explained = CliRunner().invoke(program, ["effects", "tight_spot", "--effect-file", str(EXAMPLE)])
+    assert "Around one angle the joint rubs harder." in explained.stdout
+
+
+def test_an_unknown_effect_is_refused() -> None:
+    refused = CliRunner().invoke(program, ["effects", "magic"])
+    assert isinstance(refused.exception, BadInput)
+    assert "stribeck" in str(refused.exception)

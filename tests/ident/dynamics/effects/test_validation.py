@@ -1,0 +1,55 @@
+"""What an effect says of itself is checked before anything is done with it."""
+
+import re
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from ident.dynamics.effects import Quantity, library, names
+from ident.dynamics.effects.validation import wrong
+
+
+@pytest.mark.parametrize("name", names())
+def test_nothing_is_wrong_with_the_effects_of_the_library(name: str) -> None:
+    assert wrong(library()[name]) is None
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"sentence": 3}, "sentence: a text expected, 3 found"),
+        ({"causes": " "}, "causes: a text expected"),
+        ({"axis": "colour"}, "axis: one of position, velocity"),
+        ({"coefficients": ()}, "at least one Quantity expected"),
+        ({"coefficients": ("a",)}, "coefficients: a tuple of Quantity expected"),
+        ({"suggest": None}, "v_s: starts .* expected, none found"),
+    ],
+)
+def test_what_is_wrong_with_an_effect_is_said(changed: dict[str, Any], message: str) -> None:
+    effect = library()["stribeck"]
+    shape = replace(effect.shapes[0], starts=())
+    assert_says(wrong(replace(effect, shapes=(shape,), **changed)), message)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"unit": "{foo}"}, r"a: unit: no braces but \{effort\} and \{position\} expected"),
+        ({"unit": "{effort"}, "a: unit"),
+        ({"name": "a b"}, "a name like a variable's expected"),
+        ({"name": "v_s"}, "two quantities of the name 'v_s'"),
+        ({"lower": 0.5, "upper": 0.02}, "a: lower below upper expected, 0.5 and 0.02 found"),
+        ({"starts": "abc"}, "a: starts: a tuple of numbers expected"),
+        ({"lower": 0.0, "upper": 1.0, "starts": (2.0,)}, "a: starts within 0 and 1 expected"),
+        ({"meaning": None}, "a: meaning: a text expected"),
+    ],
+)
+def test_what_is_wrong_with_a_quantity_is_said(changed: dict[str, Any], message: str) -> None:
+    own = Quantity(**({"name": "a", "unit": "1", "meaning": "something"} | changed))
+    assert_says(wrong(replace(library()["stribeck"], coefficients=(own,))), message)
+
+
+def assert_says(found: str | None, message: str) -> None:
+    assert found
+    assert re.search(message, found)

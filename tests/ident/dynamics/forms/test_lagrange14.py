@@ -1,0 +1,79 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from ident import estimators, plugins
+from ident.dataset import build
+from ident.dynamics import mechanisms
+from ident.dynamics.motion import Motion
+from ident.fit import fit
+from recordings.errors import BadInput
+from recordings.recording import Recording
+from recordings.rig import Axis, Rig, simulated_rig
+from trajectories import kinematics
+
+RIG = simulated_rig()
+THETA_HAT = np.array([0.4, 1.1, -2.0, 3.0, -5.0, 0.7, 1.3, 0.2, -2.5, 0.9, -1.7, 0.6, 2.2, -0.8])
+
+
+def motion() -> Motion:
+    rng = np.random.default_rng(0)
+    position, velocity, acceleration = rng.uniform(-0.5, 0.9, (3, 20, 3))
+    return Motion(position, velocity, acceleration, np.sign(velocity))
+
+
+def test_is_eq_37_term_by_term() -> None:
+    moving = motion()
+    columns = mechanisms.create(RIG, "lagrange14").regressor(moving)
+    t, h = moving.position, THETA_HAT
+    x, y, z = kinematics.forward(RIG.geometry, t).T
+    s, c = np.sin, np.cos
+    expected = [
+        h[0] * moving.acceleration[:, i]
+        - h[a] * x * s(t[:, i])
+        - h[b] * y * s(t[:, i])
+        + h[d] * z * c(t[:, i])
+        - h[4] * c(t[:, i])
+        + h[e] * s(t[:, i])
+        for i, (a, b, d, e) in enumerate([(1, 2, 3, 5), (6, 7, 8, 9), (10, 11, 12, 13)])
+    ]
+    np.testing.assert_allclose(columns @ h, np.stack(expected, axis=1), rtol=1e-12)
+
+
+@pytest.mark.parametrize("method", ["rls", "dls", "svd", "ls"])
+def test_planted_parameters_are_recovered(make: Callable[..., Recording], method: str) -> None:
+    """Torque that fits the model exactly; svd without truncation, which is what makes it another method."""
+    made = make("excitation", cycles=1)
+    form = mechanisms.create(made.rig, "lagrange14")
+    dataset = build(made, form, "parallel", None)
+    object.__setattr__(dataset, "torque", np.where(np.isnan(dataset.torque), np.nan, dataset.regressor @ THETA_HAT))
+    given = {"svd": {"threshold": 1e-6}, "dls": {"damping": 1e-6}}.get(method, {})
+    settings = estimators.settings(method, given)
+    found = fit([dataset], form, method, settings, np.random.default_rng(0), lambda *_: None)
+    np.testing.assert_allclose(found.parameters, THETA_HAT, rtol=1e-3)
+
+
+def test_every_parameter_is_named_once_with_its_unit() -> None:
+    parameters = mechanisms.create(RIG, "lagrange14").parameters
+    assert [parameter.name for parameter in parameters] == [f"theta_{i}" for i in range(1, 15)]
+    assert parameters[7].meaning.startswith("2 L1 lambda_2 sin phi_2")
+    assert {parameter.unit for parameter in parameters} == {"kg m^2", "N", "N m"}
+
+
+def test_the_manufacturers_model_is_the_same() -> None:
+    moving = motion()
+    np.testing.assert_array_equal(
+        mechanisms.create(RIG, "lagrange14").nominal_torque(moving), mechanisms.create(RIG).nominal_torque(moving)
+    )
+
+
+def test_another_mechanism_has_no_such_form() -> None:
+    bench = Rig(name="bench", mechanism="axes", axes=(Axis(),))
+    with pytest.raises(BadInput, match="choose a method"):
+        mechanisms.create(bench, "lagrange14")
+
+
+def test_every_form_belongs_to_a_mechanism() -> None:
+    for name in plugins.names("forms"):
+        assert plugins.load("forms", name).MECHANISM in plugins.names("mechanisms")

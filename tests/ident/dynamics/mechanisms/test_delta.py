@@ -1,0 +1,125 @@
+"""The regressor against mechanics that is derived here from forward kinematics alone."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ident.dynamics import mechanisms
+from ident.dynamics.mechanisms import delta
+from ident.dynamics.motion import Motion
+from recordings.recording import Floats
+from recordings.rig import Geometry, Nominal, simulated_rig
+from trajectories import kinematics
+
+ROBOT = delta.create(simulated_rig())
+GEOMETRY = Geometry()
+G = np.array([0.0, 0.0, -9.81])
+
+
+def angles(t: Floats) -> Floats:
+    """Some smooth motion (n, 3) [rad]."""
+    phase = np.array([0.3, 1.4, 2.9])
+    return 0.2 + 0.35 * np.sin(4 * t[:, None] + phase) + 0.1 * np.cos(9 * t[:, None] - 2 * phase)
+
+
+def derivative(f: Floats, h: float) -> Floats:
+    """Central difference of order four of samples f(-2h) ... f(2h)."""
+    return (f[0] - 8 * f[1] + 8 * f[3] - f[4]) / (12 * h)
+
+
+@pytest.fixture(scope="module")
+def motion() -> Motion:
+    t, h = np.linspace(0, 2, 60), 1e-3
+    q = [angles(t + k * h) for k in (-2, -1, 0, 1, 2)]
+    velocity = derivative(np.array(q), h)
+    acceleration = (-q[0] + 16 * q[1] - 30 * q[2] + 16 * q[3] - q[4]) / (12 * h**2)
+    return Motion(q[2], velocity, acceleration, np.sign(velocity))
+
+
+@pytest.fixture(scope="module")
+def platform_force() -> Floats:
+    """(n, 3): what carries one kilogram on the platform, P_ddot - g, by differences of forward kinematics in time."""
+    t, h = np.linspace(0, 2, 60), 1e-3
+    P = [kinematics.forward(GEOMETRY, angles(t + k * h)) for k in (-2, -1, 0, 1, 2)]
+    return (-P[0] + 16 * P[1] - 30 * P[2] + 16 * P[3] - P[4]) / (12 * h**2) - G
+
+
+def virtual_work(theta: Floats, force: Floats) -> Floats:
+    """Joint torques (n, 3) that hold the platform against -force (n, 3), from virtual displacements of each joint."""
+    h = 1e-4
+    torque = np.empty_like(theta)
+    for joint in range(3):
+        turn = h * np.eye(3)[joint]
+        P = np.array([kinematics.forward(GEOMETRY, theta + k * turn) for k in (-2, -1, 0, 1, 2)])
+        torque[:, joint] = np.sum(derivative(P, h) * force, axis=1)
+    return torque
+
+
+def test_platform_column_is_virtual_work(motion: Motion, platform_force: Floats) -> None:
+    column = ROBOT.regressor(motion)[:, :, 0]
+    np.testing.assert_allclose(column, virtual_work(motion.position, platform_force), atol=1e-6)
+
+
+def test_arm_columns_are_potential_and_kinetic_energy(motion: Motion) -> None:
+    """Of arms alone: the power is the rate at which T_g sin(theta) + I theta_dot^2 / 2 grows."""
+    parameters = np.zeros(11)
+    parameters[1:5] = 5.0, 0.3, 0.4, 0.5
+    power = np.sum(ROBOT.regressor(motion) @ parameters * motion.velocity, axis=1)
+    t, h = np.linspace(0, 2, 60), 1e-3
+
+    def energy(t: Floats) -> Floats:
+        q = angles(t)
+        speed = derivative(np.array([angles(t + k * h) for k in (-2, -1, 0, 1, 2)]), h)
+        return np.sum(5.0 * np.sin(q) + np.array([0.3, 0.4, 0.5]) * speed**2 / 2, axis=1)
+
+    growth = derivative(np.array([energy(t + k * h) for k in (-2, -1, 0, 1, 2)]), h)
+    np.testing.assert_allclose(power, growth, atol=1e-5)
+
+
+def test_positive_friction_takes_power(motion: Motion) -> None:
+    friction = ROBOT.regressor(motion)[:, :, 5:] @ np.ones(6)
+    assert (friction * motion.velocity >= 0).all()
+
+
+def test_nominal_model_is_table_1_with_the_forearms_counted_twice(motion: Motion, platform_force: Floats) -> None:
+    """Eqs. (1)-(2) say with multipliers what virtual work says without; as printed but for g = -9.81."""
+    nominal = Nominal()
+    on_platform = virtual_work(motion.position, (nominal.m_p + 3 * nominal.m_d) * platform_force)
+    inertia = nominal.motor_inertia + nominal.I_L1 + GEOMETRY.L1**2 * nominal.m_d
+    moment = nominal.m_a * nominal.L1c + nominal.m_d * GEOMETRY.L1
+    on_arms = inertia * motion.acceleration + moment * 9.81 * np.cos(motion.position)
+    np.testing.assert_allclose(ROBOT.nominal_torque(motion), on_platform + on_arms, atol=1e-5)
+
+
+def test_at_rest_the_robot_must_be_held_up() -> None:
+    still = Motion(np.full((1, 3), 0.2), *(np.zeros((1, 3)) for _ in range(3)))
+    assert (ROBOT.nominal_torque(still) > 1).all()
+    assert (ROBOT.regressor(still)[:, :, :2] > 0).all()
+
+
+@given(st.lists(st.floats(-5, 5), min_size=22, max_size=22), st.floats(-3, 3))
+def test_torque_is_linear_in_the_parameters(values: list[float], factor: float) -> None:
+    motion = Motion(np.full((1, 3), 0.1), *(np.full((1, 3), value) for value in (2.0, -3.0, 1.0)))
+    regressor = ROBOT.regressor(motion)
+    one, other = np.reshape(values, (2, 11))
+    np.testing.assert_allclose(
+        regressor @ (one + factor * other), regressor @ one + factor * (regressor @ other), atol=1e-9
+    )
+
+
+def test_an_unknown_instant_is_unknown_alone(motion: Motion) -> None:
+    position = motion.position.copy()
+    position[7, 1] = np.nan
+    gapped = Motion(position, motion.velocity, motion.acceleration, motion.direction)
+    for of in (ROBOT.nominal_torque, ROBOT.regressor):
+        unknown = np.isnan(of(gapped)).reshape(60, -1).any(axis=1)
+        assert np.flatnonzero(unknown).tolist() == [7]
+
+
+def test_parameters_are_those_of_eq_30() -> None:
+    parameters = mechanisms.create(simulated_rig()).parameters
+    names = "m_p T_g I_1 I_2 I_3 c_v1 c_v2 c_v3 c_c1 c_c2 c_c3"
+    assert [parameter.name for parameter in parameters] == names.split()
+    assert all(parameter.unit and parameter.meaning for parameter in parameters)
+    assert [parameter.paper_sign for parameter in parameters] == [1] * 5 + [-1] * 6
