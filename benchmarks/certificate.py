@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.demo import record
 from ident.certificate import certify
-from ident.dataset import build
+from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.estimators import Problem, pso
 from ident.fit import search_region

@@ -20,11 +20,12 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.demo import record
-from ident import estimators, noise, preprocess
-from ident.dataset import Dataset, build
+from ident import estimators
+from ident.data import noise, preprocessing
+from ident.data.dataset import Dataset, build
+from ident.data.samples import sample
 from ident.dynamics import mechanisms
 from ident.fit import fit
-from ident.samples import sample
 from ident.trust import loss_of, uncertainty_of
 from ident.uncertainty import Source
 from recordings.reader import read
@@ -83,7 +84,7 @@ class Machine:
         """The motion is that of `measured`."""
         samples = sample(measured)
         self.mechanism = mechanisms.create(measured.rig)
-        motion = preprocess.load("parallel")(samples, CUTOFF).motion
+        motion = preprocessing.load("parallel")(samples, CUTOFF).motion
         torque = self.mechanism.regressor(motion) @ TRUTH
         self.voltage = np.sign(torque) * np.sqrt(np.abs(torque) / measured.rig.torque.gain)
         self.exact = replace(measured, voltage=self.voltage)
@@ -92,7 +93,7 @@ class Machine:
     def dataset_with(self, volts: Floats) -> Dataset:
         """What a recording with the noise `volts` (n, dof) becomes; its position, so its regressor, is the same."""
         made = replace(self.exact, voltage=self.voltage + volts)
-        prepared = preprocess.load("parallel")(sample(made), CUTOFF)
+        prepared = preprocessing.load("parallel")(sample(made), CUTOFF)
         torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)
         return replace(self.dataset, recording=made, torque=torque, volt_sensitivity=prepared.sensitivity)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident import uncertainty
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from ident.filters import first_derivative
 from recordings.recording import Floats
 

@@ -11,7 +11,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from ident.course import Course, Path
+from ident.data.prepared_recording import Course, Path
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import Additive, Signal, Values
 from ident.dynamics.structure import Composition, Term

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident import estimators, noise
-from ident.dataset import Dataset
+from ident import estimators
+from ident.data import noise
+from ident.data.dataset import Dataset
 from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.estimators import Estimate, Problem, Progress
 from recordings.errors import BadInput

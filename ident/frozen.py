@@ -11,8 +11,9 @@ from itertools import product
 import numpy as np
 
 from ident import stretches
-from ident.course import Course
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
+from ident.data.prepared_recording import Course
+from ident.data.samples import holds_torque
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import Additive, Effect, Signal
 from ident.dynamics.mechanisms import Parameter
@@ -20,7 +21,6 @@ from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
 from ident.evaluation import Evaluator
 from ident.refine import refine
-from ident.samples import holds_torque
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

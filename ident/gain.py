@@ -18,8 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import noise, uncertainty
-from ident.dataset import Dataset, build_all
+from ident import uncertainty
+from ident.data import noise
+from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.identification import refuse_different_rigs
 from ident.sensitivity import LENGTH_STEP, stretched

@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ident import estimators
-from ident.course import Course, prepare
-from ident.cutoff import Cutoff
-from ident.dataset import Dataset, build_all
+from ident.data.cutoff import Cutoff
+from ident.data.dataset import Dataset, build_all
+from ident.data.prepared_recording import Course, prepare
+from ident.data.samples import drive_signal, holds_torque
 from ident.delay import delays
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import library
@@ -34,7 +35,6 @@ from ident.model import (
     source,
 )
 from ident.prediction import terms_of
-from ident.samples import drive_signal, holds_torque
 from ident.sensitivity import Sensitivity, sensitivity
 from ident.trust import Knowledge, assess
 from ident.uncertainty import Source

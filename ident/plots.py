@@ -12,7 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from ident.certificate import Certificate
-from ident.dataset import Dataset, first_repetition
+from ident.data.dataset import Dataset, first_repetition
 from ident.identification import Identification
 from recordings.recording import Floats
 

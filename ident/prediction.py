@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from ident import stretches
-from ident.course import prepare
-from ident.dataset import Dataset, build
+from ident.data.dataset import Dataset, build
+from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import Effect, Signal
 from ident.dynamics.mechanisms import Parameter

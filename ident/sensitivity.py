@@ -9,7 +9,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from ident.dataset import build
+from ident.data.dataset import build
 from ident.dynamics.mechanisms import Mechanism
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording

@@ -6,8 +6,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from ident.course import Course, Path
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
+from ident.data.prepared_recording import Course, Path
 from ident.dynamics.structure import Composition
 from ident.evaluation import Evaluator
 from recordings.recording import Floats

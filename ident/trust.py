@@ -6,12 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from ident import estimators, noise, plausibility, repetition, sensitivity, uncertainty
-from ident.dataset import Dataset
+from ident import estimators, plausibility, sensitivity, uncertainty
+from ident.data import cycle_statistics, noise
+from ident.data.dataset import Dataset
+from ident.data.samples import holds_torque
 from ident.dynamics.mechanisms import Mechanism
 from ident.fit import Fit
 from ident.identifiability import Identifiability, Status, identifiability
-from ident.samples import holds_torque
 from ident.uncertainty import Source, Uncertainty
 from recordings.config import Section
 from recordings.recording import Bools, Floats, Recording
@@ -156,7 +157,7 @@ def assess(
             Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in known.combinations
         ),
         noise=_noise(found, datasets[0].recording),
-        floor=_floor(repetition.of(datasets, residuals)),
+        floor=_floor(cycle_statistics.of(datasets, residuals)),
         doubts=tuple(
             Doubt(name=d.name, significant=d.significant, sentence=d.sentence)
             for d in plausibility.doubts(mechanism.parameters, fit.parameters, intervals)
@@ -229,7 +230,7 @@ def _knowledge(
     )
 
 
-def _floor(splits: Sequence[repetition.Split] | None) -> tuple[JointFloor, ...] | None:
+def _floor(splits: Sequence[cycle_statistics.Split] | None) -> tuple[JointFloor, ...] | None:
     if splits is None:
         return None
     return tuple(

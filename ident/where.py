@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from recordings.recording import Floats
 
 Bools = NDArray[np.bool_]

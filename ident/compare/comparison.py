@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ident import repetition, where
+from ident import where
 from ident.compare.curves import Curve, curves
 from ident.compare.spectrum import Spectrum, spectrum
 from ident.compare.windows import Window, worst
+from ident.data import cycle_statistics
+from ident.data.cycle_statistics import Split
 from ident.model import Model
 from ident.prediction import Prediction
-from ident.repetition import Split
 from recordings.recording import Floats
 
 SCHEMA = 1
@@ -53,7 +54,7 @@ class Comparison:
 def compare(model: Model | None, predictions: Sequence[Prediction]) -> Comparison:
     """Look at the residuals of `predictions`, which are those of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
-    splits = repetition.of(datasets, [prediction.residual for prediction in predictions])
+    splits = cycle_statistics.of(datasets, [prediction.residual for prediction in predictions])
     summaries = where.joints(datasets, [prediction.computed for prediction in predictions])
     units = datasets[0].recording.rig.effort_units
     joints = tuple(

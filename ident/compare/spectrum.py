@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import repetition
+from ident.data import cycle_statistics
 from ident.filters import stretches
 from ident.prediction import Prediction
 from recordings.recording import Floats
@@ -46,7 +46,7 @@ def spectrum(predictions: Sequence[Prediction], joint: int) -> Spectrum:
 def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
     """What differs between repetitions, without gaps, scaled to the noise of a single one."""
     for prediction in predictions:
-        table = repetition.by_cycle(prediction.dataset, prediction.residual[:, [joint]])[:, :, 0]
+        table = cycle_statistics.by_cycle(prediction.dataset, prediction.residual[:, [joint]])[:, :, 0]
         known = np.isfinite(table).sum(axis=0)
         if (known < 2).all():
             continue

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.cutoff import USUAL
+from ident.data.cutoff import USUAL
 from ident.design.motions import repeated
 from ident.design.problem import Criterion
 from ident.design.quality import Quality, judge

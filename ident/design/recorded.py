@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.course import prepare
+from ident.data.excerpts import excerpts
+from ident.data.prepared_recording import prepare
+from ident.data.samples import holds_torque
 from ident.design.motions import trajectory
 from ident.design.rivals import always_true
 from ident.design.with_effects import with_effects
-from ident.diagnose.excerpts import excerpts
 from ident.identification import refuse_different_rigs
-from ident.samples import holds_torque
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig

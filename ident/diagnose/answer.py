@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.data.samples import holds_torque
 from ident.diagnose.advice import next_motion, with_curves
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import (
@@ -25,7 +26,6 @@ from ident.diagnose.ladder import holds
 from ident.diagnose.material import Material, rms
 from ident.diagnose.rungs import Finding, Rung
 from ident.dynamics.effects.learned_curve import source
-from ident.samples import holds_torque
 from recordings.recording import Floats
 
 _NOTHING = 0.01

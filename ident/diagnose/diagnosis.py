@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import cutoff, filters
-from ident.course import Course, prepare
-from ident.diagnose.excerpts import excerpts
+from ident import filters
+from ident.data import cutoff
+from ident.data.excerpts import excerpts
+from ident.data.prepared_recording import Course, prepare
+from ident.data.samples import holds_torque, sample
 from ident.diagnose.ladder import Climber
 from ident.diagnose.learning import StandIn, learn
 from ident.diagnose.material import Material, gather
@@ -21,7 +23,6 @@ from ident.dynamics.structure import Composition
 from ident.identification import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
 from ident.model import Model
 from ident.prediction import composition_of, refuse_other_rig
-from ident.samples import holds_torque, sample
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording

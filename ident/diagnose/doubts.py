@@ -4,13 +4,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ident.data.samples import holds_torque
 from ident.diagnose.beyond import beyond
 from ident.diagnose.directions import cautions
 from ident.diagnose.floor import Floor
 from ident.diagnose.material import MENTIONED, Material, rms
 from ident.diagnose.rungs import State
 from ident.dynamics.effects import Effect
-from ident.samples import holds_torque
 
 _FEW = 20
 """Independent rows per parameter below which small effects cannot be told from chance."""

@@ -12,13 +12,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident import filters, noise, repetition
-from ident.diagnose.cycles import by_cycle
-from ident.diagnose.lines import Line, lines
+from ident import filters
+from ident.data import cycle_statistics, noise
+from ident.data.cycle_statistics import Trend
+from ident.data.cycles import by_cycle
+from ident.data.spectral_lines import Line, lines
 from ident.diagnose.material import Material, rms
 from ident.evaluation import Evaluator
 from ident.refine import Solution
-from ident.repetition import Trend
 from recordings.recording import Bools, Floats
 
 _LEAST = 0.3
@@ -54,7 +55,7 @@ class Floor:
 
 def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -> Floor:
     """The floor under the `residuals` (m, dof) of a `solution`."""
-    splits = repetition.of(material.datasets, residuals)
+    splits = cycle_statistics.of(material.datasets, residuals)
     if splits:
         level = np.array([one.noise_rms for one in splits])
         found = lines(material.datasets, residuals)

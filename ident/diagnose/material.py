@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ident import noise
-from ident.course import Course
-from ident.dataset import Dataset
-from ident.diagnose.cycles import repeating
+from ident.data import noise
+from ident.data.cycles import repeating
+from ident.data.dataset import Dataset
+from ident.data.prepared_recording import Course
 from ident.dynamics.effects import Signal
 from ident.dynamics.structure import Composition
 from ident.evaluation import KEPT, Evaluator

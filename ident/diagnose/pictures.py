@@ -9,7 +9,7 @@ import numpy as np
 from ident.compare.comparison import compare
 from ident.compare.curves import means
 from ident.compare.pictures import NOISE, curves, spectra
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from ident.diagnose import signature
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document

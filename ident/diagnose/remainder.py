@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import repetition
+from ident.data import cycle_statistics
 from ident.diagnose.dependence import Dependence, dependences
 from ident.diagnose.floor import Floor
 from ident.diagnose.material import Material
@@ -89,7 +89,7 @@ def _sentence(unexplained: bool, found: Sequence[Dependence], floor: Floor, vibr
 
 def _repeating(material: Material, residuals: tuple[Floats, ...]) -> Bools:
     """(dof,) whether the residual repeats with the motion by more than chance; True where nothing tells."""
-    splits = repetition.of(material.datasets, residuals)
+    splits = cycle_statistics.of(material.datasets, residuals)
     if not splits:
         return np.ones(residuals[0].shape[1], bool)
     return np.array([one.repeating_p < _CHANCE for one in splits])

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from recordings.recording import Floats
 
 BINS = 40

@@ -1,6 +1,6 @@
 """Weighted least squares on the mechanism's own model, the 11 parameters of (30).
 
-Not in the paper. The noise is in the voltage, so torque samples are not equally good (`ident.noise`); each residual
+Not in the paper. The noise is in the voltage, so torque samples are not equally good (`ident.data.noise`); each residual
 is measured in its own standard deviation. The search region is not looked at.
 """
 

@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.compare.comparison import Comparison
+from ident.data.samples import drive_signal, holds_torque
 from ident.figures import theme
-from ident.samples import drive_signal, holds_torque
 from recordings.recording import Floats, Recording
 
 

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from ident.compare.comparison import Comparison
 from ident.compare.windows import Window
-from ident.dataset import first_repetition
+from ident.data.dataset import first_repetition
 from ident.figures import theme
 from ident.prediction import Prediction
 from recordings.recording import Floats

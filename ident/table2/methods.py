@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ident import estimators, plugins
-from ident.dataset import Dataset, build_all
+from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.estimators import Progress
 from ident.fit import fit

@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ident import where
+from ident.data.samples import holds_torque
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
 from ident.diagnose.document import labels
@@ -22,7 +23,6 @@ from ident.diagnose.screen import Candidate
 from ident.dynamics import effects, mechanisms
 from ident.dynamics.structure import Composition, Term
 from ident.figures.finding import before_after
-from ident.samples import holds_torque
 from ident.workbench import plots, swarming, views
 from ident.workbench.climb import Climb, Step
 from ident.workbench.failing import failing, of_excerpts

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.dataset import Dataset, build
+from ident.data.dataset import Dataset, build
 from ident.delay import delays
 from ident.dynamics import mechanisms
 from recordings.recording import Floats, Recording

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident import estimators, plugins
-from ident.dataset import build
+from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanisms import Parameter
 from ident.estimators import Estimate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident import stretches
-from ident.course import prepare
+from ident.data.prepared_recording import prepare
 from ident.dynamics.effects import library
 from ident.dynamics.structure import Composition, Term
 from ident.evaluation import Evaluator

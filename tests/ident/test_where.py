@@ -3,7 +3,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident.dataset import Dataset, build
+from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
 from ident.where import joints, phases, sentences
 from recordings.recording import Floats, Recording

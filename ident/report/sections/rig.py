@@ -1,9 +1,9 @@
 """Rig and run."""
 
+from ident.data.samples import holds_torque
 from ident.figures import quality
 from ident.report.blocks import Block, Fold, Plot, Section, Table
 from ident.report.material import Material
-from ident.samples import holds_torque
 from recordings.recording import Recording
 
 

@@ -15,7 +15,7 @@ from click.testing import CliRunner, Result
 
 from ident import model
 from ident.cli import program
-from ident.dataset import build
+from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.fitness import fitness
 from recordings.errors import BadInput

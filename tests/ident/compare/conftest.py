@@ -4,7 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.dataset import Dataset, build
+from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
 from ident.prediction import Prediction
 from recordings.recording import Floats, Recording

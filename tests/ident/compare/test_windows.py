@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.compare.windows import DURATION, worst
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from recordings.recording import Floats
 from tests.ident.compare.conftest import Planted
 

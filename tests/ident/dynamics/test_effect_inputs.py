@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.course import prepare
+from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import View
 from recordings.recording import Floats, Recording
 

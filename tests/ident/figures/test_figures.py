@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from ident.compare.comparison import Comparison
-from ident.dataset import first_repetition
+from ident.data.dataset import first_repetition
 from ident.figures import parameters, quality, spectrum, theme, torque, where
 from ident.model import Model
 from recordings.recording import Recording

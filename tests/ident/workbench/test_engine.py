@@ -185,8 +185,8 @@ def test_which_effect_explains_a_part(slow_then_fast: views.Series) -> None:
 def test_a_long_recording_is_looked_at_in_parts_and_fitted_as_a_whole_when_asked(
     engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ident.diagnose.excerpts.LONGEST", 8.0)
-    monkeypatch.setattr("ident.diagnose.excerpts.PARTS", 2)
+    monkeypatch.setattr("ident.data.excerpts.LONGEST", 8.0)
+    monkeypatch.setattr("ident.data.excerpts.PARTS", 2)
     ladder, series, *_, failing = engine.fit(TRAIN, VALIDATE)
     assert isinstance(ladder, views.LadderView)
     assert ladder.excerpt

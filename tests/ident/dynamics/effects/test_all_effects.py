@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.course import Course, prepare
+from ident.data.prepared_recording import Course, prepare
 from ident.dynamics import effects
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import Additive, Signal

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.course import prepare
+from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import load
 from ident.dynamics.effects.library.payload_change import columns

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.course import prepare
+from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import Additive, Signal, from_file
 from recordings.errors import BadInput

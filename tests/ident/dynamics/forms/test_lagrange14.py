@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident import estimators, plugins
-from ident.dataset import build
+from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
 from ident.fit import fit

@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident import dataset as dataset_module
-from ident.dataset import Dataset, build, build_all
+from ident.data import dataset as dataset_module
+from ident.data.dataset import Dataset, build, build_all
 from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.recording import Recording

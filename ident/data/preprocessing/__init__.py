@@ -10,10 +10,10 @@ from typing import cast
 import numpy as np
 
 from ident import plugins
-from ident.cutoff import Cutoff
+from ident.data.cutoff import Cutoff
+from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from ident.filters import convolve
-from ident.samples import Samples
 from recordings.recording import Floats, Ints
 
 Method = Callable[[Samples, float | None], "Prepared"]

@@ -4,10 +4,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident import preprocess
-from ident.dataset import build
+from ident.data import preprocessing
+from ident.data.dataset import build
+from ident.data.samples import Samples
 from ident.dynamics import mechanisms
-from ident.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
@@ -47,7 +47,7 @@ def test_parallel_filtering_survives_the_encoder(make: Make, truth: Floats) -> N
 def test_central_differences_are_the_papers() -> None:
     t = np.arange(50) / 100
     position, torque = np.sin(3 * t)[:, None], np.cos(t)[:, None]
-    prepared = preprocess.load("central")(samples(position, torque, 100.0), None)
+    prepared = preprocessing.load("central")(samples(position, torque, 100.0), None)
     inner = slice(1, -1)
     np.testing.assert_allclose(prepared.motion.velocity[inner], (position[2:] - position[:-2]) * 50)
     np.testing.assert_allclose(
@@ -92,7 +92,7 @@ def test_central_differences_take_no_cutoff(recording: Recording) -> None:
 
 def test_unknown_method_is_refused_with_those_there_are() -> None:
     with pytest.raises(BadInput, match="central, cycle_average, fourier, parallel, savgol"):
-        preprocess.load("magic")
+        preprocessing.load("magic")
 
 
 @pytest.mark.parametrize("method", ["fourier", "cycle_average"])
@@ -101,7 +101,7 @@ def test_fourier_differentiation_of_a_periodic_motion_is_exact(method: str) -> N
     omega = 2 * np.pi / 2
     position = np.stack([np.sin(omega * t), np.cos(3 * omega * t)], axis=1)
     made = samples(position, position**2, 100.0, (t >= 2).astype(np.int64))
-    prepared = preprocess.load(method)(made, 10.0)
+    prepared = preprocessing.load(method)(made, 10.0)
     expected = np.stack([omega * np.cos(omega * t), -3 * omega * np.sin(3 * omega * t)], axis=1)
     n = len(prepared.instants)
     assert n == (400 if method == "fourier" else 200)
@@ -132,7 +132,7 @@ def test_the_mean_cycle_has_less_noise_and_no_gaps(make: Make, truth: Floats) ->
 def test_fourier_methods_need_whole_cycles(method: str, repeat: Ints, message: str) -> None:
     position = np.sin(np.arange(400) / 9)[:, None]
     with pytest.raises(BadInput, match=message):
-        preprocess.load(method)(samples(position, position, 100.0, repeat), 5.0)
+        preprocessing.load(method)(samples(position, position, 100.0, repeat), 5.0)
 
 
 def test_fourier_methods_refuse_what_no_cycle_knows() -> None:
@@ -140,16 +140,16 @@ def test_fourier_methods_refuse_what_no_cycle_knows() -> None:
     made = samples(position, position.copy(), 100.0, np.repeat([0, 1], 200))
     made.torque[[50, 250]] = np.nan
     with pytest.raises(BadInput, match="choose cycle_average or parallel"):
-        preprocess.load("fourier")(made, 5.0)
+        preprocessing.load("fourier")(made, 5.0)
     with pytest.raises(BadInput, match="known in one cycle at least"):
-        preprocess.load("cycle_average")(made, 5.0)
+        preprocessing.load("cycle_average")(made, 5.0)
 
 
 @pytest.mark.parametrize("cutoff", [4.0, 9.0, 20.0])
 def test_savitzky_golay_smooths_by_three_decibels_at_the_cutoff(cutoff: float) -> None:
     t = np.arange(1000) / 200
     wave = np.cos(2 * np.pi * cutoff * t)[:, None]
-    prepared = preprocess.load("savgol")(samples(wave, wave, 200.0), cutoff)
+    prepared = preprocessing.load("savgol")(samples(wave, wave, 200.0), cutoff)
     assert np.nanmax(prepared.torque) == pytest.approx(np.sqrt(0.5), abs=0.05)
     np.testing.assert_allclose(prepared.condition(wave), prepared.torque)
 

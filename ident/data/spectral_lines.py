@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from recordings.recording import Floats
 
 LOWEST = 1.0

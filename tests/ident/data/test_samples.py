@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident.samples import drive_signal, holds_torque, sample
+from ident.data.samples import drive_signal, holds_torque, sample
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
 from recordings.recording import Floats, Recording, Run

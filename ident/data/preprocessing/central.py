@@ -5,10 +5,10 @@ It amplifies the encoder's noise by 1/dt^2; it is here to reproduce the paper.
 
 import numpy as np
 
+from ident.data.preprocessing import Prepared
+from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from ident.filters import convolve
-from ident.preprocess import Prepared
-from ident.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

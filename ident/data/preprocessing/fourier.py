@@ -8,12 +8,12 @@ from functools import partial
 
 import numpy as np
 
-from ident import cutoff as choice
 from ident import filters
-from ident.cutoff import Cutoff
+from ident.data import cutoff as choice
+from ident.data.cutoff import Cutoff
+from ident.data.preprocessing import Prepared
+from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
-from ident.preprocess import Prepared
-from ident.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 

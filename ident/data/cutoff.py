@@ -16,8 +16,8 @@ from typing import Literal
 
 import numpy as np
 
+from ident.data.samples import Samples
 from ident.filters import stretches
-from ident.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

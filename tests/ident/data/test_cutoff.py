@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident.cutoff import TOLERATED, Spectra, choose, given_or_chosen
+from ident.data.cutoff import TOLERATED, Spectra, choose, given_or_chosen
+from ident.data.samples import sample
 from ident.dynamics.torque_map import torque_from_voltage
-from ident.samples import sample
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

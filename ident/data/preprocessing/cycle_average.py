@@ -6,9 +6,9 @@ others. What changes from cycle to cycle is averaged away: to see it, choose ano
 
 import numpy as np
 
-from ident import cutoff as choice
-from ident.preprocess import Prepared, fourier
-from ident.samples import Samples
+from ident.data import cutoff as choice
+from ident.data.preprocessing import Prepared, fourier
+from ident.data.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dataset import Dataset
+from ident.data.dataset import Dataset
 from ident.filters import convolve
 from recordings.recording import Floats
 

@@ -9,11 +9,11 @@ from functools import partial
 
 import numpy as np
 
-from ident import cutoff as choice
 from ident import filters
+from ident.data import cutoff as choice
+from ident.data.preprocessing import Prepared, sensitivity
+from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
-from ident.preprocess import Prepared, sensitivity
-from ident.samples import Samples
 from recordings.recording import Floats
 
 ORDER = 3

@@ -6,12 +6,12 @@ from typing import cast
 
 import numpy as np
 
-from ident import preprocess
-from ident.cutoff import Cutoff
+from ident.data import preprocessing
+from ident.data.cutoff import Cutoff
+from ident.data.preprocessing import Prepared
+from ident.data.samples import Samples, sample
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
-from ident.preprocess import Prepared
-from ident.samples import Samples, sample
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
@@ -81,7 +81,7 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         BadInput: the recording holds nothing that could be fitted, or the method refuses the cut-off.
     """
     samples = sample(recording)
-    prepare = preprocess.load(method)
+    prepare = preprocessing.load(method)
     try:
         return assemble(recording, samples, prepare(samples, cutoff), mechanism)
     except BadInput as error:  # say, angles at which the mechanism does not close

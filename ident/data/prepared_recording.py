@@ -6,14 +6,14 @@ from functools import cached_property
 
 import numpy as np
 
-from ident import preprocess
-from ident.dataset import Dataset, assemble
+from ident.data import preprocessing
+from ident.data.dataset import Dataset, assemble
+from ident.data.preprocessing import Prepared
+from ident.data.samples import Samples, sample
 from ident.dynamics import mechanisms, rods
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
-from ident.preprocess import Prepared
-from ident.samples import Samples, sample
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Rig
@@ -85,7 +85,7 @@ class Course:
     def corrected(self, rig: Rig, position: Callable[[Floats], Floats]) -> Path:
         """The path if the rig were `rig`, and the encoders' angles what `position` makes of those recorded."""
         samples = replace(self.samples, position=position(self.samples.position))
-        motion = preprocess.load(self.method)(samples, self.prepared.bandwidth).motion
+        motion = preprocessing.load(self.method)(samples, self.prepared.bandwidth).motion
         return Path(rig, motion, mechanisms.create(rig))
 
 
@@ -93,12 +93,12 @@ def prepare(recording: Recording, method: str, cutoff: float | None, start: floa
     """Preprocess `recording`, which begins at `start` [s], by `method` at `cutoff` [Hz], or the method's own.
 
     Raises:
-        BadInput: as `ident.dataset.build`.
+        BadInput: as `ident.data.dataset.build`.
     """
     samples = sample(recording)
     mechanism = mechanisms.create(recording.rig)
     try:
-        prepared = preprocess.load(method)(samples, cutoff)
+        prepared = preprocessing.load(method)(samples, cutoff)
         dataset = assemble(recording, samples, prepared, mechanism)
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None

@@ -3,9 +3,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident.dataset import Dataset, build
+from ident.data.dataset import Dataset, build
+from ident.data.noise import estimate, residual_std
 from ident.dynamics import mechanisms
-from ident.noise import estimate, residual_std
 from recordings.recording import Floats, Recording
 
 VOLTS = 0.02

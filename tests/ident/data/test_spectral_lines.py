@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ident import filters
-from ident.dataset import Dataset, build
-from ident.diagnose.lines import lines
+from ident.data.dataset import Dataset, build
+from ident.data.spectral_lines import lines
 from ident.dynamics import mechanisms
 from recordings.recording import Recording
 

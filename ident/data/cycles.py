@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident import repetition
-from ident.course import Course
+from ident.data import cycle_statistics
+from ident.data.prepared_recording import Course
 from recordings.recording import Floats
 
 
 def repeating(course: Course) -> Floats:
     """(dof,) share of the finest part of the measured motion that is the same in all repetitions, 0 to 1."""
-    splits = repetition.split(by_cycle(course, course.samples.position - course.path.motion.position))
+    splits = cycle_statistics.split(by_cycle(course, course.samples.position - course.path.motion.position))
     if splits is None:
         return np.ones(course.dataset.torque.shape[1])
     return np.array([min(max(one.repeating / one.total, 0.0), 1.0) if one.total else 0.0 for one in splits])
@@ -21,4 +21,4 @@ def by_cycle(course: Course, x: Floats) -> Floats:
     """`x` (n, dof) as (cycles, phases, dof)."""
     samples = course.samples
     every = replace(course.dataset, repeat=samples.repeat, phase=samples.phase, rate=samples.rate)
-    return repetition.by_cycle(every, x)
+    return cycle_statistics.by_cycle(every, x)

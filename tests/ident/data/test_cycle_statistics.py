@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.signal import lfilter
 
-from ident.dataset import Dataset, build
+from ident.data.cycle_statistics import by_cycle, of, pooled, split
+from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
-from ident.repetition import by_cycle, of, pooled, split
 from recordings.recording import Floats, Recording
 
 PHASES = 500

@@ -15,9 +15,10 @@ from typing import Literal
 
 import numpy as np
 
-from ident import filters, repetition
-from ident.dataset import Dataset
-from ident.samples import drive_signal
+from ident import filters
+from ident.data import cycle_statistics
+from ident.data.dataset import Dataset
+from ident.data.samples import drive_signal
 from recordings.recording import Floats
 
 _LEAST_SHARE = 1e-3
@@ -77,8 +78,8 @@ def residual_std(dataset: Dataset, residual: Floats, noise: Sequence[Noise]) -> 
 
 def _repeated(dataset: Dataset, residual: Floats) -> tuple[Floats, Floats]:
     """(p, dof) variance [(N m)^2] between repetitions, and squared sensitivity, at each phase; NaN if in one only."""
-    x = repetition.by_cycle(dataset, residual)
-    squared = repetition.by_cycle(dataset, dataset.volt_sensitivity**2)
+    x = cycle_statistics.by_cycle(dataset, residual)
+    squared = cycle_statistics.by_cycle(dataset, dataset.volt_sensitivity**2)
     count = np.isfinite(x).sum(axis=0)
     known = np.where(count > 1, count, np.nan)
     mean = np.nansum(x, axis=0) / known

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.diagnose.excerpts import LONGEST, PARTS, excerpts
+from ident.data.excerpts import LONGEST, PARTS, excerpts
 from recordings.recording import Recording
 
 
