@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.demo import record
-from ident.certificate import certify
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
-from ident.estimators import Problem, pso
-from ident.fit import search_region
+from ident.estimation.estimators import Problem, pso
+from ident.estimation.lad_certificate import certify
+from ident.estimation.linear_fit import search_region
 from recordings.reader import read
 
 SEEDS = 20

@@ -20,12 +20,12 @@ from scipy.signal import lfilter
 from scipy.stats import norm
 
 from benchmarks.demo import record
-from ident import estimators
 from ident.data import noise, preprocessing
 from ident.data.dataset import Dataset, build
 from ident.data.samples import sample
 from ident.dynamics import mechanisms
-from ident.fit import fit
+from ident.estimation import estimators
+from ident.estimation.linear_fit import fit
 from ident.trust import loss_of, uncertainty_of
 from ident.uncertainty import Source
 from recordings.reader import read

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from ident import estimators
 from ident.data.cutoff import Cutoff
 from ident.data.dataset import Dataset, build_all
 from ident.data.prepared_recording import Course, prepare
@@ -19,10 +18,11 @@ from ident.dynamics import mechanisms
 from ident.dynamics.effects import library
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.structure import Composition
-from ident.estimators import Progress
-from ident.fit import Fit, fit
+from ident.estimation import estimators
+from ident.estimation.estimators import Progress
+from ident.estimation.linear_fit import Fit, fit
+from ident.estimation.linearized_model import Frozen, settle, terms
 from ident.fitness import fitness
-from ident.frozen import Frozen, settle, terms
 from ident.model import (
     Agreement,
     Certified,

@@ -11,8 +11,8 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ident.certificate import Certificate
 from ident.data.dataset import Dataset, first_repetition
+from ident.estimation.lad_certificate import Certificate
 from ident.identification import Identification
 from recordings.recording import Floats
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ident import stretches
 from ident.data.dataset import Dataset, build
 from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import Composition, Named, Term
+from ident.estimation import chunks
 from ident.model import EffectTerm, Model
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -53,7 +53,7 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
     composition, x = composition_of(model, recordings[0].rig, library)
     # One after the other: all that a long recording is prepared from need not be kept.
     courses = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
-    return tuple(Prediction(course.dataset, stretches.torque(course, composition, x)) for course in courses)
+    return tuple(Prediction(course.dataset, chunks.torque(course, composition, x)) for course in courses)
 
 
 def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[Composition, Floats]:

@@ -8,7 +8,7 @@ from rich.table import Table
 from ident import trust_summary
 from ident.delay import Delay
 from ident.dynamics.effects import is_never
-from ident.frozen import Frozen
+from ident.estimation.linearized_model import Frozen
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
 

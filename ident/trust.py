@@ -6,12 +6,13 @@ from typing import Literal
 
 import numpy as np
 
-from ident import estimators, plausibility, sensitivity, uncertainty
+from ident import plausibility, sensitivity, uncertainty
 from ident.data import cycle_statistics, noise
 from ident.data.dataset import Dataset
 from ident.data.samples import holds_torque
 from ident.dynamics.mechanisms import Mechanism
-from ident.fit import Fit
+from ident.estimation import estimators
+from ident.estimation.linear_fit import Fit
 from ident.identifiability import Identifiability, Status, identifiability
 from ident.uncertainty import Source, Uncertainty
 from recordings.config import Section

@@ -169,7 +169,8 @@ def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], sta
 
 def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
     """The top of the ladder, its linear parameters fitted to all of the recordings."""
-    from ident import estimators, identification
+    from ident import identification
+    from ident.estimation import estimators
 
     top = found.ladder.rungs[-1].state.solution
     bandwidth = found.material.datasets[0].bandwidth

@@ -110,7 +110,7 @@ def command(
     plots = plots or files[0].with_suffix(".plots")
     refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
 
-    from ident import estimators
+    from ident.estimation import estimators
     from ident.identification import Choices, identify, refuse_the_same_twice
     from ident.progress import progress_bar
 

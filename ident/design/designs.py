@@ -15,7 +15,7 @@ from ident.design.search import drawn, search
 from ident.design.table import Outcome
 from ident.dynamics.effects import Effect
 from ident.dynamics.mechanisms import Mechanism
-from ident.estimators import Progress
+from ident.estimation.estimators import Progress
 from recordings.errors import BadInput
 from recordings.rig import Rig
 from trajectories import Trajectory, load

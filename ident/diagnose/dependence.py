@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.diagnose.material import Material
 from ident.dynamics.effects.learned_curve import Times, Variable
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 
 KNOTS = 8

@@ -11,7 +11,7 @@ from ident.diagnose.intervals import errors
 from ident.diagnose.material import Material
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition, Term
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 RARE = 0.25

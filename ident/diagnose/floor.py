@@ -18,8 +18,8 @@ from ident.data.cycle_statistics import Trend
 from ident.data.cycles import by_cycle
 from ident.data.spectral_lines import Line, lines
 from ident.diagnose.material import Material, rms
-from ident.evaluation import Evaluator
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Bools, Floats
 
 _LEAST = 0.3

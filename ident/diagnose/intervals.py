@@ -4,7 +4,7 @@ import numpy as np
 
 from ident import uncertainty
 from ident.diagnose.material import Material
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty import Uncertainty
 from recordings.recording import Bools, Floats
 

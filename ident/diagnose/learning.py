@@ -15,8 +15,8 @@ from ident.diagnose.rungs import State
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.learned_curve import Curve, effect_of
 from ident.dynamics.structure import Term
-from ident.evaluation import Evaluator
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Bools, Floats
 
 KNOTS = 17

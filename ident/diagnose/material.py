@@ -12,8 +12,8 @@ from ident.data.dataset import Dataset
 from ident.data.prepared_recording import Course
 from ident.dynamics.effects import Signal
 from ident.dynamics.structure import Composition
-from ident.evaluation import KEPT, Evaluator
-from ident.refine import Solution, begun, improved
+from ident.estimation.nonlinear_fit import Solution, begun, improved
+from ident.estimation.predicted_torque import KEPT, Evaluator
 from recordings.recording import Bools, Floats
 
 SEGMENTS = 15

@@ -10,7 +10,7 @@ from ident.diagnose.rungs import Options, State, Unseen
 from ident.diagnose.screen import Candidate, Screen
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 REFINED = 8

@@ -10,8 +10,8 @@ from ident.diagnose.material import Material
 from ident.diagnose.screen import Candidate
 from ident.dynamics.effects import Additive
 from ident.dynamics.structure import Term
-from ident.evaluation import Evaluator
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Floats
 
 _NOTHING = 1e-12

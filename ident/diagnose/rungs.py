@@ -7,7 +7,7 @@ from typing import Literal
 from ident.diagnose.evidence import Gain
 from ident.diagnose.floor import Floor
 from ident.dynamics.structure import Term
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 Unseen = Literal["imitated", "sign"]

@@ -15,7 +15,7 @@ from ident.diagnose.material import Material
 from ident.diagnose.rungs import Unseen
 from ident.dynamics.effects import Additive, Effect, Quantity, Signal, Suggestion
 from ident.dynamics.structure import Term
-from ident.refine import Solution
+from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 SEEN = 1e-3

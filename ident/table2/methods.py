@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ident import estimators, plugins
+from ident import plugins
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
-from ident.estimators import Progress
-from ident.fit import fit
+from ident.estimation import estimators
+from ident.estimation.estimators import Progress
+from ident.estimation.linear_fit import fit
 from ident.fitness import Fitness, fitness
 from ident.identification import refuse_different_rigs
 from recordings.errors import BadInput

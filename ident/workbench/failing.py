@@ -3,13 +3,14 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident import estimators, identification, prediction
+from ident import identification, prediction
 from ident.compare import comparison
 from ident.compare.comparison import Comparison
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import State
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
+from ident.estimation import estimators
 from ident.figures import spectrum, torque, where
 from ident.model import Model
 from ident.prediction import Prediction

@@ -4,7 +4,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ident import estimators, identification
+from ident import identification
+from ident.estimation import estimators
 from ident.workbench.script import swarm_command
 from ident.workbench.views import Chosen, Descent, Swarmed
 

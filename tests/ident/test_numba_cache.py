@@ -14,7 +14,7 @@ def refuse(self):
 
 multiprocessing.context.BaseContext.RLock = refuse
 import numpy
-from ident.l1_kernel import L1Objective
+from ident.estimation.l1_objective import L1Objective
 assert L1Objective(numpy.ones((9, 2)), numpy.zeros(9))(numpy.ones((3, 2))).tolist() == [18.0] * 3
 assert asked
 """

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import estimators
 from ident.dynamics.effects import library
+from ident.estimation import estimators
 from ident.identification import Choices, identify
 from ident.model import Model
 from ident.prediction import predict

@@ -5,7 +5,7 @@ import numpy as np
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import NEVER, load
 from ident.dynamics.structure import Composition, Term
-from ident.frozen import Frozen
+from ident.estimation.linearized_model import Frozen
 from ident.summary import searched
 from recordings.rig import simulated_rig
 

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import estimators, identification, prediction
+from ident import identification, prediction
 from ident.compare.comparison import Comparison, compare
 from ident.dynamics import effects
+from ident.estimation import estimators
 from ident.model import Model
 from recordings.recording import Recording
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.estimators import settings
+from ident.estimation.estimators import settings
 from ident.identification import Choices, identify
 from ident.workbench import views
 from ident.workbench.engine import Engine

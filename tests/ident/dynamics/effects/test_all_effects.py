@@ -13,8 +13,8 @@ from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import Additive, Signal
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
-from ident.evaluation import Evaluator
-from ident.refine import refine
+from ident.estimation.nonlinear_fit import refine
+from ident.estimation.predicted_torque import Evaluator
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig, simulated_rig

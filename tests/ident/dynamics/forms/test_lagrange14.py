@@ -3,11 +3,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import estimators, plugins
+from ident import plugins
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
-from ident.fit import fit
+from ident.estimation import estimators
+from ident.estimation.linear_fit import fit
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Axis, Rig, simulated_rig

@@ -10,7 +10,6 @@ from itertools import product
 
 import numpy as np
 
-from ident import stretches
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import Course
 from ident.data.samples import holds_torque
@@ -19,8 +18,9 @@ from ident.dynamics.effects import Additive, Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
-from ident.evaluation import Evaluator
-from ident.refine import refine
+from ident.estimation import chunks
+from ident.estimation.nonlinear_fit import refine
+from ident.estimation.predicted_torque import Evaluator
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -65,7 +65,7 @@ class Frozen:
 
     def dataset(self, course: Course) -> Dataset:
         """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
-        torque, columns = stretches.linear(course, self.composition, self.x)
+        torque, columns = chunks.linear(course, self.composition, self.x)
         offset = torque - columns @ self.x[self.composition.linear]
         if not any(isinstance(term.effect, Signal) for term in self.composition.terms):
             offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import interior_point
+from ident.estimation import lad_interior_point
 from recordings.recording import Floats
 
 GAP = 1e-12
@@ -48,7 +48,7 @@ class Certificate:
 def certify(regressor: Floats, torque: Floats, bounds: Floats) -> Certificate:
     """Minimise (33) for torque (m,) [N m], regressor (m, k), bounds (k, 2) [lowest, highest], and prove it."""
     best, gap, patience = None, np.inf, PATIENCE
-    for parameters, y in interior_point.iterates(regressor, torque, bounds):
+    for parameters, y in lad_interior_point.iterates(regressor, torque, bounds):
         objective = float(np.abs(torque - regressor @ parameters).sum())
         found = objective - float(torque @ y - _corner(regressor.T @ y, bounds).sum())
         if best is None or found < gap:

@@ -5,11 +5,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import stretches
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effects import library
 from ident.dynamics.structure import Composition, Term
-from ident.evaluation import Evaluator
+from ident.estimation import chunks
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Recording
 
 
@@ -27,9 +27,9 @@ def test_stretches_say_what_the_whole_says(
         composition = composition.plus(Term(name, known[name], (0, 1, 2)))
     x = np.array([1.0 if entry.linear else entry.scale for entry in composition.named])
     whole = Evaluator(course).linearised(composition, x, searched=False)
-    monkeypatch.setattr(stretches, "LONGEST", size)
-    assert len(list(stretches.stretches(course))) > 2
-    torque, derivatives = stretches.linear(course, composition, x)
+    monkeypatch.setattr(chunks, "LONGEST", size)
+    assert len(list(chunks.stretches(course))) > 2
+    torque, derivatives = chunks.linear(course, composition, x)
     np.testing.assert_allclose(torque, whole[0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(derivatives, whole[1][:, :, composition.linear], rtol=1e-9, atol=1e-9)
-    np.testing.assert_array_equal(stretches.torque(course, composition, x), torque)
+    np.testing.assert_array_equal(chunks.torque(course, composition, x), torque)

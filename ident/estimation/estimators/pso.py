@@ -18,15 +18,15 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.random import Generator
 
-from ident import swarm
-from ident.estimators import Estimate, Problem, Progress
-from ident.swarm import Swarm
+from ident.estimation import particle_swarm
+from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.particle_swarm import Swarm
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
 
 @dataclass(frozen=True)
-class Settings(swarm.Settings):
+class Settings(particle_swarm.Settings):
     """Settings of the swarm; defaults are the paper's."""
 
     neighbours: int = 60
@@ -50,7 +50,7 @@ def estimate(problem: Problem, generator: Generator, progress: Progress, setting
             return now.personal[_best_neighbour(now.personal_value, settings.neighbours)]
         return now.current[_best_neighbour(now.value, settings.neighbours)]
 
-    return swarm.search(problem, generator, progress, settings, best_neighbours)
+    return particle_swarm.search(problem, generator, progress, settings, best_neighbours)
 
 
 def _best_neighbour(value: Floats, neighbours: int) -> Ints:

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident import estimators
 from ident.data import noise
 from ident.data.dataset import Dataset
 from ident.dynamics.mechanisms import Mechanism, Parameter
-from ident.estimators import Estimate, Problem, Progress
+from ident.estimation import estimators
+from ident.estimation.estimators import Estimate, Problem, Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident.estimators import Estimate, Problem, pso, pso_classic
+from ident.estimation.estimators import Estimate, Problem, pso, pso_classic
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ident import l1_kernel
-from ident.l1_kernel import L1Objective
+from ident.estimation import l1_objective
+from ident.estimation.l1_objective import L1Objective
 from recordings.recording import Floats
 
 
@@ -24,7 +24,7 @@ def test_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
 
 def test_number_of_threads_and_neighbours_in_the_block_change_no_bit() -> None:
     regressor, torque, particles = problem(20_000, 11, 300)
-    assert len(torque) * len(particles) > l1_kernel._WORTH_SHARING
+    assert len(torque) * len(particles) > l1_objective._WORTH_SHARING
     objective = L1Objective(regressor, torque)
     together = objective(particles)
     threads = numba.get_num_threads()
@@ -46,8 +46,8 @@ def test_works_where_nothing_can_be_cached(monkeypatch: pytest.MonkeyPatch) -> N
         return compile_(**options)
 
     monkeypatch.setattr(numba, "njit", nowhere_to_write)
-    l1_kernel._kernel.cache_clear()
+    l1_objective._kernel.cache_clear()
     regressor, torque, particles = problem(10, 3, 4)
     expected = np.abs(torque - particles @ regressor.T).sum(axis=1)
     np.testing.assert_allclose(L1Objective(regressor, torque)(particles), expected)
-    l1_kernel._kernel.cache_clear()
+    l1_objective._kernel.cache_clear()

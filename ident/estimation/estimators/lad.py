@@ -1,6 +1,6 @@
 """Exact least absolute deviations: the minimum of objective (33), which a swarm can at best reach.
 
-The search region is the swarm's. See `ident.certificate`, which proves the minimum too.
+The search region is the swarm's. See `ident.estimation.lad_certificate`, which proves the minimum too.
 """
 
 from dataclasses import dataclass
@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ident.certificate import certify
-from ident.estimators import Estimate, Problem, Progress
+from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.lad_certificate import certify
 
 
 @dataclass(frozen=True)

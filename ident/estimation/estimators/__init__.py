@@ -14,7 +14,7 @@ from typing import Any, Protocol, cast
 from numpy.random import Generator
 
 from ident import plugins
-from ident.certificate import Certificate
+from ident.estimation.lad_certificate import Certificate
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -9,7 +9,7 @@ import numpy as np
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import Course, Path
 from ident.dynamics.structure import Composition
-from ident.evaluation import Evaluator
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Floats
 
 LONGEST = 40_000
@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 
 
 def torque(course: Course, composition: Composition, x: Floats) -> Floats:
-    """What `ident.evaluation.Evaluator.torque` gives (m, dof) [N m]."""
+    """What `ident.estimation.predicted_torque.Evaluator.torque` gives (m, dof) [N m]."""
     return np.concatenate([Evaluator(part).torque(composition, x)[own] for part, own in stretches(course)])
 
 

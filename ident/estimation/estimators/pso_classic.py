@@ -7,9 +7,9 @@ cyclic swarm's are used, so that the two differ in nothing but the neighbourhood
 import numpy as np
 from numpy.random import Generator
 
-from ident import swarm
-from ident.estimators import Estimate, Problem, Progress
-from ident.swarm import Settings, Swarm
+from ident.estimation import particle_swarm
+from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.particle_swarm import Settings, Swarm
 from recordings.recording import Floats
 
 __all__ = ["Settings", "estimate"]
@@ -17,7 +17,7 @@ __all__ = ["Settings", "estimate"]
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
     """Search with the whole swarm as everybody's neighbourhood."""
-    return swarm.search(problem, generator, progress, settings, _best_of_all)
+    return particle_swarm.search(problem, generator, progress, settings, _best_of_all)
 
 
 def _best_of_all(now: Swarm) -> Floats:

@@ -8,8 +8,9 @@ import pytest
 from scipy.linalg import lstsq, pinv
 from scipy.optimize import lsq_linear
 
-from ident import estimators, plugins
-from ident.estimators import Estimate, Problem
+from ident import plugins
+from ident.estimation import estimators
+from ident.estimation.estimators import Estimate, Problem
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

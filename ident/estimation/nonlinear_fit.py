@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.dynamics.structure import Composition
-from ident.evaluation import Evaluator
+from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Bools, Floats
 
 _STEPS = 15

@@ -3,12 +3,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident import estimators, plugins
+from ident import plugins
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanisms import Parameter
-from ident.estimators import Estimate
-from ident.fit import Fit, fit, search_region
+from ident.estimation import estimators
+from ident.estimation.estimators import Estimate
+from ident.estimation.linear_fit import Fit, fit, search_region
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

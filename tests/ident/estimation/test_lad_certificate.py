@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ident.certificate import Certificate, certify
+from ident.estimation.lad_certificate import Certificate, certify
 from recordings.recording import Floats
 
 LinearProgram = Callable[[Floats, Floats, Floats], tuple[Floats, float]]

@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident import estimators, plugins
-from ident.estimators import Problem
+from ident import plugins
+from ident.estimation import estimators
+from ident.estimation.estimators import Problem
 from recordings.errors import BadInput
 
 NAMES = plugins.names("estimators")
