@@ -26,8 +26,8 @@ from ident.data.samples import sample
 from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
-from ident.trust import loss_of, uncertainty_of
-from ident.uncertainty import Source
+from ident.uncertainty.assessment import loss_of, uncertainty_of
+from ident.uncertainty.covariance import Source
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 

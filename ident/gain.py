@@ -18,13 +18,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import uncertainty
 from ident.data import noise
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.identification import refuse_different_rigs
-from ident.sensitivity import LENGTH_STEP, stretched
-from ident.uncertainty import Uncertainty
+from ident.uncertainty.covariance import Uncertainty, covariance
+from ident.uncertainty.sensitivity import LENGTH_STEP, stretched
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 from recordings.rig import Torque
@@ -164,17 +163,17 @@ class _Problem:
         own = self.joint[:, None] == np.arange(self.dof)
         return np.concatenate([scale[self.joint, None] * self.columns, own * torque[:, None]], axis=1)
 
-    def uncertainty(self, datasets: Sequence[Dataset], solution: Floats) -> Uncertainty:
+    def covariance(self, datasets: Sequence[Dataset], solution: Floats) -> Uncertainty:
         """Of the solution."""
         parameters, scale = solution[: -self.dof], solution[-self.dof :]
         residual = self._spread_out(self.measured - self.model(parameters, scale), datasets)
         jacobian = self._spread_out(self.jacobian(parameters, scale), datasets)
         found = noise.estimate(datasets, residual)
         parts = [
-            uncertainty.least_squares(rows, left, noise.residual_std(dataset, left, found), dataset.repeat)
+            covariance.least_squares(rows, left, noise.residual_std(dataset, left, found), dataset.repeat)
             for dataset, rows, left in zip(datasets, jacobian, residual, strict=True)
         ]
-        return uncertainty.of(parts)
+        return covariance.of(parts)
 
     def explained(self) -> float:
         """How much of what another set of parameters for the second recording would explain, the payload does."""

@@ -13,7 +13,6 @@ from ident.data.cutoff import Cutoff
 from ident.data.dataset import Dataset, build_all
 from ident.data.prepared_recording import Course, prepare
 from ident.data.samples import drive_signal, holds_torque
-from ident.delay import delays
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import library
 from ident.dynamics.mechanisms import Mechanism
@@ -35,9 +34,10 @@ from ident.model import (
     source,
 )
 from ident.prediction import terms_of
-from ident.sensitivity import Sensitivity, sensitivity
-from ident.trust import Knowledge, assess
-from ident.uncertainty import Source
+from ident.uncertainty.assessment import Knowledge, assess
+from ident.uncertainty.covariance import Source
+from ident.uncertainty.sensitivity import Sensitivity, sensitivity
+from ident.uncertainty.time_delay import delays
 from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -62,7 +62,7 @@ class Choices:
     physical: bool = False
     """Friction must oppose motion."""
     intervals: Source = "stationary"
-    """See `ident.uncertainty`."""
+    """See `ident.uncertainty.covariance`."""
 
 
 @dataclass(frozen=True, eq=False)

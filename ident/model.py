@@ -13,7 +13,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from ident.fitness import Fitness
-from ident.trust import Knowledge, Trust
+from ident.uncertainty.assessment import Knowledge, Trust
 from recordings.config import Section, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording

@@ -6,11 +6,11 @@ from rich.console import Console
 from rich.table import Table
 
 from ident import trust_summary
-from ident.delay import Delay
 from ident.dynamics.effects import is_never
 from ident.estimation.linearized_model import Frozen
 from ident.identification import Identification
 from ident.model import Agreement, JointFitness, Model
+from ident.uncertainty.time_delay import Delay
 
 
 def show(result: Identification, console: Console, details: bool = False) -> None:

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.model import FittedParameter, Model
-from ident.trust import JointFloor, Trust
+from ident.uncertainty.assessment import JointFloor, Trust
 
 NOTABLE = 0.7
 """Correlation from which two parameters are named together."""

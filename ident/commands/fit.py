@@ -13,7 +13,7 @@ from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from ident.identification import Identification
-    from ident.uncertainty import Source
+    from ident.uncertainty.covariance import Source
 
 FILE = click.Path(path_type=Path)
 

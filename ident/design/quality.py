@@ -7,7 +7,7 @@ import numpy as np
 from ident.design.motions import repeated
 from ident.design.rivals import Rivals
 from ident.dynamics.mechanisms import Mechanism
-from ident.identifiability import identifiability
+from ident.uncertainty.identifiability import identifiability
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory, checks

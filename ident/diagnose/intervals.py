@@ -2,10 +2,9 @@
 
 import numpy as np
 
-from ident import uncertainty
 from ident.diagnose.material import Material
 from ident.estimation.nonlinear_fit import Solution
-from ident.uncertainty import Uncertainty
+from ident.uncertainty.covariance import Uncertainty, covariance
 from recordings.recording import Bools, Floats
 
 _NORMAL = 1.96
@@ -71,8 +70,8 @@ def errors(material: Material, solution: Solution) -> Uncertainty:
         known = np.where(weight > 0, residual, np.nan)
         std = np.where(weight > 0, 1 / np.where(weight > 0, weight, 1.0), 1.0)
         repeat = material.datasets[index].repeat
-        parts.append(uncertainty.least_squares(derivatives[:, :, told], known, std, repeat, weight))
-    return uncertainty.of(parts).among(told)
+        parts.append(covariance.least_squares(derivatives[:, :, told], known, std, repeat, weight))
+    return covariance.of(parts).among(told)
 
 
 def _told(solution: Solution, regressor: Floats) -> Bools:

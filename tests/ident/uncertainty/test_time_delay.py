@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ident.data.dataset import Dataset, build
-from ident.delay import delays
 from ident.dynamics import mechanisms
+from ident.uncertainty.time_delay import delays
 from recordings.recording import Floats, Recording
 
 Make = Callable[..., Recording]
@@ -53,7 +53,7 @@ def test_several_recordings_narrow_the_interval(make: Make) -> None:
 
 def test_a_model_that_holds_every_shape_tells_of_no_delay(make: Make) -> None:
     dataset, parameters = fitted(make(cycles=1))
-    from ident.delay import _slopes
+    from ident.uncertainty.time_delay import _slopes
 
     shapes = np.concatenate([dataset.regressor, _slopes(dataset, parameters)], axis=2)
     assert delays([replace(dataset, regressor=shapes)], np.append(parameters, np.zeros(3))) is None

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident import uncertainty
 from ident.data.dataset import Dataset
 from ident.filters import first_derivative
+from ident.uncertainty.covariance import covariance
 from recordings.recording import Floats
 
 _LEAST_OWN = 1e-6
@@ -79,6 +79,6 @@ def _with_intervals(
     for dataset, column, residual in zip(datasets, columns, residuals, strict=True):
         left = residual - column @ seconds
         std = np.broadcast_to(np.sqrt(np.nanmean(left**2, axis=0)), left.shape)
-        parts.append(uncertainty.least_squares(column, left, std, dataset.repeat))
-    widths = uncertainty.of(parts).half_width()
+        parts.append(covariance.least_squares(column, left, std, dataset.repeat))
+    widths = covariance.of(parts).half_width()
     return tuple(Delay(float(one), float(width)) for one, width in zip(seconds, widths, strict=True))

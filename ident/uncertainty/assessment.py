@@ -6,15 +6,14 @@ from typing import Literal
 
 import numpy as np
 
-from ident import plausibility, sensitivity, uncertainty
 from ident.data import cycle_statistics, noise
 from ident.data.dataset import Dataset
 from ident.data.samples import holds_torque
 from ident.dynamics.mechanisms import Mechanism
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
-from ident.identifiability import Identifiability, Status, identifiability
-from ident.uncertainty import Source, Uncertainty
+from ident.uncertainty.covariance import Source, Uncertainty, covariance, physical_consistency, sensitivity
+from ident.uncertainty.identifiability import Identifiability, Status, identifiability
 from recordings.config import Section
 from recordings.recording import Bools, Floats, Recording
 
@@ -102,9 +101,9 @@ class Doubt(Section):
 class Trust(Section):
     """What is known about the errors of a fit."""
 
-    level: float = uncertainty.LEVEL
+    level: float = covariance.LEVEL
     source: Source
-    """How the noise's autocovariance was found, see `ident.uncertainty`."""
+    """How the noise's autocovariance was found, see `ident.uncertainty.covariance`."""
     loss: Loss
     """What the intervals are for: the estimator's objective."""
     absolute: bool
@@ -161,7 +160,7 @@ def assess(
         floor=_floor(cycle_statistics.of(datasets, residuals)),
         doubts=tuple(
             Doubt(name=d.name, significant=d.significant, sentence=d.sentence)
-            for d in plausibility.doubts(mechanism.parameters, fit.parameters, intervals)
+            for d in physical_consistency.doubts(mechanism.parameters, fit.parameters, intervals)
         ),
         coupling=_coupling(mechanism, datasets, fit.parameters),
         cutoffs=tuple(hz for hz, _ in moved.per_cutoff),
@@ -208,11 +207,11 @@ def uncertainty_of(
         cycles = int(cycle.max()) + 1
         regressor = dataset.regressor[:, :, free]
         if loss == "absolute deviations":
-            parts.append(uncertainty.least_absolute(regressor, residual, std, cycle))
+            parts.append(covariance.least_absolute(regressor, residual, std, cycle))
         else:
             weight = 1 / std if loss == "weighted squares" else None
-            parts.append(uncertainty.least_squares(regressor, residual, std, cycle, weight))
-    return uncertainty.of(parts, source).among(free)
+            parts.append(covariance.least_squares(regressor, residual, std, cycle, weight))
+    return covariance.of(parts, source).among(free)
 
 
 def _knowledge(
@@ -250,7 +249,7 @@ def _floor(splits: Sequence[cycle_statistics.Split] | None) -> tuple[JointFloor,
 
 
 def _coupling(mechanism: Mechanism, datasets: Sequence[Dataset], parameters: Floats) -> Coupling | None:
-    found = plausibility.coupling(mechanism, datasets[0].motion, parameters)
+    found = physical_consistency.coupling(mechanism, datasets[0].motion, parameters)
     return None if found is None else Coupling(**asdict(found))
 
 
