@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from ident.data.dataset import Dataset, first_repetition
 from ident.estimation.lad_certificate import Certificate
-from ident.identification import Identification
+from ident.identification.identify import Identification
 from recordings.recording import Floats
 
 # A font that is missing is replaced: no news for who wants a fit.

@@ -8,8 +8,8 @@ from rich.table import Table
 from ident import trust_summary
 from ident.dynamics.effects import is_never
 from ident.estimation.linearized_model import Frozen
-from ident.identification import Identification
-from ident.model import Agreement, JointFitness, Model
+from ident.identification.identify import Identification
+from ident.identification.model import Agreement, JointFitness, Model
 from ident.uncertainty.time_delay import Delay
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ident.model import FittedParameter, Model
+from ident.identification.model import FittedParameter, Model
 from ident.uncertainty.assessment import JointFloor, Trust
 
 NOTABLE = 0.7

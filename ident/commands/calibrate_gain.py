@@ -11,7 +11,7 @@ from ident import plugins
 from recordings.command_line import refuse_existing
 
 if TYPE_CHECKING:
-    from ident.gain import Calibration
+    from ident.identification.torque_calibration import Calibration
     from recordings.recording import Recording
 
 FILE = click.Path(path_type=Path)
@@ -46,7 +46,7 @@ def command(
     """
     refuse_existing(out, force=force)
 
-    from ident.gain import calibrate
+    from ident.identification.torque_calibration import calibrate
     from recordings.reader import read
 
     recordings = (read(empty), read(loaded))

@@ -40,9 +40,9 @@ def command(
 
     from rich.console import Console
 
-    from ident import model, prediction
     from ident.compare import comparison, pictures, table
     from ident.dynamics import effects
+    from ident.identification.identify import model, prediction
     from ident.picture_folder import whole
 
     plots = plots or files[0].with_suffix(".compare")

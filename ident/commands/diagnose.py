@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from ident.diagnose.diagnosis import Diagnosis
-    from ident.model import Model
+    from ident.identification.model import Model
 
 FILE = click.Path(path_type=Path)
 
@@ -105,10 +105,10 @@ def command(
 
     from rich.console import Console
 
-    from ident import model
     from ident.diagnose import answer, pictures, table
     from ident.diagnose.diagnosis import Choices, diagnose
     from ident.dynamics import effects
+    from ident.identification.identify import model
     from ident.picture_folder import whole
     from ident.progress import spinner
 
@@ -169,11 +169,11 @@ def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], sta
 
 def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
     """The top of the ladder, its linear parameters fitted to all of the recordings."""
-    from ident import identification
     from ident.estimation import estimators
+    from ident.identification.identify import identify
 
     top = found.ladder.rungs[-1].state.solution
     bandwidth = found.material.datasets[0].bandwidth
-    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
+    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
     settled = top.composition, top.x
-    return identification.identify(files, validate, choices, lambda *_: None, settled).model
+    return identify.identify(files, validate, choices, lambda *_: None, settled).model

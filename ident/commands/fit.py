@@ -12,7 +12,7 @@ from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.identification import Identification
+    from ident.identification.identify import Identification
     from ident.uncertainty.covariance import Source
 
 FILE = click.Path(path_type=Path)
@@ -111,7 +111,7 @@ def command(
     refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
 
     from ident.estimation import estimators
-    from ident.identification import Choices, identify, refuse_the_same_twice
+    from ident.identification.identify import Choices, identify, refuse_the_same_twice
     from ident.progress import progress_bar
 
     refuse_the_same_twice((*files, *([validate] if validate else [])))
@@ -135,7 +135,7 @@ def _refuse_beside_paper(**given: object) -> None:
 
 def _write(result: Identification, out: Path, plots: Path) -> None:
     """Model and pictures, or nothing."""
-    from ident import model
+    from ident.identification.identify import model
     from ident.picture_folder import whole
     from ident.plots import draw
 

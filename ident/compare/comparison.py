@@ -12,8 +12,8 @@ from ident.compare.spectrum import Spectrum, spectrum
 from ident.compare.windows import Window, worst
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import Split
-from ident.model import Model
-from ident.prediction import Prediction
+from ident.identification.model import Model
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
 SCHEMA = 1

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Ints
 
 Axis = Literal["velocity", "position", "load", "time", "cycle"]

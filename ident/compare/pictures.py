@@ -10,8 +10,8 @@ from ident import plots
 from ident.compare.comparison import Comparison
 from ident.compare.curves import Curve
 from ident.compare.windows import Window
+from ident.identification.prediction import Prediction
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
-from ident.prediction import Prediction
 from ident.where import PHASES
 
 NOISE = "#009E73"

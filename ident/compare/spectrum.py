@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.filters import stretches
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
 RESOLUTION = 0.5

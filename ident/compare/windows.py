@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from ident.where import phases
 from recordings.recording import Floats
 

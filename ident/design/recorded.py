@@ -12,7 +12,7 @@ from ident.data.samples import holds_torque
 from ident.design.motions import trajectory
 from ident.design.rivals import always_true
 from ident.design.with_effects import with_effects
-from ident.identification import refuse_different_rigs
+from ident.identification.identify import refuse_different_rigs
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig

@@ -20,9 +20,9 @@ from ident.diagnose.rungs import Ladder
 from ident.diagnose.unknown import without_imitations
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
-from ident.identification import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
-from ident.model import Model
-from ident.prediction import composition_of, refuse_other_rig
+from ident.identification.identify import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
+from ident.identification.model import Model
+from ident.identification.prediction import composition_of, refuse_other_rig
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording

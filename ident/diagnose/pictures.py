@@ -16,8 +16,8 @@ from ident.diagnose.document import Document
 from ident.diagnose.learning import StandIn
 from ident.diagnose.rungs import Finding
 from ident.dynamics.effects.learned_curve import Curve
+from ident.identification.prediction import Prediction
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
-from ident.prediction import Prediction
 from recordings.recording import Floats
 
 NAMES = ("finding_*.png", "remains*.png")

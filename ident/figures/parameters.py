@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.figures import theme
-from ident.model import FittedParameter, Model
+from ident.identification.model import FittedParameter, Model
 
 _IDENTIFIABLE = {"identifiable": "identifiable", "weak": "weakly identifiable", "not": "not identifiable"}
 _TICKS = [step * 10.0**exponent for exponent in range(-3, 5) for step in (1, 2, 5)]

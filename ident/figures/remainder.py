@@ -7,7 +7,7 @@ from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
 from ident.figures import theme
 from ident.figures.where import grid
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 
 
 def shares(found: Diagnosis, document: Document) -> go.Figure:

@@ -9,7 +9,7 @@ from ident.compare.comparison import Comparison
 from ident.compare.windows import Window
 from ident.data.dataset import first_repetition
 from ident.figures import theme
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
 AROUND = 0.5

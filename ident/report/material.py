@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident import model, prediction
 from ident.compare import comparison
 from ident.compare.comparison import Comparison
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Diagnosis, diagnose
 from ident.diagnose.document import Document
 from ident.dynamics import effects
-from ident.model import Model, Source
+from ident.identification.identify import model, prediction
+from ident.identification.model import Model, Source
 from recordings.recording import Recording
 
 SCHEMA = 1

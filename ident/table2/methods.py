@@ -13,8 +13,8 @@ from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.estimators import Progress
 from ident.estimation.linear_fit import fit
-from ident.fitness import Fitness, fitness
-from ident.identification import refuse_different_rigs
+from ident.identification.goodness_of_fit import Fitness, fitness
+from ident.identification.identify import refuse_different_rigs
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats

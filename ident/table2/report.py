@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
-from ident.fitness import Fitness
+from ident.identification.goodness_of_fit import Fitness
 from ident.table2.methods import BASELINES, FAIR, MANUFACTURER, PAPER, ROLES, Comparison
 
 MODELS = (

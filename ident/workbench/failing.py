@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident import identification, prediction
 from ident.compare import comparison
 from ident.compare.comparison import Comparison
 from ident.diagnose.material import Material
@@ -12,8 +11,9 @@ from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
 from ident.figures import spectrum, torque, where
-from ident.model import Model
-from ident.prediction import Prediction
+from ident.identification.identify import identify, prediction
+from ident.identification.model import Model
+from ident.identification.prediction import Prediction
 from ident.workbench import plots
 from ident.workbench.views import Failing
 from recordings.recording import Floats
@@ -27,8 +27,8 @@ def failing(
 ) -> Failing:
     """The model fitted to the training recording, as `ident diagnose --apply` does it, on the other one."""
     train, validate = files
-    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
-    model = identification.identify([train], validate, choices, lambda *_: None, settled).model
+    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
+    model = identify.identify([train], validate, choices, lambda *_: None, settled).model
     return _told(model, comparison.compare(model, prediction.predict(model, [validate or train], library)))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.data.samples import drive_signal, holds_torque
-from ident.identification import refuse_different_rigs
+from ident.identification.identify import refuse_different_rigs
 from ident.workbench.views import Mismatch, RecordingView, Small
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -4,8 +4,8 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ident import identification
 from ident.estimation import estimators
+from ident.identification.identify import identify
 from ident.workbench.script import swarm_command
 from ident.workbench.views import Chosen, Descent, Swarmed
 
@@ -27,11 +27,11 @@ def found(
         BadInput: a recording cannot be used, or they are not of the same rig.
     """
     settings = estimators.settings(METHOD, {})
-    choices = identification.Choices(
+    choices = identify.Choices(
         METHOD, settings, chosen.seed, "parallel", chosen.cutoff, chosen.effects, tuple(effect_files)
     )
     watch = _Watch(settings.iterations, settings.tolerance, tell)
-    result = identification.identify([train], validate, choices, watch)
+    result = identify.identify([train], validate, choices, watch)
     command = swarm_command(chosen, train.name, validate.name if validate else None)
     return Swarmed(result.model, watch.descent, result.where(), command)
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from ident.compare.windows import Window
 from ident.diagnose.document import RungEntry
-from ident.model import Model
+from ident.identification.model import Model
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
 

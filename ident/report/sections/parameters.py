@@ -3,7 +3,7 @@
 from ident import trust_summary
 from ident.figures import parameters
 from ident.figures.theme import number
-from ident.model import Model
+from ident.identification.model import Model
 from ident.report.blocks import Block, Fold, Notes, Plot, Section, Table
 from ident.report.material import Material
 

@@ -2,8 +2,8 @@
 
 from nicegui import ui
 
-from ident import model as file
-from ident.model import FittedParameter, Model
+from ident.identification.identify import model as file
+from ident.identification.model import FittedParameter, Model
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, name, picture
 from ident.workbench.views import Swarmed

@@ -6,7 +6,7 @@ import pytest
 
 from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Recording
 
 Planted = Callable[[Floats], Prediction]

@@ -5,7 +5,7 @@ import pytest
 
 from ident.compare.curves import Curve, curves
 from ident.data.dataset import Dataset
-from ident.prediction import Prediction
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 from tests.ident.compare.conftest import Planted
 

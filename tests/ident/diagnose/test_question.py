@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.diagnose.diagnosis import RICH, _between
-from ident.identification import refuse_overlap
+from ident.identification.identify import refuse_overlap
 from recordings.errors import BadInput
 from recordings.recording import Recording
 

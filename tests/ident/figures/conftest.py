@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident import identification, prediction
 from ident.compare.comparison import Comparison, compare
 from ident.dynamics import effects
 from ident.estimation import estimators
-from ident.model import Model
+from ident.identification.identify import identify, prediction
+from ident.identification.model import Model
 from recordings.recording import Recording
 
 HOSTILE = "<script>alert(1)&b.mcap"
@@ -31,8 +31,8 @@ def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture(scope="session")
 def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
     write(late)
-    choices = identification.Choices("ls", estimators.settings("ls", {}), 0, "parallel", None)
-    return identification.identify([late.path], None, choices, lambda *_: None).model
+    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", None)
+    return identify.identify([late.path], None, choices, lambda *_: None).model
 
 
 @pytest.fixture(scope="session")

@@ -9,7 +9,7 @@ import pytest
 from ident.compare.comparison import Comparison
 from ident.data.dataset import first_repetition
 from ident.figures import parameters, quality, spectrum, theme, torque, where
-from ident.model import Model
+from ident.identification.model import Model
 from recordings.recording import Recording
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident import plugins
-from ident.fitness import Fitness
+from ident.identification.goodness_of_fit import Fitness
 from ident.table2 import methods
 from ident.table2.methods import Comparison
 from recordings.errors import BadInput

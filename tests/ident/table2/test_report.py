@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ident.fitness import Fitness
+from ident.identification.goodness_of_fit import Fitness
 from ident.table2 import report
 from ident.table2.methods import Comparison, Result
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.estimation.estimators import settings
-from ident.identification import Choices, identify
+from ident.identification.identify import Choices, identify
 from ident.workbench import views
 from ident.workbench.engine import Engine
 from ident.workbench.region import explaining, special, verdict

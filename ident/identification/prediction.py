@@ -13,7 +13,7 @@ from ident.dynamics.effects import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import Composition, Named, Term
 from ident.estimation import chunks
-from ident.model import EffectTerm, Model
+from ident.identification.model import EffectTerm, Model
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from ident.gain import Calibration, calibrate
+from ident.identification.torque_calibration import Calibration, calibrate
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Axis, Geometry, simulated_rig

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ident.fitness import fitness
+from ident.identification.goodness_of_fit import fitness
 
 
 def test_is_eq_41_with_the_range_of_the_models_torque() -> None:

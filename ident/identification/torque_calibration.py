@@ -21,7 +21,7 @@ import numpy as np
 from ident.data import noise
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
-from ident.identification import refuse_different_rigs
+from ident.identification.identify import refuse_different_rigs
 from ident.uncertainty.covariance import Uncertainty, covariance
 from ident.uncertainty.sensitivity import LENGTH_STEP, stretched
 from recordings.errors import BadInput

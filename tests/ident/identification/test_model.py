@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
-from ident import model
-from ident.model import Model
+from ident.identification.identify import model
+from ident.identification.model import Model
 from recordings.errors import BadInput
 
 AGREEMENT: dict[str, Any] = {

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.fitness import Fitness
+from ident.identification.goodness_of_fit import Fitness
 from ident.uncertainty.assessment import Knowledge, Trust
 from recordings.config import Section, validated
 from recordings.errors import BadInput

@@ -8,9 +8,9 @@ import pytest
 
 from ident.dynamics.effects import library
 from ident.estimation import estimators
-from ident.identification import Choices, identify
-from ident.model import Model
-from ident.prediction import predict
+from ident.identification.identify import Choices, identify
+from ident.identification.model import Model
+from ident.identification.prediction import predict
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Geometry, Torque, simulated_rig

@@ -21,8 +21,8 @@ from ident.estimation import estimators
 from ident.estimation.estimators import Progress
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.linearized_model import Frozen, settle, terms
-from ident.fitness import fitness
-from ident.model import (
+from ident.identification.goodness_of_fit import fitness
+from ident.identification.model import (
     Agreement,
     Certified,
     FittedParameter,
@@ -33,7 +33,7 @@ from ident.model import (
     Preprocessing,
     source,
 )
-from ident.prediction import terms_of
+from ident.identification.prediction import terms_of
 from ident.uncertainty.assessment import Knowledge, assess
 from ident.uncertainty.covariance import Source
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
