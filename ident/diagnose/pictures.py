@@ -6,9 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ident.compare.comparison import compare
-from ident.compare.curves import means
-from ident.compare.pictures import NOISE, curves, spectra
 from ident.data.dataset import Dataset
 from ident.diagnose import signature
 from ident.diagnose.diagnosis import Diagnosis
@@ -18,6 +15,9 @@ from ident.diagnose.rungs import Finding
 from ident.dynamics.effects.learned_curve import Curve
 from ident.identification.prediction import Prediction
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
+from ident.residuals.analysis import compare
+from ident.residuals.curves import means
+from ident.residuals.pictures import NOISE, curves, spectra
 from recordings.recording import Floats
 
 NAMES = ("finding_*.png", "remains*.png")

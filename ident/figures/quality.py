@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.compare.comparison import Comparison
 from ident.data.samples import drive_signal, holds_torque
 from ident.figures import theme
+from ident.residuals.analysis import Comparison
 from recordings.recording import Floats, Recording
 
 

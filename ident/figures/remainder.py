@@ -2,12 +2,12 @@
 
 import plotly.graph_objects as go
 
-from ident.compare.curves import curves
 from ident.diagnose.diagnosis import Diagnosis
 from ident.diagnose.document import Document
 from ident.figures import theme
 from ident.figures.where import grid
 from ident.identification.prediction import Prediction
+from ident.residuals.curves import curves
 
 
 def shares(found: Diagnosis, document: Document) -> go.Figure:

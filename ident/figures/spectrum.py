@@ -4,8 +4,8 @@ from collections.abc import Mapping
 
 import plotly.graph_objects as go
 
-from ident.compare.comparison import Comparison
 from ident.figures import theme
+from ident.residuals.analysis import Comparison
 
 
 def densities(models: Mapping[str, Comparison]) -> go.Figure:

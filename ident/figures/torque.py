@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.compare.comparison import Comparison
-from ident.compare.windows import Window
 from ident.data.dataset import first_repetition
 from ident.figures import theme
 from ident.identification.prediction import Prediction
+from ident.residuals.analysis import Comparison
+from ident.residuals.windows import Window
 from recordings.recording import Floats
 
 AROUND = 0.5

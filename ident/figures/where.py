@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.compare.comparison import Comparison
-from ident.compare.curves import Curve
 from ident.figures import theme
-from ident.where import PHASES
+from ident.residuals.analysis import Comparison
+from ident.residuals.curves import Curve
+from ident.residuals.phases import PHASES
 from recordings.recording import Floats
 
 HEADROOM = 1.12

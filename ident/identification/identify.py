@@ -34,11 +34,11 @@ from ident.identification.model import (
     source,
 )
 from ident.identification.prediction import terms_of
+from ident.residuals.phases import Joint, joints, sentences
 from ident.uncertainty.assessment import Knowledge, assess
 from ident.uncertainty.covariance import Source
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
-from ident.where import Joint, joints, sentences
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.compare import comparison
-from ident.compare.comparison import Comparison
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Diagnosis, diagnose
 from ident.diagnose.document import Document
 from ident.dynamics import effects
 from ident.identification.identify import model, prediction
 from ident.identification.model import Model, Source
+from ident.residuals import analysis
+from ident.residuals.analysis import Comparison
 from recordings.recording import Recording
 
 SCHEMA = 1
@@ -75,7 +75,7 @@ class Material:
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
             "recordings": [source.model_dump(mode="json") for source in self.sources],
             "comparisons": [
-                {"model": name, "held_out": held, "comparison": comparison.as_json(found)}
+                {"model": name, "held_out": held, "comparison": analysis.as_json(found)}
                 for held, group in groups
                 for name, found in group.items()
             ],
@@ -97,7 +97,7 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
         found = {}
         for name, one in models.items():
             progress(f"comparing {name}")
-            found[name] = comparison.compare(one, prediction.predict(one, files, library))
+            found[name] = analysis.compare(one, prediction.predict(one, files, library))
         return found
 
     recorded = compared(request.recordings)

@@ -12,7 +12,6 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident import where
 from ident.data.samples import holds_torque
 from ident.diagnose import answer
 from ident.diagnose.diagnosis import Choices, Question, diagnose, question
@@ -23,6 +22,7 @@ from ident.diagnose.screen import Candidate
 from ident.dynamics import effects, mechanisms
 from ident.dynamics.structure import Composition, Term
 from ident.figures.finding import before_after
+from ident.residuals import phases
 from ident.workbench import plots, swarming, views
 from ident.workbench.climb import Climb, Step
 from ident.workbench.failing import failing, of_excerpts
@@ -263,7 +263,7 @@ def _series(climb: Climb) -> tuple[views.Series, ...]:
             computed=data.torque - residual,
             velocity=data.motion.velocity,
             position=data.motion.position,
-            phase=where.phases(data),
+            phase=phases.phases(data),
             cycle=data.repeat + 1,
             counted=seen | held,
         )

@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident.compare import comparison
-from ident.compare.comparison import Comparison
 from ident.diagnose.material import Material
 from ident.diagnose.rungs import State
 from ident.dynamics.effects import Effect
@@ -14,6 +12,8 @@ from ident.figures import spectrum, torque, where
 from ident.identification.identify import identify, prediction
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
+from ident.residuals import analysis
+from ident.residuals.analysis import Comparison
 from ident.workbench import plots
 from ident.workbench.views import Failing
 from recordings.recording import Floats
@@ -29,14 +29,14 @@ def failing(
     train, validate = files
     choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
     model = identify.identify([train], validate, choices, lambda *_: None, settled).model
-    return _told(model, comparison.compare(model, prediction.predict(model, [validate or train], library)))
+    return _told(model, analysis.compare(model, prediction.predict(model, [validate or train], library)))
 
 
 def of_excerpts(material: Material, state: State) -> Failing:
     """The model as the ladder has it, on those parts of long recordings that the ladder looks at."""
     chosen = [i for i, held in enumerate(material.held) if held.any() or not material.other_motion]
     predictions = [Prediction(material.datasets[i], material.datasets[i].torque - state.residuals[i]) for i in chosen]
-    return _told(None, comparison.compare(None, predictions))
+    return _told(None, analysis.compare(None, predictions))
 
 
 def _told(model: Model | None, found: Comparison) -> Failing:

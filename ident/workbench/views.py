@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.compare.windows import Window
 from ident.diagnose.document import RungEntry
 from ident.identification.model import Model
+from ident.residuals.windows import Window
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
 

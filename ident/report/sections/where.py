@@ -2,11 +2,11 @@
 
 from collections.abc import Iterator
 
-from ident.compare.comparison import Comparison
 from ident.figures import spectrum, torque, where
 from ident.figures.theme import number, percent
 from ident.report.blocks import Block, Fold, Notes, Plot, Section, Table
 from ident.report.material import Material
+from ident.residuals.analysis import Comparison
 
 LEAST = 0.1
 """Share of the mean square below which a quantity is not named."""

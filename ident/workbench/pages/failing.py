@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from ident.compare.windows import Window
+from ident.residuals.windows import Window
 from ident.workbench.pages.page import Page, name, picture
 
 

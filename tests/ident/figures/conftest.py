@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.compare.comparison import Comparison, compare
 from ident.dynamics import effects
 from ident.estimation import estimators
 from ident.identification.identify import identify, prediction
 from ident.identification.model import Model
+from ident.residuals.analysis import Comparison, compare
 from recordings.recording import Recording
 
 HOSTILE = "<script>alert(1)&b.mcap"

@@ -6,10 +6,10 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from ident.compare.comparison import Comparison
 from ident.data.dataset import first_repetition
 from ident.figures import parameters, quality, spectrum, theme, torque, where
 from ident.identification.model import Model
+from ident.residuals.analysis import Comparison
 from recordings.recording import Recording
 
 

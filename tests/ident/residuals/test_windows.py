@@ -3,10 +3,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from ident.compare.windows import DURATION, worst
 from ident.data.dataset import Dataset
+from ident.residuals.windows import DURATION, worst
 from recordings.recording import Floats
-from tests.ident.compare.conftest import Planted
+from tests.ident.residuals.conftest import Planted
 
 
 def test_a_burst_is_found_where_it_is(planted: Planted, dataset: Dataset, noise: Floats) -> None:

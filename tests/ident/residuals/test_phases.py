@@ -5,7 +5,7 @@ import pytest
 
 from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
-from ident.where import joints, phases, sentences
+from ident.residuals.phases import joints, phases, sentences
 from recordings.recording import Floats, Recording
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.identification.prediction import Prediction
-from ident.where import phases
+from ident.residuals.phases import phases
 from recordings.recording import Floats
 
 DURATION = 0.25

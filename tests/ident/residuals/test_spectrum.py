@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.compare.spectrum import spectrum
 from ident.data.dataset import Dataset
+from ident.residuals.spectrum import spectrum
 from recordings.recording import Floats
-from tests.ident.compare.conftest import Planted
+from tests.ident.residuals.conftest import Planted
 
 
 def test_a_vibration_shows_at_its_frequency_with_its_power(planted: Planted, dataset: Dataset) -> None:

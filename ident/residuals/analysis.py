@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ident import where
-from ident.compare.curves import Curve, curves
-from ident.compare.spectrum import Spectrum, spectrum
-from ident.compare.windows import Window, worst
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import Split
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
+from ident.residuals import phases
+from ident.residuals.curves import Curve, curves
+from ident.residuals.spectrum import Spectrum, spectrum
+from ident.residuals.windows import Window, worst
 from recordings.recording import Floats
 
 SCHEMA = 1
@@ -27,7 +27,7 @@ class JointComparison:
 
     unit: str
     """Of its effort."""
-    summary: where.Joint
+    summary: phases.Joint
     split: Split | None
     """Noise floor and what repeats; None where no motion is repeated."""
     curves: tuple[Curve, ...]
@@ -48,14 +48,14 @@ class Comparison:
     @property
     def sentences(self) -> tuple[str, ...]:
         """What stands out, in words."""
-        return where.sentences([joint.summary for joint in self.joints])
+        return phases.sentences([joint.summary for joint in self.joints])
 
 
 def compare(model: Model | None, predictions: Sequence[Prediction]) -> Comparison:
     """Look at the residuals of `predictions`, which are those of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
     splits = cycle_statistics.of(datasets, [prediction.residual for prediction in predictions])
-    summaries = where.joints(datasets, [prediction.computed for prediction in predictions])
+    summaries = phases.joints(datasets, [prediction.computed for prediction in predictions])
     units = datasets[0].recording.rig.effort_units
     joints = tuple(
         JointComparison(

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from ident import plots
-from ident.compare.comparison import Comparison
-from ident.compare.curves import Curve
-from ident.compare.windows import Window
 from ident.identification.prediction import Prediction
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
-from ident.where import PHASES
+from ident.residuals.analysis import Comparison
+from ident.residuals.curves import Curve
+from ident.residuals.phases import PHASES
+from ident.residuals.windows import Window
 
 NOISE = "#009E73"
 """Of Okabe and Ito's palette, as the others."""

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.compare.curves import Curve, curves
 from ident.data.dataset import Dataset
 from ident.identification.prediction import Prediction
+from ident.residuals.curves import Curve, curves
 from recordings.recording import Floats
-from tests.ident.compare.conftest import Planted
+from tests.ident.residuals.conftest import Planted
 
 
 def curve(axis: str, *predictions: Prediction, joint: int = 0) -> Curve:

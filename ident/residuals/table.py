@@ -3,8 +3,8 @@
 from rich.console import Console
 from rich.table import Table
 
-from ident.compare.comparison import Comparison, JointComparison
-from ident.where import PHASES
+from ident.residuals.analysis import Comparison, JointComparison
+from ident.residuals.phases import PHASES
 
 
 def show(comparison: Comparison, console: Console) -> None:
