@@ -49,9 +49,9 @@ class Answers:
 
 def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     """The line to keep: the document of `ident diagnose`, or the error."""
-    from ident.diagnose import answer
-    from ident.diagnose.diagnosis import Choices
-    from ident.diagnose.diagnosis import diagnose as run
+    from ident.diagnosis import answer
+    from ident.diagnosis.diagnosis import Choices
+    from ident.diagnosis.diagnosis import diagnose as run
 
     folder, start = root / case.name, time.monotonic()
     line: dict[str, Any] = {"case": case.name, "engine": engine}

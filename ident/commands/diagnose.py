@@ -13,7 +13,7 @@ from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.diagnose.diagnosis import Diagnosis
+    from ident.diagnosis.diagnosis import Diagnosis
     from ident.identification.model import Model
 
 FILE = click.Path(path_type=Path)
@@ -105,8 +105,9 @@ def command(
 
     from rich.console import Console
 
-    from ident.diagnose import answer, pictures, table
-    from ident.diagnose.diagnosis import Choices, diagnose
+    from ident.diagnose import pictures, table
+    from ident.diagnosis import answer
+    from ident.diagnosis.diagnosis import Choices, diagnose
     from ident.dynamics import effects
     from ident.identification.identify import model
     from ident.picture_folder import whole

@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from ident.data.dataset import Dataset
-from ident.diagnose import signature
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import Document
-from ident.diagnose.learning import StandIn
-from ident.diagnose.rungs import Finding
+from ident.diagnosis import binned_residual
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document
+from ident.diagnosis.nonparametric_fit import StandIn
+from ident.diagnosis.steps import Finding
 from ident.dynamics.effects.learned_curve import Curve
 from ident.identification.prediction import Prediction
 from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
@@ -69,7 +69,7 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
         axes = drawn.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
             unit = datasets[0].recording.rig.effort_units[joint]
-            x, label = signature.over(axis_name, datasets, found.ladder.computed, joint)
+            x, label = binned_residual.over(axis_name, datasets, found.ladder.computed, joint)
             ahead = np.concatenate([data.motion.velocity[:, joint] for data in datasets]) > 0
             for residuals, colour, name in ((one.without, NOMINAL, "without"), (one.with_it, COMPUTED, "with")):
                 left = np.concatenate([part[:, joint] for part in residuals])
@@ -142,7 +142,7 @@ def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> No
 
 def _signal(found: Diagnosis, curve: Curve) -> tuple[Floats, str]:
     """What the curve is over, in all rows (m,), and its name with its unit."""
-    return signature.over(curve.variable, found.material.datasets, found.ladder.computed, curve.of_joint - 1)
+    return binned_residual.over(curve.variable, found.material.datasets, found.ladder.computed, curve.of_joint - 1)
 
 
 def _factor(datasets: Sequence[Dataset], curve: Curve) -> Floats:
@@ -157,6 +157,6 @@ def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str, line: str = 
     """Samples, thinned out, and their mean in bins."""
     if not (np.isfinite(x) & np.isfinite(y)).any():
         return
-    drawn = signature.binned(x, y)
+    drawn = binned_residual.binned(x, y)
     axis.plot(drawn.x, drawn.y, ".", ms=1.2, color=colour, alpha=0.25, zorder=1)
     axis.plot(drawn.centre, drawn.mean, color=colour, lw=1.8, ls=line, label=name, zorder=3)

@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ident.diagnose.document import Document, FindingEntry, RungEntry, StandInEntry, Value
+from ident.diagnosis.document import Document, FindingEntry, RungEntry, StandInEntry, Value
 
 _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta"}
 

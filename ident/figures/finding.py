@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.material import Material
-from ident.diagnose.rungs import Finding, State
-from ident.diagnose.signature import binned, over
+from ident.diagnosis.binned_residual import binned, over
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import Finding, State
 from ident.dynamics.structure import Term
 from ident.figures import theme
 from recordings.recording import Floats

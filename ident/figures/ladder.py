@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import plotly.graph_objects as go
 
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import Document, RungEntry
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document, RungEntry
 from ident.figures import theme
 
 MOST = 14

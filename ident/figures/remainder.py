@@ -2,8 +2,8 @@
 
 import plotly.graph_objects as go
 
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import Document
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document
 from ident.figures import theme
 from ident.figures.where import grid
 from ident.identification.prediction import Prediction

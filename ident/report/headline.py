@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ident.diagnose.document import Document
+from ident.diagnosis.document import Document
 from ident.figures.theme import number, percent
 from ident.report.material import Material
 

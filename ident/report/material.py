@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.diagnose import answer
-from ident.diagnose.diagnosis import Choices, Diagnosis, diagnose
-from ident.diagnose.document import Document
+from ident.diagnosis import answer
+from ident.diagnosis.diagnosis import Choices, Diagnosis, diagnose
+from ident.diagnosis.document import Document
 from ident.dynamics import effects
 from ident.identification.identify import model, prediction
 from ident.identification.model import Model, Source

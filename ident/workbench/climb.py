@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ident.diagnose.diagnosis import Question
-from ident.diagnose.ladder import Climber
-from ident.diagnose.rungs import Rung, State
+from ident.diagnosis.diagnosis import Question
+from ident.diagnosis.steps import Rung, State
+from ident.diagnosis.stepwise_selection import Climber
 from ident.workbench.views import Kept
 
 _REMEMBERED = 16

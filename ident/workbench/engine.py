@@ -2,7 +2,7 @@
 
 Every task is a generator of what the page shall show, the most urgent first, and says from which ladder it begins: a
 process that knows this ladder goes on at once, another one climbs it again. Models, errors and gains are those of
-`ident diagnose` (`ident.diagnose.ladder`), taken one step at a time.
+`ident diagnose` (`ident.diagnosis.stepwise_selection`), taken one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -13,12 +13,12 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnose import answer
-from ident.diagnose.diagnosis import Choices, Question, diagnose, question
-from ident.diagnose.document import labels
-from ident.diagnose.ladder import Climber
-from ident.diagnose.rungs import Rung
-from ident.diagnose.screen import Candidate
+from ident.diagnosis import answer
+from ident.diagnosis.diagnosis import Choices, Question, diagnose, question
+from ident.diagnosis.document import labels
+from ident.diagnosis.screening import Candidate
+from ident.diagnosis.steps import Rung
+from ident.diagnosis.stepwise_selection import Climber
 from ident.dynamics import effects, mechanisms
 from ident.dynamics.structure import Composition, Term
 from ident.figures.finding import before_after

@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident.diagnose.material import Material
-from ident.diagnose.rungs import State
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import State
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators

@@ -4,11 +4,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ident.diagnose.floor import Floor
-from ident.diagnose.material import Material
-from ident.diagnose.removal import Remover
-from ident.diagnose.rungs import State
-from ident.diagnose.screen import Candidate
+from ident.diagnosis.effect_contribution import Remover
+from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.screening import Candidate
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import State
 from ident.figures.finding import signature
 from ident.workbench import plots
 from ident.workbench.views import Signatures

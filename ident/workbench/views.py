@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.diagnose.document import RungEntry
+from ident.diagnosis.document import RungEntry
 from ident.identification.model import Model
 from ident.residuals.windows import Window
 from recordings.recording import Bools, Floats, Ints

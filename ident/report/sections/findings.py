@@ -1,9 +1,10 @@
 """What is missing."""
 
-from ident.diagnose import answer, table
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import Document, FindingEntry
-from ident.diagnose.rungs import Finding
+from ident.diagnose import table
+from ident.diagnosis import answer
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document, FindingEntry
+from ident.diagnosis.steps import Finding
 from ident.figures import finding
 from ident.figures.theme import percent
 from ident.report.blocks import Block, Card, Notes, Plot, Section, Table, Text

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from ident.diagnose.document import Document
+from ident.diagnosis.document import Document
 from ident.figures import remainder
 from ident.figures.theme import percent
 from ident.report.blocks import Block, Code, Plot, Section, Text

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ident.diagnose.document import Value
+from ident.diagnosis.document import Value
 from ident.figures.theme import interval, number
 from ident.report.blocks import Table
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnose.document import Document, Remaining, RungEntry
+from ident.diagnosis.document import Document, Remaining, RungEntry
 from ident.figures import ladder
 
 HOSTILE = "<a href='javascript:alert(1)'>x"

@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnose.beyond import beyond
-from ident.diagnose.directions import cautions
-from ident.diagnose.floor import Floor
-from ident.diagnose.material import MENTIONED, Material, rms
-from ident.diagnose.rungs import State
+from ident.diagnosis.extrapolation import beyond
+from ident.diagnosis.friction_offset_confounding import cautions
+from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.split_data import MENTIONED, Material, rms
+from ident.diagnosis.steps import State
 from ident.dynamics.effects import Effect
 
 _FEW = 20

@@ -4,9 +4,9 @@ import shlex
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import NextMotion
-from ident.diagnose.rungs import Finding
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import NextMotion
+from ident.diagnosis.steps import Finding
 from ident.dynamics.effects import names as built_in
 
 

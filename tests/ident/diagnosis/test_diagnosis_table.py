@@ -5,7 +5,7 @@ import io
 from rich.console import Console
 
 from ident.diagnose import table
-from ident.diagnose.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
+from ident.diagnosis.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
 from ident.dynamics.effects import NEVER
 from ident.report.sections import values
 

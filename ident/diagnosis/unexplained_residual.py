@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.diagnose.dependence import Dependence, dependences
-from ident.diagnose.floor import Floor
-from ident.diagnose.material import Material
-from ident.diagnose.material import rms as rms_of
-from ident.diagnose.rungs import State
+from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.residual_dependence import Dependence, dependences
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.split_data import rms as rms_of
+from ident.diagnosis.steps import State
 from recordings.recording import Bools, Floats
 
 LEAST = 0.0035

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ident.commands.diagnose import command
-from ident.diagnose import answer
-from ident.diagnose.diagnosis import Choices, diagnose, question
+from ident.diagnosis import answer
+from ident.diagnosis.diagnosis import Choices, diagnose, question
 from ident.dynamics.effects import library
 from recordings.errors import BadInput
 from recordings.recording import Recording

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnose.material import Material
+from ident.diagnosis.split_data import Material
 from recordings.recording import Bools, Floats
 
 BLOCK = 0.25

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnose.dependence import Dependence
-from ident.diagnose.evidence import Gain, gain
-from ident.diagnose.floor import floor
-from ident.diagnose.ladder import holds
-from ident.diagnose.material import Material
-from ident.diagnose.remainder import remainder
-from ident.diagnose.rungs import State
+from ident.diagnosis.improvement import Gain, gain
+from ident.diagnosis.noise_floor import floor
+from ident.diagnosis.residual_dependence import Dependence
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import State
+from ident.diagnosis.stepwise_selection import holds
+from ident.diagnosis.unexplained_residual import remainder
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.learned_curve import Curve, effect_of
 from ident.dynamics.structure import Term

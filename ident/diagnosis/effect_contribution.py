@@ -6,8 +6,8 @@ from all rows that fits may see, while all parameters of the model follow on a s
 
 import numpy as np
 
-from ident.diagnose.material import Material
-from ident.diagnose.screen import Candidate
+from ident.diagnosis.screening import Candidate
+from ident.diagnosis.split_data import Material
 from ident.dynamics.effects import Additive
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution

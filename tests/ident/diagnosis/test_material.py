@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from ident.diagnose import material
-from ident.diagnose.material import Material, rms
+from ident.diagnosis import split_data
+from ident.diagnosis.split_data import Material, rms
 from ident.dynamics.effects import library
 
 
@@ -65,8 +65,8 @@ def test_a_joint_that_creeps_stands_still_and_one_that_reverses_does_not(monkeyp
         path=SimpleNamespace(motion=SimpleNamespace(velocity=np.stack([reverses, touches], axis=1))),
         condition=lambda x: convolve2d(x, taps, "same"),
     )
-    monkeypatch.setattr(material, "_disturbed", lambda course: course)
-    still = material.standstill(course) > material.STILL
+    monkeypatch.setattr(split_data, "_disturbed", lambda course: course)
+    still = split_data.standstill(course) > split_data.STILL
     assert not still[:, 0].any()
     around = np.abs(time % 2 - 1)
     assert still[around < 0.05, 1].all()

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose import ladder
-from ident.diagnose.evidence import Gain
+from ident.diagnosis import stepwise_selection
+from ident.diagnosis.improvement import Gain
 
 Left = dict[str, float]
 """By effects, a letter each: mean square above the floor, over that of the floor."""
 
 
-class Toy(ladder.Climber):
+class Toy(stepwise_selection.Climber):
     """Climbs where `left` says."""
 
     def __init__(self, left: Left, least: float = 0.95) -> None:
@@ -37,7 +37,7 @@ class Toy(ladder.Climber):
         )
 
     def begin(self, composition: Any, x: Any) -> Any:
-        return self.state(""), [ladder.Rung(None, self.state(""), None)]
+        return self.state(""), [stepwise_selection.Rung(None, self.state(""), None)]
 
     def _options(self, state: Any) -> Any:
         names = {term.name for term in state.terms}
@@ -73,7 +73,7 @@ class Toy(ladder.Climber):
 
 @pytest.fixture(autouse=True)
 def all_is_possible(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ladder, "possible", lambda state, before: True)
+    monkeypatch.setattr(stepwise_selection, "possible", lambda state, before: True)
 
 
 def found(left: Left) -> str:
@@ -142,7 +142,7 @@ def test_rows_that_were_fitted_may_speak_where_those_held_out_do_not(
         judged.extend(rows)
         return Gain(share, (0.0, 1.0), 9.0, 0.5, 0.0)
 
-    monkeypatch.setattr(ladder, "gain", gain)
+    monkeypatch.setattr(stepwise_selection, "gain", gain)
     toy = Toy({"a": 0.01, "b": 0.01})
     toy.clear = clear
     assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against

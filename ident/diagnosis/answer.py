@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnose.advice import next_motion, with_curves
-from ident.diagnose.diagnosis import Diagnosis
-from ident.diagnose.document import (
+from ident.diagnosis.advice import next_motion, with_curves
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import (
     Document,
     FindingEntry,
     FindingStatus,
@@ -20,11 +20,11 @@ from ident.diagnose.document import (
     Value,
     Verdict,
 )
-from ident.diagnose.doubts import doubts, names
-from ident.diagnose.intervals import intervals
-from ident.diagnose.ladder import holds
-from ident.diagnose.material import Material, rms
-from ident.diagnose.rungs import Finding, Rung
+from ident.diagnosis.intervals import intervals
+from ident.diagnosis.split_data import Material, rms
+from ident.diagnosis.steps import Finding, Rung
+from ident.diagnosis.stepwise_selection import holds
+from ident.diagnosis.warnings import doubts, names
 from ident.dynamics.effects.learned_curve import source
 from recordings.recording import Floats
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnose.material import Material
+from ident.diagnosis.split_data import Material
 from ident.dynamics.effects.learned_curve import Times, Variable
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats

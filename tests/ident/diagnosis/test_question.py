@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.diagnose.diagnosis import RICH, _between
+from ident.diagnosis.diagnosis import RICH, _between
 from ident.identification.identify import refuse_overlap
 from recordings.errors import BadInput
 from recordings.recording import Recording

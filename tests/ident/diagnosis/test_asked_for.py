@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from ident.diagnose.answer import _not_added, document
-from ident.diagnose.diagnosis import Choices, diagnose
+from ident.diagnosis.answer import _not_added, document
+from ident.diagnosis.diagnosis import Choices, diagnose
 from ident.dynamics.effects import library
 from recordings.errors import BadInput
 

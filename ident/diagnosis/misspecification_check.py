@@ -4,11 +4,11 @@ Something unknown is often imitated, more or less, by several known effects toge
 them leaves less on rows that no fit has seen, and none of them belongs in the model.
 """
 
-from ident.diagnose.evidence import gain
-from ident.diagnose.ladder import Climber, holds
-from ident.diagnose.learning import learn
-from ident.diagnose.material import Material
-from ident.diagnose.rungs import Ladder, State
+from ident.diagnosis.improvement import gain
+from ident.diagnosis.nonparametric_fit import learn
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import Ladder, State
+from ident.diagnosis.stepwise_selection import Climber, holds
 
 
 def without_imitations(material: Material, climber: Climber, ladder: Ladder) -> Ladder:

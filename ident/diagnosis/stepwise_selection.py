@@ -5,11 +5,11 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ident.diagnose.evidence import Gain, gain
-from ident.diagnose.floor import Floor, floor
-from ident.diagnose.material import Material, rms
-from ident.diagnose.options import CLEAR, Finder, key_of, possible
-from ident.diagnose.rungs import Finding, Ladder, Options, Rung, State
+from ident.diagnosis.candidate_search import CLEAR, Finder, key_of, possible
+from ident.diagnosis.improvement import Gain, gain
+from ident.diagnosis.noise_floor import Floor, floor
+from ident.diagnosis.split_data import Material, rms
+from ident.diagnosis.steps import Finding, Ladder, Options, Rung, State
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition, Term
 from recordings.errors import BadInput

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.options import CLEAR, Finder, possible
-from ident.diagnose.screen import Candidate
+from ident.diagnosis.candidate_search import CLEAR, Finder, possible
+from ident.diagnosis.screening import Candidate
 from ident.dynamics import mechanisms
 from ident.dynamics.effects import library
 from ident.dynamics.structure import Composition, Term

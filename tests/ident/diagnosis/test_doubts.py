@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.doubts import doubts
+from ident.diagnosis.warnings import doubts
 from recordings.rig import simulated_rig
 
 

@@ -12,12 +12,12 @@ from ident.data import cutoff
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import Course, prepare
 from ident.data.samples import holds_torque, sample
-from ident.diagnose.ladder import Climber
-from ident.diagnose.learning import StandIn, learn
-from ident.diagnose.material import Material, gather
-from ident.diagnose.remainder import Remainder, remainder
-from ident.diagnose.rungs import Ladder
-from ident.diagnose.unknown import without_imitations
+from ident.diagnosis.misspecification_check import without_imitations
+from ident.diagnosis.nonparametric_fit import StandIn, learn
+from ident.diagnosis.split_data import Material, gather
+from ident.diagnosis.steps import Ladder
+from ident.diagnosis.stepwise_selection import Climber
+from ident.diagnosis.unexplained_residual import Remainder, remainder
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
 from ident.identification.identify import refuse_different_rigs, refuse_overlap, refuse_the_same_twice

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ident.diagnose.evidence import Gain
-from ident.diagnose.floor import Floor
+from ident.diagnosis.improvement import Gain
+from ident.diagnosis.noise_floor import Floor
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats

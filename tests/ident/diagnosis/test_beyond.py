@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.beyond import beyond
+from ident.diagnosis.extrapolation import beyond
 from recordings.rig import simulated_rig
 
 _ROWS = 2000

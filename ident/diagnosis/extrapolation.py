@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ident.diagnose.evidence import BLOCK
-from ident.diagnose.floor import Floor
-from ident.diagnose.material import Material, rms
-from ident.diagnose.rungs import State
+from ident.diagnosis.improvement import BLOCK
+from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.split_data import Material, rms
+from ident.diagnosis.steps import State
 from recordings.recording import Bools, Floats
 
 _FAILS = 1.25

@@ -11,8 +11,8 @@ from itertools import combinations, product
 
 import numpy as np
 
-from ident.diagnose.material import Material
-from ident.diagnose.rungs import Unseen
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import Unseen
 from ident.dynamics.effects import Additive, Effect, Quantity, Signal, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution

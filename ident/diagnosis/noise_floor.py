@@ -17,7 +17,7 @@ from ident.data import cycle_statistics, noise
 from ident.data.cycle_statistics import Trend
 from ident.data.cycles import by_cycle
 from ident.data.spectral_lines import Line, lines
-from ident.diagnose.material import Material, rms
+from ident.diagnosis.split_data import Material, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Bools, Floats

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnose.intervals import errors
-from ident.diagnose.material import Material
+from ident.diagnosis.intervals import errors
+from ident.diagnosis.split_data import Material
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition, Term
 from ident.estimation.nonlinear_fit import Solution

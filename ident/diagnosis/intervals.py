@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.diagnose.material import Material
+from ident.diagnosis.split_data import Material
 from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty.covariance import Uncertainty, covariance
 from recordings.recording import Bools, Floats

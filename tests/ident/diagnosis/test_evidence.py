@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.evidence import gain
+from ident.diagnosis.improvement import gain
 
 RATE = 40.0
 

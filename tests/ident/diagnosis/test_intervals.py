@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnose.intervals import of_steps
+from ident.diagnosis.intervals import of_steps
 
 ROWS, STEPS = 4000, 0.05
 

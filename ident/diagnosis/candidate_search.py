@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ident.diagnose.material import Material
-from ident.diagnose.rungs import Options, State, Unseen
-from ident.diagnose.screen import Candidate, Screen
+from ident.diagnosis.screening import Candidate, Screen
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import Options, State, Unseen
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation.nonlinear_fit import Solution

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnose.learning import KNOTS, SMOOTHNESS, _Rows
+from ident.diagnosis.nonparametric_fit import KNOTS, SMOOTHNESS, _Rows
 
 
 @pytest.mark.parametrize("rows_of_first", [0, 40])
