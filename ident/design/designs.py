@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data.cutoff import USUAL
+from ident.design.discrimination import LEAST, Pair, rivals
 from ident.design.motions import repeated
 from ident.design.problem import Criterion
 from ident.design.quality import Quality, judge
 from ident.design.recorded import Recorded
-from ident.design.rivals import LEAST, Pair, rivals
 from ident.design.search import drawn, search
 from ident.design.table import Outcome
 from ident.dynamics.effects import Effect

@@ -2,7 +2,7 @@
 
 With the regressor W of a motion and noise of equal size in all samples, W'W is the information about the parameters.
 "d" maximises its determinant (the volume of the confidence ellipsoid shrinks), "e" its smallest eigenvalue (what is
-known worst gets better); "t" tells two effects apart (see `ident.design.rivals`). Columns are scaled to the torque
+known worst gets better); "t" tells two effects apart (see `ident.design.discrimination`). Columns are scaled to the torque
 that they gave at the start, so that units do not decide.
 """
 
@@ -11,8 +11,8 @@ from typing import Literal
 
 import numpy as np
 
+from ident.design.discrimination import Rivals, products
 from ident.design.motions import trajectory
-from ident.design.rivals import Rivals, products
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.design.discrimination import Rivals
 from ident.design.motions import repeated
-from ident.design.rivals import Rivals
 from ident.dynamics.mechanisms import Mechanism
 from ident.uncertainty.identifiability import identifiability
 from recordings.recording import Floats

@@ -9,8 +9,8 @@ import numpy as np
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.samples import holds_torque
+from ident.design.discrimination import always_true
 from ident.design.motions import trajectory
-from ident.design.rivals import always_true
 from ident.design.with_effects import with_effects
 from ident.identification.identify import refuse_different_rigs
 from recordings.reader import read

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from ident.cli import program
+from ident.design.discrimination import rivals
 from ident.design.motions import repeated
-from ident.design.rivals import rivals
 from ident.dynamics.effects import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
