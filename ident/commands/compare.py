@@ -42,17 +42,19 @@ def command(
 
     from ident.dynamics import effects
     from ident.identification.identify import model, prediction
-    from ident.picture_folder import whole
-    from ident.residuals import analysis, pictures, table
+    from ident.output.console import residuals
+    from ident.output.plots import residuals
+    from ident.output.plots.folder import whole
+    from ident.residuals import analysis
 
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
     identified = model.load(model_file)
     found = analysis.compare(identified, prediction.predict(identified, files, effects.library(effect_files)))
     with whole(plots) as folder:
-        pictures.draw(found, folder)
+        residuals.draw(found, folder)
     if as_json:
         click.echo(json.dumps(analysis.as_json(found), indent=2, allow_nan=False))
     else:
-        table.show(found, Console())
+        residuals.show(found, Console())
     click.echo(f"pictures: {plots}", err=True)

@@ -146,12 +146,12 @@ def command(
 
     from rich.console import Console
 
-    from ident.design import table
     from ident.design.designs import Order, discrimination, excitation
     from ident.design.recorded import recorded as from_recordings
     from ident.design.with_effects import with_effects
     from ident.dynamics.effects import library
-    from ident.progress import progress_bar
+    from ident.output.console import design
+    from ident.output.console.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig
 
     recorded = from_recordings(recordings)
@@ -165,8 +165,8 @@ def command(
             outcome, series = excitation(order, with_effects(rig, effects), criterion or "d", progress)
     out.write_text(series.as_toml(), encoding="utf-8")
     if as_json:
-        click.echo(json.dumps(table.as_json(outcome), indent=2, allow_nan=False))
+        click.echo(json.dumps(design.as_json(outcome), indent=2, allow_nan=False))
     else:
-        table.show(outcome, Console())
+        design.show(outcome, Console())
     on = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
     click.echo(f"trajectory: {out}; next: daq record --traj {out}{on}", err=True)

@@ -105,13 +105,14 @@ def command(
 
     from rich.console import Console
 
-    from ident.diagnose import pictures, table
     from ident.diagnosis import answer
     from ident.diagnosis.diagnosis import Choices, diagnose
     from ident.dynamics import effects
     from ident.identification.identify import model
-    from ident.picture_folder import whole
-    from ident.progress import spinner
+    from ident.output.console import diagnosis
+    from ident.output.console.progress import spinner
+    from ident.output.plots import diagnosis
+    from ident.output.plots.folder import whole
 
     begin = model.load(model_file) if model_file else None
     library = effects.library(effect_files)
@@ -120,8 +121,8 @@ def command(
         document = answer.document(found)
         if plots:
             progress("drawing")
-            with whole(plots, pictures.NAMES) as folder:
-                pictures.draw(found, document, folder)
+            with whole(plots, diagnosis.NAMES) as folder:
+                diagnosis.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
             document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
@@ -131,7 +132,7 @@ def command(
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
-        table.show(document, Console())
+        diagnosis.show(document, Console())
         if stand_in and not document.stand_in:
             click.echo(
                 f"{stand_in} not written: nothing remains that a curve explains on rows which were not fitted."

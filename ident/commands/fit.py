@@ -112,7 +112,7 @@ def command(
 
     from ident.estimation import estimators
     from ident.identification.identify import Choices, identify, refuse_the_same_twice
-    from ident.progress import progress_bar
+    from ident.output.console.progress import progress_bar
 
     refuse_the_same_twice((*files, *([validate] if validate else [])))
 
@@ -136,8 +136,8 @@ def _refuse_beside_paper(**given: object) -> None:
 def _write(result: Identification, out: Path, plots: Path) -> None:
     """Model and pictures, or nothing."""
     from ident.identification.identify import model
-    from ident.picture_folder import whole
-    from ident.plots import draw
+    from ident.output.plots.fit import draw
+    from ident.output.plots.folder import whole
 
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
@@ -153,10 +153,10 @@ def _show(result: Identification, as_json: bool, details: bool) -> None:
 
     from rich.console import Console
 
-    from ident import summary
+    from ident.output.console import fit
 
     if as_json:
         document = {**result.model.as_json(), "where": result.where()}
         click.echo(json.dumps(document, indent=2))
     else:
-        summary.show(result, Console(), details)
+        fit.show(result, Console(), details)

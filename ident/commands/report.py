@@ -55,8 +55,8 @@ def command(
     _refuse_the_same_twice(inputs)
     refuse_existing(out, force=force, read=inputs)
 
-    from ident.progress import spinner
-    from ident.report import material, page
+    from ident.output.console.progress import spinner
+    from ident.output.report import material, page
 
     with spinner() as progress:
         found = material.gather(material.Request(models, recordings, held_out, effect_files, diagnose), progress)

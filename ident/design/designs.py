@@ -12,10 +12,10 @@ from ident.design.problem import Criterion
 from ident.design.quality import Quality, judge
 from ident.design.recorded import Recorded
 from ident.design.search import drawn, search
-from ident.design.table import Outcome
 from ident.dynamics.effects import Effect
 from ident.dynamics.mechanisms import Mechanism
 from ident.estimation.estimators import Progress
+from ident.output.console.design import Outcome
 from recordings.errors import BadInput
 from recordings.rig import Rig
 from trajectories import Trajectory, load

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from ident.data.dataset import Dataset, first_repetition
-from ident.plots import COMPUTED, MEASURED, NOMINAL, figure
+from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
 from ident.table2.methods import MANUFACTURER, Comparison
 from recordings.recording import Floats
 

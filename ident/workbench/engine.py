@@ -21,7 +21,7 @@ from ident.diagnosis.steps import Rung
 from ident.diagnosis.stepwise_selection import Climber
 from ident.dynamics import effects, mechanisms
 from ident.dynamics.structure import Composition, Term
-from ident.figures.finding import before_after
+from ident.output.figures.finding import before_after
 from ident.residuals import phases
 from ident.workbench import plots, swarming, views
 from ident.workbench.climb import Climb, Step

@@ -8,10 +8,10 @@ from ident.diagnosis.steps import State
 from ident.dynamics.effects import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
-from ident.figures import spectrum, torque, where
 from ident.identification.identify import identify, prediction
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
+from ident.output.figures import spectrum, torque, where
 from ident.residuals import analysis
 from ident.residuals.analysis import Comparison
 from ident.workbench import plots

@@ -9,7 +9,7 @@ from ident.diagnosis.noise_floor import Floor
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.split_data import Material
 from ident.diagnosis.steps import State
-from ident.figures.finding import signature
+from ident.output.figures.finding import signature
 from ident.workbench import plots
 from ident.workbench.views import Signatures
 

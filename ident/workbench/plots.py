@@ -1,4 +1,4 @@
-"""The figures of `ident.figures` as the page shows them, and what only a page has: detail that follows the zoom, and
+"""The figures of `ident.output.figures` as the page shows them, and what only a page has: detail that follows the zoom, and
 a run that is going on.
 """
 
@@ -10,8 +10,8 @@ import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
 
-from ident.figures import theme
-from ident.figures.ladder import bars
+from ident.output.figures import theme
+from ident.output.figures.ladder import bars
 from ident.workbench.branches import Branch
 from ident.workbench.views import Descent, LadderView, RecordingView, Series
 from recordings.recording import Floats

@@ -12,7 +12,7 @@ import pytest
 
 from recordings.errors import BadInput
 from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
-from tests.ident.report.cases import Case, make_case, run
+from tests.ident.output.report.cases import Case, make_case, run
 
 
 @pytest.fixture(scope="module")

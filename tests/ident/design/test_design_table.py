@@ -5,16 +5,16 @@ import io
 import numpy as np
 from rich.console import Console
 
-from ident.design import table
 from ident.design.quality import Quality
+from ident.output.console import design
 
 
 def test_shares_have_no_exponent() -> None:
     told_apart = {"stribeck": 0.0123, "base_tilt": 0.996, "backlash": 1.84, "cogging": 188.5}
     after = Quality(condition=1.0, std=np.array([]), told_apart=told_apart, usage={})
-    outcome = table.Outcome("next.toml", "d", 0, 0.1, 10.0, (), after, None, None)
+    outcome = design.Outcome("next.toml", "d", 0, 0.1, 10.0, (), after, None, None)
     screen = io.StringIO()
-    table.show(outcome, Console(file=screen, width=120))
+    design.show(outcome, Console(file=screen, width=120))
     for shown in ("1.2 %", "100 %", "184 %", "18,850 %"):
         assert f" {shown}" in screen.getvalue()
     assert "e+" not in screen.getvalue()

@@ -4,10 +4,10 @@ import io
 
 from rich.console import Console
 
-from ident.diagnose import table
 from ident.diagnosis.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
 from ident.dynamics.effects import NEVER
-from ident.report.sections import values
+from ident.output.console import diagnosis
+from ident.output.report.sections import values
 
 TAKEN = Value(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
 LEFT = Value(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
@@ -27,7 +27,7 @@ def test_an_instant_that_does_not_come_is_never() -> None:
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
     screen = io.StringIO()
-    table.show(document, Console(file=screen, width=120))
+    diagnosis.show(document, Console(file=screen, width=120))
     assert "payload_change.t_c = 7.25 s  when it is added" in screen.getvalue()
     assert "95 % intervals" in screen.getvalue()
     assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()

@@ -1,0 +1,152 @@
+"""A fit on the screen: parameters, agreement per joint, and where the model fails."""
+
+from collections.abc import Iterator
+
+from rich.console import Console
+from rich.table import Table
+
+from ident.dynamics.effects import is_never
+from ident.estimation.linearized_model import Frozen
+from ident.identification.identify import Identification
+from ident.identification.model import Agreement, JointFitness, Model
+from ident.output.console import assessment
+from ident.uncertainty.time_delay import Delay
+
+
+def show(result: Identification, console: Console, details: bool = False) -> None:
+    """Print everything a person needs to judge `result`; with `details`, all that is known about its errors."""
+    model = result.model
+    for line in notices(result):
+        console.print(line, style="bold yellow", highlight=False)
+    console.print(_parameters(model))
+    if isinstance(result.mechanism, Frozen):
+        for line in searched(result.mechanism):
+            console.print(line, highlight=False)
+    for line in _method(model):
+        console.print(line, highlight=False)
+    console.print(_agreements(model))
+    assessment.show(model, console, details)
+    if model.preprocessing.cutoff:
+        console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
+    if model.preprocessing.delays:
+        found = ", ".join(str(Delay(one.seconds, one.half_width)) for one in model.preprocessing.delays)
+        console.print(f"Delay of the torque behind what the drives report: {found}; not applied.", highlight=False)
+    judged = "validation" if result.validation else "training"
+    console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
+    for sentence in result.where():
+        console.print(f"  {sentence}", highlight=False)
+
+
+def notices(result: Identification) -> list[str]:
+    """What must be known before a figure is believed."""
+    model = result.model
+    agreements = [model.train, *([model.validate_] if model.validate_ else [])]
+    simulated = [source.name for agreement in agreements for source in agreement.recordings if source.simulated]
+    datasets = [*result.train, *([result.validation] if result.validation else [])]
+    incomplete = [dataset.recording.path.name for dataset in datasets if not dataset.recording.complete]
+    at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
+    lines = []
+    if simulated:
+        lines.append(f"SIMULATED data: {', '.join(simulated)}.")
+    if incomplete:
+        lines.append(f"Interrupted, used as far as it goes: {', '.join(incomplete)}.")
+    if model.relative:
+        lines.append(
+            "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
+        )
+    if model.geometry and model.geometry.L2_source == "assumed":
+        lines.append(
+            f"The forearm length L2 = {model.geometry.L2:g} m is assumed{trust_summary.length_moves(model)}."
+        )
+    if isinstance(result.mechanism, Frozen):
+        lines += result.mechanism.impossible(result.fit.parameters)
+    if at_bound:
+        lines.append(f"On the edge of the search region, so not determined by the data: {', '.join(at_bound)}.")
+    return lines
+
+
+def _parameters(model: Model) -> Table:
+    label = ", relative" if model.relative else ""
+    of_paper = model.mechanism == "delta" and model.form is None
+    equation = " of Eq. (26)" if of_paper and not model.effects else " of Eq. (38)" if model.form else ""
+    table = Table(title=f"Parameters{equation}{label}", title_justify="left")
+    table.add_column("")
+    table.add_column("value", justify="right")
+    if model.trust:
+        table.add_column("± 95 %", justify="right")
+    table.add_column("unit")
+    if of_paper:
+        table.add_column("as in (36)", justify="right")
+    table.add_column("at bound")
+    for parameter in model.parameters:
+        values = [
+            _number(parameter.value),
+            *([assessment.margin(parameter)] if model.trust else []),
+            parameter.unit,
+        ]
+        values += [_number(parameter.paper_value)] if of_paper else []
+        table.add_row(parameter.name, *values, "yes" if parameter.at_bound else "")
+    if model.form is None:
+        table.caption = "Friction is positive where it opposes motion"
+        table.caption += "; (36) has the opposite sign." if of_paper else "."
+    return table
+
+
+def searched(mechanism: Frozen) -> Iterator[str]:
+    """What was found by a search before the fit: shapes of effects, and distortions of what was measured."""
+    composition = mechanism.composition
+    found = [
+        f"{one.name} {'never' if is_never(value, one.unit) else f'= {value:.4g} {one.unit}'.rstrip()}"
+        for one, value in zip(composition.named, mechanism.x.tolist(), strict=True)
+        if not one.linear
+    ]
+    if found:
+        yield f"Found by a search before the fit, without intervals: {', '.join(found)}."
+
+
+def _method(model: Model) -> Iterator[str]:
+    """What the estimator has to say of its own result."""
+    method, proof = model.method, model.method.certified
+    if proof:
+        yield (
+            f"Objective (33): {method.objective:.7g} {model.effort_units[0]}, at most {proof.excess:.1e} (relative) "
+            "above its certified minimum."
+        )
+    steps = method.diagnostics.get("iterations")
+    if steps is not None and steps < method.settings["iterations"]:
+        yield f"The swarm stopped there after {steps} of {method.settings['iterations']} iterations."
+    if "rank" in method.diagnostics:
+        yield f"Rank {method.diagnostics['rank']} of {len(model.parameters)}."
+
+
+def _number(value: float) -> str:
+    return f"{value:.4f}" if abs(value) >= 0.1 else f"{value:.4g}"
+
+
+def _agreements(model: Model) -> Table:
+    compared = "fitted model" if model.train.nominal is None else "fitted model | Table 1 in Eq. (1)"
+    table = Table(title=f"Agreement with the measured torque: {compared}", title_justify="left")
+    table.add_column("data")
+    table.add_column("joint")
+    units = ", ".join(dict.fromkeys(model.effort_units))
+    for measure in ("Eq. (41)", f"RMS [{units}]", "R²"):
+        table.add_column(measure, justify="right")
+    judged: list[tuple[str, Agreement | None]] = [("training", model.train), ("validation", model.validate_)]
+    for name, agreement in judged:
+        if agreement:
+            for joint in range(len(model.joints)):
+                table.add_row(name if joint == 0 else "", str(joint + 1), *_cells(agreement, joint))
+            table.add_section()
+    return table
+
+
+def _cells(agreement: Agreement, joint: int) -> list[str]:
+    fitted, nominal = agreement.fitted, agreement.nominal
+    cells = _figures(fitted, joint)
+    if nominal is None:
+        return cells
+    return [f"{one} | {other}" for one, other in zip(cells, _figures(nominal, joint), strict=True)]
+
+
+def _figures(fitness: JointFitness, joint: int) -> list[str]:
+    return [f"{fitness.nrmse[joint]:.4f}", f"{fitness.rms[joint]:.3f}", f"{fitness.r2[joint]:.4f}"]

@@ -1,0 +1,93 @@
+"""A finding on its own axis: the residual without the effect and with it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.diagnosis.binned_residual import binned, over
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.split_data import Material
+from ident.diagnosis.steps import Finding, State
+from ident.dynamics.structure import Term
+from ident.output.figures import theme
+from recordings.recording import Floats
+
+DOTS = 700
+"""Of each cloud, about: a browser draws thousands slowly."""
+
+
+def before_after(found: Diagnosis, one: Finding) -> go.Figure:
+    """Per joint that has the effect `one`: samples, and their mean in bins."""
+    datasets, joints = found.material.datasets, one.term.joints
+    unit = datasets[0].recording.rig.effort_units
+    titles = [theme.title(joint) for joint in joints]
+    figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
+    for column, joint in enumerate(joints, start=1):
+        x, label = over(one.term.effect.axis, datasets, found.ladder.computed, joint)
+        theme.band(figure, float(found.ladder.floor.rms[joint]), 1, column, False)
+        colour = theme.joint_colour(joint)
+        for residuals, ink, name in ((one.without, theme.MEASURED, "without"), (one.with_it, colour, "with")):
+            drawn = binned(x, np.concatenate([part[:, joint] for part in residuals]))
+            _samples(figure, drawn.x, drawn.y, ink, column)
+            mean = go.Scatter(
+                x=drawn.centre,
+                y=drawn.mean,
+                mode="lines",
+                name=name,
+                line={"color": ink, "width": 2.4},
+                showlegend=False,
+            )
+            figure.add_trace(mean, row=1, col=column)
+        figure.update_xaxes(title_text=label, row=1, col=column)
+    theme.key(figure, "without it", line={"color": theme.MEASURED, "width": 2.4})
+    theme.key(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": 2.4})
+    theme.key(
+        figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": theme.faded(theme.NOISE, 0.3)}
+    )
+    figure.update_yaxes(title_text=f"residual [{unit[joints[0]]}]", row=1, col=1)
+    return figure
+
+
+def signature(
+    material: Material, state: State, term: Term, removed: Sequence[Floats], noise: Sequence[float] | Floats
+) -> go.Figure:
+    """Per joint, what `state` leaves, and over it what `term` would take away of it.
+
+    removed: (m, dof) of each recording [N m]; noise: (dof,) floor.
+    """
+    datasets = material.datasets
+    computed = [data.torque - left for data, left in zip(datasets, state.residuals, strict=True)]
+    rig = datasets[0].recording.rig
+    figure = theme.subplots(
+        1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.titles(rig.dof), horizontal_spacing=0.03
+    )
+    for joint in range(rig.dof):
+        x, label = over(term.effect.axis, datasets, computed, joint)
+        theme.band(figure, float(noise[joint]), 1, joint + 1, False)
+        left, taken = (np.concatenate([part[:, joint] for part in parts]) for parts in (state.residuals, removed))
+        drawn = binned(x, left)
+        _samples(figure, drawn.x, drawn.y, theme.MEASURED, joint + 1)
+        known = np.isfinite(left)
+        for y, ink, name in ((drawn, theme.MEASURED, "residual"), (binned(x[known], taken[known]), None, "taken")):
+            line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
+            mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
+            figure.add_trace(mean, row=1, col=joint + 1)
+        figure.update_xaxes(title_text=label, row=1, col=joint + 1)
+    theme.key(figure, "residual, and its mean", line={"color": theme.MEASURED, "width": 2.4})
+    theme.key(figure, "what it would take away", line={"color": theme.JOINTS[0], "width": 2.4})
+    figure.update_yaxes(title_text=f"residual [{rig.effort_units[0]}]", row=1, col=1)
+    return figure
+
+
+def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) -> None:
+    few = slice(None, None, max(1, len(x) // DOTS))
+    dots = go.Scatter(
+        x=x[few].astype(np.float32),
+        y=y[few].astype(np.float32),
+        mode="markers",
+        marker={"color": colour, "size": 3, "opacity": 0.4},
+        hoverinfo="skip",
+        showlegend=False,
+    )
+    figure.add_trace(dots, row=1, col=column)

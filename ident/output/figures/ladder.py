@@ -1,0 +1,86 @@
+"""How the error fell, effect by effect, and what each effect promised."""
+
+from collections.abc import Sequence
+
+import plotly.graph_objects as go
+
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document, RungEntry
+from ident.output.figures import theme
+
+MOST = 14
+"""Candidates that are shown."""
+
+
+def ladder(document: Document) -> go.Figure:
+    """Training and held-out RMS of each rung, joint by joint, and the noise floor as the line to reach."""
+    names = [theme.plain(label) for label in document.labels]
+    return bars(names, document.rungs, document.noise_rms, document.effort_units)
+
+
+def bars(names: Sequence[str], rungs: Sequence[RungEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+    """The same of any models, `rungs`, called `names`; `noise` and `units` of the joints."""
+    dof = len(units)
+    figure = theme.subplots(
+        1,
+        dof,
+        theme.HEADER + theme.FOOTER + 20 + 58 * len(names),
+        shared_yaxes=True,
+        subplot_titles=theme.titles(dof),
+        horizontal_spacing=0.03,
+    )
+    for joint in range(dof):
+        colour = theme.joint_colour(joint)
+        unit = units[joint]
+        sides = [
+            ("training", [rung.train_rms[joint] for rung in rungs], theme.faded(colour, theme.FAINT)),
+            ("held out", [rung.validate_rms[joint] for rung in rungs], colour),
+        ]
+        for label, values, fill in sides:
+            drawn = go.Bar(
+                x=values,
+                y=list(range(len(names))),
+                orientation="h",
+                name=label,
+                text=[theme.number(value, 2) for value in values],
+                textposition="outside",
+                cliponaxis=False,
+                marker_color=fill,
+                showlegend=False,
+                hovertemplate=f"{label}: %{{x:.3g}} {unit}<extra></extra>",
+            )
+            figure.add_trace(drawn, row=1, col=joint + 1)
+        most = max(max(rung.train_rms[joint], rung.validate_rms[joint]) for rung in rungs)
+        line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
+        figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
+        figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * most], row=1, col=joint + 1)
+    square = {"symbol": "square", "size": 11}
+    theme.key(figure, "training", marker=square | {"color": theme.faded(theme.MEASURED, theme.FAINT)})
+    theme.key(figure, "held out", marker=square | {"color": theme.MEASURED})
+    theme.key(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+    figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
+    return figure
+
+
+def candidates(found: Diagnosis) -> go.Figure:
+    """What each effect would explain, at first sight, of what the base model left, and of what is left at the end."""
+    first, last = found.ladder.first.gains, found.ladder.last.gains
+    names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MOST]
+    added = {one.term.name for one in found.ladder.findings}
+    figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
+    labels = [f"<b>{theme.plain(name)}</b>" if name in added else theme.plain(name) for name in names]
+    sides = [("at first", first, theme.JOINTS[0]), ("at the end, of what is left", last, theme.JOINTS[3])]
+    for label, gains, colour in sides:
+        shares = [100 * max(gains.get(name, 0.0), 0.0) for name in names]
+        dots = go.Scatter(
+            x=shares,
+            y=labels,
+            mode="markers",
+            name=label,
+            marker={"color": colour, "size": 9},
+            hovertemplate=f"%{{y}}, {label}: %{{x:.2g}} %<extra></extra>",
+        )
+        figure.add_trace(dots)
+    figure.update_yaxes(autorange="reversed")
+    figure.update_xaxes(title_text="share of the error that it would explain [%]", range=[-2, 104])
+    return figure

@@ -1,0 +1,70 @@
+"""How well the parameters are known."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.identification.model import FittedParameter, Model
+from ident.output.figures import theme
+
+_IDENTIFIABLE = {"identifiable": "identifiable", "weak": "weakly identifiable", "not": "not identifiable"}
+_TICKS = [step * 10.0**exponent for exponent in range(-3, 5) for step in (1, 2, 5)]
+_COLOURS = {"identifiable": theme.JOINTS[0], "weak": theme.JOINTS[3], "not": theme.JOINTS[1]}
+
+
+def precision(models: Mapping[str, Model]) -> go.Figure:
+    """Half width of each parameter's 95 % interval, in percent of its value, on a logarithmic axis."""
+    names = list(dict.fromkeys(one.name for model in models.values() for one in model.parameters))
+    figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 22 * len(names))
+    for number, (name, model) in enumerate(models.items()):
+        for status, label in _IDENTIFIABLE.items():
+            own = [one for one in model.parameters if one.status == status and margin(one) is not None]
+            if not own:
+                continue
+            dots = go.Scatter(
+                x=[margin(one) for one in own],
+                y=[theme.plain(one.name) for one in own],
+                mode="markers",
+                name=f"{theme.plain(name)}, {label}" if len(models) > 1 else label,
+                marker={"color": _COLOURS[status], "size": 10, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
+                hovertemplate="%{y}: ± %{x:.2g} %",
+            )
+            figure.add_trace(dots)
+    figure.update_yaxes(categoryorder="array", categoryarray=[theme.plain(name) for name in names[::-1]])
+    figure.update_xaxes(type="log", title_text="half width of the 95 % interval [% of the value]", tickvals=_TICKS)
+    figure.update_xaxes(ticktext=[f"{tick:g}" for tick in _TICKS])
+    figure.update_layout(showlegend=True)
+    figure.add_vline(x=100, line={"color": theme.MEASURED, "dash": "dot", "width": 1.5})
+    return figure
+
+
+def margin(parameter: FittedParameter) -> float | None:
+    """Half the width of the 95 % interval in percent of the value; None where there is none."""
+    if parameter.ci95 is None or not parameter.value:
+        return None
+    return 50 * (parameter.ci95[1] - parameter.ci95[0]) / abs(parameter.value)
+
+
+def correlation(model: Model) -> go.Figure:
+    """Between the errors of the parameters: where it is near -1 or 1, only a combination is known."""
+    names = [theme.plain(one.name) for one in model.parameters]
+    rows = model.trust.correlation if model.trust else ()
+    values = np.array([[np.nan if one is None else one for one in row] for row in rows])
+    figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
+    blue, orange = theme.JOINTS[:2]
+    figure.add_trace(
+        go.Heatmap(
+            z=np.round(values, 3),
+            x=names,
+            y=names,
+            zmin=-1,
+            zmax=1,
+            colorscale=[[0, orange], [0.5, theme.faded(theme.MEASURED, 0.08)], [1, blue]],
+            colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
+            hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
+        )
+    )
+    figure.update_yaxes(autorange="reversed")
+    figure.update_layout(margin_t=16)
+    return figure

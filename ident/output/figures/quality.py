@@ -1,0 +1,110 @@
+"""What a recording holds and how good it is: the motion, gaps, lateness, noise."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.data.samples import drive_signal, holds_torque
+from ident.output.figures import theme
+from ident.residuals.analysis import Comparison
+from recordings.recording import Floats, Recording
+
+
+def motion(recording: Recording) -> go.Figure:
+    """Position, following error and what was measured of the drives, of all joints over the whole run."""
+    rig = recording.rig
+    drive = theme.effort(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
+    rows = [(f"position<br>[{rig.position_units[0]}]", recording.position)]
+    error = recording.command - recording.position
+    if np.isfinite(error).any():
+        rows.append((f"following error<br>[m{rig.position_units[0]}]", 1e3 * error))
+    rows.append((drive, drive_signal(recording)))
+    height = theme.LEGEND + theme.FOOTER + 130 * len(rows)
+    figure = theme.subplots(len(rows), 1, height, shared_xaxes=True, vertical_spacing=0.06)
+    for row, (label, values) in enumerate(rows, start=1):
+        for joint in range(rig.dof):
+            _trace(figure, recording.time, values[:, joint], joint, row)
+        figure.update_yaxes(title_text=label, nticks=5, row=row, col=1)
+    figure.update_xaxes(title_text="time [s]", row=len(rows), col=1)
+    return figure
+
+
+def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int) -> None:
+    x, y = theme.thinned(time, values, theme.POINTS // 2)
+    trace = go.Scatter(
+        x=x.astype(np.float32),
+        y=y.astype(np.float32),
+        mode="lines",
+        name=f"joint {joint + 1}",
+        legendgroup=f"joint {joint + 1}",
+        showlegend=row == 1,
+        line={"color": theme.joint_colour(joint), "width": 1.2},
+    )
+    figure.add_trace(trace, row=row, col=1)
+
+
+def has_timing(recording: Recording) -> bool:
+    """Whether there is anything to see of gaps or lateness."""
+    return bool(recording.gaps.any() or np.nan_to_num(recording.lateness).any())
+
+
+def timing(recording: Recording) -> go.Figure:
+    """How late the host was, and where samples were lost."""
+    figure = theme.subplots(
+        2, 1, 20 + theme.FOOTER + 190, shared_xaxes=True, vertical_spacing=0.08, row_heights=[2, 1]
+    )
+    x, late = theme.thinned(recording.time, 1e3 * recording.lateness)
+    line = {"color": theme.MEASURED, "width": 1}
+    figure.add_trace(go.Scatter(x=x, y=late, mode="lines", line=line, showlegend=False), row=1, col=1)
+    for joint in range(recording.rig.dof):
+        lost = recording.time[np.isnan(recording.position[:, joint])]
+        style = {"color": theme.joint_colour(joint), "symbol": "line-ns-open", "size": 12}
+        marks = go.Scatter(
+            x=lost, y=[f"joint {joint + 1}"] * len(lost), mode="markers", marker=style, showlegend=False
+        )
+        figure.add_trace(marks, row=2, col=1)
+    figure.update_yaxes(title_text="late by [ms]", rangemode="tozero", row=1, col=1)
+    names = [f"joint {joint + 1}" for joint in range(recording.rig.dof)]
+    figure.update_yaxes(
+        title_text="lost",
+        type="category",
+        categoryorder="array",
+        categoryarray=names[::-1],
+        range=[-0.5, len(names) - 0.5],
+        row=2,
+        col=1,
+    )
+    ends = [float(recording.time[0]), float(recording.time[-1])]
+    figure.update_xaxes(range=ends)
+    figure.update_xaxes(title_text="time [s]", row=2, col=1)
+    figure.update_layout(margin_t=20)
+    return figure
+
+
+def split(models: Mapping[str, Comparison]) -> go.Figure:
+    """What the residual's mean square consists of: noise, what repeats with the motion, what changes steadily."""
+    parts: Mapping[str, tuple[str, str]] = {
+        "noise": ("noise", theme.NOISE),
+        "repeating": ("repeats with the motion: a model could explain it", theme.JOINTS[0]),
+        "trend": ("changes from cycle to cycle", theme.JOINTS[3]),
+    }
+    labels, squares = [], []
+    for name, comparison in models.items():
+        prefix = f"{theme.plain(name)}, " if len(models) > 1 else ""
+        for number, joint in enumerate(comparison.joints, start=1):
+            if joint.split:
+                trend = joint.split.trend.mean_square if joint.split.trend and joint.split.trend.significant else 0.0
+                labels.append(f"{prefix}joint {number}")
+                squares.append([joint.split.noise, joint.split.repeating, trend])
+    shares = np.maximum(np.array(squares), 0.0)
+    shares = 100 * shares / shares.sum(axis=1, keepdims=True)
+    figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 34 * len(labels))
+    for column, (label, colour) in enumerate(parts.values()):
+        if shares[:, column].max() > 0.5:
+            bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
+            figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))
+    figure.update_layout(barmode="stack", bargap=0.35, legend_traceorder="normal", showlegend=True)
+    figure.update_yaxes(autorange="reversed", ticksuffix=" ")
+    figure.update_xaxes(title_text="share of the residual's mean square [%]", range=[0, 100])
+    return figure

@@ -1,0 +1,48 @@
+"""What the last model of a diagnosis leaves."""
+
+import plotly.graph_objects as go
+
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.document import Document
+from ident.identification.prediction import Prediction
+from ident.output.figures import theme
+from ident.output.figures.where import grid
+from ident.residuals.curves import curves
+
+
+def shares(found: Diagnosis, document: Document) -> go.Figure:
+    """Per joint: noise, what encoder steps leave, and what is structured, beside the held-out error [N m RMS]."""
+    floor = found.ladder.floor
+    last = document.rungs[-1].validate_rms
+    joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
+    figure = theme.subplots(1, 1, 280)
+    parts = [
+        ("noise", floor.noise, theme.NOISE),
+        ("encoder steps", floor.encoder, theme.JOINTS[4]),
+        ("structured", document.remaining.structured_rms, theme.JOINTS[3]),
+        ("held-out error", last, theme.MEASURED),
+    ]
+    texts = iter(theme.alike([float(value) for _, values, _ in parts for value in values]))
+    for label, values, colour in parts:
+        numbers = [float(value) for value in values]
+        figure.add_trace(
+            go.Bar(
+                x=joints,
+                y=numbers,
+                name=label,
+                marker_color=colour,
+                text=[next(texts) for _ in numbers],
+                textposition="outside",
+                cliponaxis=False,
+            )
+        )
+    figure.update_yaxes(title_text=f"RMS [{document.effort_units[0]}]", rangemode="tozero")
+    return figure
+
+
+def left(found: Diagnosis, document: Document) -> go.Figure:
+    """The residual of the last model over each quantity."""
+    pairs = zip(found.material.datasets, found.ladder.computed, strict=True)
+    predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
+    per_joint = [curves(predictions, joint) for joint in range(len(document.joints))]
+    return grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.ladder.floor.rms])

@@ -1,0 +1,36 @@
+"""The residual by frequency."""
+
+from collections.abc import Mapping
+
+import plotly.graph_objects as go
+
+from ident.output.figures import theme
+from ident.residuals.analysis import Comparison
+
+
+def densities(models: Mapping[str, Comparison]) -> go.Figure:
+    """Power spectral densities per joint: measured torque, residual, and the noise that no model could explain."""
+    first, *_ = models.values()
+    dof = len(first.joints)
+    figure = theme.subplots(
+        1, dof, 340, shared_yaxes="all", subplot_titles=theme.titles(dof), horizontal_spacing=0.04
+    )
+    for joint, found in enumerate(first.joints):
+        frequency = found.spectrum.frequency[1:]
+        lines = [("measured torque", found.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
+        if found.spectrum.noise is not None:
+            lines.append(("noise", found.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"}))
+        for number, (name, comparison) in enumerate(models.items()):
+            label = theme.plain(name) if len(models) > 1 else "residual"
+            style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}
+            lines.append((label, comparison.joints[joint].spectrum.residual, style))
+        for label, density, style in lines:
+            trace = go.Scatter(
+                x=frequency, y=density[1:], name=label, line=style, legendgroup=label, showlegend=joint == 0
+            )
+            figure.add_trace(trace, row=1, col=joint + 1)
+    # Digits such as 2 and 5 between the powers would run into each other.
+    figure.update_yaxes(type="log", dtick=1, exponentformat="power")
+    figure.update_yaxes(title_text=f"density [({first.joints[0].unit})²/Hz]", row=1, col=1)
+    figure.update_xaxes(title_text="frequency [Hz]")
+    return figure

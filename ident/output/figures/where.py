@@ -1,0 +1,181 @@
+"""Where a model fails: by phase of the motion, over what the residual may depend on, and what of it is noise."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.output.figures import theme
+from ident.residuals.analysis import Comparison
+from ident.residuals.curves import Curve
+from ident.residuals.phases import PHASES
+from recordings.recording import Floats
+
+HEADROOM = 1.12
+"""Above the highest bar, for what is written over it."""
+HIGHEST = 1.3
+"""What curves are drawn of, over the largest RMS of any bin."""
+
+
+def phases(models: Mapping[str, Comparison]) -> go.Figure:
+    """RMS residual of each joint in each phase, with the noise floor; above the bars, the share of the time."""
+    first, *_ = models.values()
+    dof = len(first.joints)
+    figure = theme.subplots(
+        1, dof, 320, shared_yaxes="all", subplot_titles=theme.titles(dof), horizontal_spacing=0.04
+    )
+    for number, (name, comparison) in enumerate(models.items()):
+        for joint, found in enumerate(comparison.joints):
+            names = [phase for phase in PHASES if phase in found.summary.phases]
+            about = [found.summary.phases[phase] for phase in names]
+            colour = theme.joint_colour(joint)
+            bars = go.Bar(
+                x=names,
+                y=[one.rms for one in about],
+                text=[theme.percent(one.time_share) for one in about] if number == 0 else None,
+                textposition="outside",
+                cliponaxis=False,
+                name=theme.plain(name),
+                offsetgroup=name,
+                showlegend=False,
+                textangle=0,
+                textfont_size=11,
+                constraintext="none",
+                marker={"color": colour, "pattern": theme.pattern(number)},
+                hovertemplate="%{x}: %{y:.3g} " + found.unit,
+            )
+            figure.add_trace(bars, row=1, col=joint + 1)
+    for joint, found in enumerate(first.joints):
+        if found.split:
+            line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
+            figure.add_hline(y=found.split.noise_rms, line=line, row=1, col=joint + 1)
+    if any(found.split for found in first.joints):
+        theme.key(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+    _models(figure, models)
+    most = max(
+        phase.rms for one in models.values() for found in one.joints for phase in found.summary.phases.values()
+    )
+    figure.update_yaxes(range=[0, HEADROOM * most or 1.0])
+    figure.update_yaxes(title_text=f"RMS residual [{first.joints[0].unit}]", row=1, col=1)
+    return figure
+
+
+def _models(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
+    """Which pattern is which model, where there are several."""
+    if len(models) == 1:
+        return
+    for number, name in enumerate(models):
+        style = {"color": theme.MEASURED, "pattern": theme.pattern(number)}
+        key = go.Bar(x=[None], y=[None], name=theme.plain(name), offsetgroup=name, marker=style)
+        figure.add_trace(key, row=1, col=1)
+
+
+def curves(models: Mapping[str, Comparison]) -> go.Figure:
+    """Mean residual over each quantity, one row per joint; of the first model with its 95 % band and its RMS."""
+    first, *_ = models.values()
+    return grid(
+        {name: [joint.curves for joint in comparison.joints] for name, comparison in models.items()},
+        [joint.unit for joint in first.joints],
+        [joint.split.noise_rms if joint.split else None for joint in first.joints],
+    )
+
+
+def grid(
+    models: Mapping[str, Sequence[Sequence[Curve]]], units: Sequence[str], floor: Sequence[float | None]
+) -> go.Figure:
+    """Curves by model and joint; `units` of the joints' efforts, `floor` of their noise."""
+    first, *_ = models.values()
+    rows, columns = len(first), max(map(len, first))
+    figure = theme.subplots(
+        rows,
+        columns,
+        theme.HEADER + theme.FOOTER + 190 * rows,
+        shared_yaxes=True,
+        shared_xaxes="columns",
+        subplot_titles=[f"explains {theme.percent(curve.explained)}" for row in first for curve in row],
+        horizontal_spacing=0.018,
+        vertical_spacing=0.21 / rows,
+    )
+    for joint in range(rows):
+        for column, curve in enumerate(first[joint], start=1):
+            theme.band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
+            _band(figure, curve, joint, column)
+            for number, (name, per_joint) in enumerate(models.items()):
+                label = theme.plain(name) if len(models) > 1 else "mean residual, with its 95 % band"
+                legend = joint == 0 and column == 1
+                _mean(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
+            if joint == rows - 1:
+                figure.update_xaxes(title_text=_label(curve), row=rows, col=column)
+            if curve.axis == "cycle":
+                figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
+        # Bands of bins that were hardly visited would hide all others.
+        per_model = (curve for per_joint in models.values() for curve in per_joint[joint])
+        most = HIGHEST * max((float(one.rms.max()) for one in per_model if len(one.rms)), default=1.0) or 1.0
+        figure.update_yaxes(range=[-most, most], nticks=5, row=joint + 1)
+        figure.update_yaxes(title_text=f"{theme.title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1)
+    figure.update_annotations(font_size=11.5)
+    return figure
+
+
+def _label(curve: Curve) -> str:
+    name = "computed load" if curve.axis == "load" else curve.axis
+    return f"{name} [{curve.unit}]" if curve.unit else name
+
+
+def _band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
+    known = np.isfinite(curve.half_width)
+    low, high = (curve.mean + side * curve.half_width for side in (-1, 1))
+    outline = np.concatenate([curve.centre[known], curve.centre[known][::-1]])
+    figure.add_trace(
+        go.Scatter(
+            x=outline,
+            y=np.concatenate([high[known], low[known][::-1]]),
+            fill="toself",
+            fillcolor=theme.faded(theme.joint_colour(joint), 0.25),
+            mode="lines",
+            line_width=0,
+            hoverinfo="skip",
+            showlegend=False,
+        ),
+        row=joint + 1,
+        col=column,
+    )
+
+
+def _mean(figure: go.Figure, curve: Curve, joint: int, column: int, number: int, label: str, legend: bool) -> None:
+    colour, dash = theme.joint_colour(joint), theme.DASHES[number % len(theme.DASHES)]
+    place = {"row": joint + 1, "col": column}
+    figure.add_trace(
+        go.Scatter(
+            x=curve.centre,
+            y=curve.mean,
+            mode="lines+markers",
+            name=label,
+            legendgroup=label,
+            showlegend=legend,
+            line={"color": colour, "width": 1.6, "dash": dash},
+            marker={"size": 4, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
+            customdata=np.stack([curve.half_width, curve.rms], axis=1),
+            hovertemplate="%{x:.3g}: %{y:.3g} ± %{customdata[0]:.2g}, RMS %{customdata[1]:.3g}<extra></extra>",
+        ),
+        **place,
+    )
+    if number == 0:
+        _rms(figure, curve.centre, curve.rms, place, legend)
+
+
+def _rms(figure: go.Figure, centre: Floats, rms: Floats, place: Mapping[str, int], legend: bool) -> None:
+    for side in (1, -1):
+        figure.add_trace(
+            go.Scatter(
+                x=centre,
+                y=side * rms,
+                mode="lines",
+                name="± RMS",
+                legendgroup="rms",
+                showlegend=legend and side == 1,
+                line={"color": theme.MEASURED, "width": 1, "dash": "dot"},
+                hoverinfo="skip",
+            ),
+            **place,
+        )

@@ -1,0 +1,144 @@
+"""A comparison as pictures: phases, curves, spectrum, the worst stretches, and the residual over time."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident.identification.prediction import Prediction
+from ident.output.plots import fit
+from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
+from ident.residuals.analysis import Comparison
+from ident.residuals.curves import Curve
+from ident.residuals.phases import PHASES
+from ident.residuals.windows import Window
+
+NOISE = "#009E73"
+"""Of Okabe and Ito's palette, as the others."""
+HIGHEST = 1.3
+"""What curves are drawn of, over the largest RMS of any bin."""
+AROUND = 0.5
+"""Seconds that are drawn before and after a worst stretch."""
+
+
+def draw(comparison: Comparison, folder: Path) -> None:
+    """Draw into `folder`."""
+    first = comparison.predictions[0].dataset
+    names = ", ".join(one.dataset.recording.path.name for one in comparison.predictions)
+    about = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
+    phases(
+        folder / "phases.png", f"Residual by phase of the motion (with its share of the time): {about}", comparison
+    )
+    curves(
+        folder / "curves.png",
+        f"Mean residual, its 95 % band, ± RMS (dotted) and noise (green): {about}",
+        comparison,
+    )
+    spectra(folder / "spectrum.png", f"Residual by frequency: {about}", comparison)
+    worst(folder / "worst.png", f"The worst stretches: {about}", comparison)
+    for number, one in enumerate(comparison.predictions, start=1):
+        fit.residual(folder / f"residual_{number}.png", f"Residual: {about}", one.dataset, one.computed)
+
+
+def phases(path: Path, title: str, comparison: Comparison) -> None:
+    """RMS of each joint in each phase, with its noise floor."""
+    with figure(path, title, 10.0, 4.0) as drawn:
+        axes = drawn.subplots(1, len(comparison.joints), squeeze=False)[0]
+        for axis, joint in zip(axes, comparison.joints, strict=True):
+            found = joint.summary.phases
+            names = [name for name in PHASES if name in found]
+            axis.bar(names, [found[name].rms for name in names], color=COMPUTED, width=0.6, zorder=2)
+            for name in names:
+                share = f"{100 * found[name].time_share:.0f} %"
+                axis.annotate(share, (name, found[name].rms), ha="center", va="bottom", fontsize=8)
+            if joint.split:
+                axis.axhline(joint.split.noise_rms, color=NOISE, lw=1.6, ls="--", zorder=3, label="noise")
+                axis.legend(frameon=False, loc="upper left", fontsize=8)
+            axis.margins(y=0.25)
+            axis.tick_params(axis="x", labelsize=8, rotation=20)
+            axis.set_title(f"joint {joint.summary.number}", fontsize=10)
+            axis.set_ylabel(f"RMS residual [{joint.unit}]")
+
+
+def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[float] | None = None) -> None:
+    """One row per joint, one column per quantity.
+
+    floors: (dof,) to draw; None: noise alone, as the repetitions tell it.
+    """
+    noise = [joint.split.noise_rms if joint.split else None for joint in comparison.joints]
+    columns = max(len(joint.curves) for joint in comparison.joints)
+    rows = len(comparison.joints)
+    with figure(path, title, 3.2 * columns, 1.0 + 2.4 * rows) as drawn:
+        grid = drawn.subplots(rows, columns, squeeze=False, sharey="row")
+        for row, joint, floor in zip(grid, comparison.joints, floors or noise, strict=True):
+            for axis, curve in zip(row, joint.curves, strict=True):
+                _curve(axis, curve, floor)
+            row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
+            # Bands of bins that were hardly visited would hide all others.
+            most = HIGHEST * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
+            row[0].set_ylim(-most or -1.0, most or 1.0)
+
+
+def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
+    low, high = curve.mean - curve.half_width, curve.mean + curve.half_width
+    axis.axhline(0, color=MEASURED, lw=0.8)
+    if floor is not None:
+        axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0)
+    axis.plot(curve.centre, curve.rms, color=NOMINAL, lw=1, ls=":")
+    axis.plot(curve.centre, -curve.rms, color=NOMINAL, lw=1, ls=":")
+    axis.fill_between(curve.centre, low, high, color=COMPUTED, alpha=0.3, lw=0)
+    axis.plot(curve.centre, curve.mean, color=COMPUTED, lw=1.4, marker="o", ms=2.5)
+    unit = f" [{curve.unit}]" if curve.unit else ""
+    axis.set_xlabel(f"{'computed load' if curve.axis == 'load' else curve.axis}{unit}")
+    axis.set_title(f"accounts for {100 * curve.explained:.0f} %", fontsize=9)
+    if curve.axis == "cycle":
+        axis.xaxis.get_major_locator().set_params(integer=True)
+
+
+def spectra(path: Path, title: str, comparison: Comparison) -> None:
+    """Amplitude densities of torque, residual and noise."""
+    rows = len(comparison.joints)
+    with figure(path, title, 10.0, 1.2 + 2.4 * rows) as drawn:
+        axes = drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        for axis, joint in zip(axes, comparison.joints, strict=True):
+            found = joint.spectrum
+            axis.semilogy(found.frequency, np.sqrt(found.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque")
+            axis.semilogy(found.frequency, np.sqrt(found.residual), color=COMPUTED, lw=1.3, label="residual")
+            if found.noise is not None:
+                axis.semilogy(
+                    found.frequency, np.sqrt(found.noise), color=NOISE, lw=1.3, ls="--", label="of it, noise"
+                )
+            axis.set_ylabel(f"joint {joint.summary.number}\n[{joint.unit}/√Hz]")
+            axis.margins(x=0)
+        axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
+        axes[-1].set_xlabel("frequency [Hz]")
+
+
+def worst(path: Path, title: str, comparison: Comparison) -> None:
+    """Measured and computed torque around each of the worst stretches."""
+    if not comparison.windows:
+        return
+    by_name = {one.dataset.recording.path.name: one for one in comparison.predictions}
+    rows = -(-len(comparison.windows) // 2)
+    with figure(path, title, 11.0, 1.0 + 2.4 * rows) as drawn:
+        axes = drawn.subplots(rows, 2, squeeze=False).ravel()
+        for axis, window in zip(axes, comparison.windows, strict=False):
+            _window(axis, window, by_name[window.recording])
+        for axis in axes[len(comparison.windows) :]:
+            axis.set_axis_off()
+        axes[0].legend(frameon=False, fontsize=8)
+
+
+def _window(axis: Any, window: Window, prediction: Prediction) -> None:
+    dataset, joint = prediction.dataset, window.joint - 1
+    shown = (dataset.time >= window.start - AROUND) & (dataset.time <= window.end + AROUND)
+    time = dataset.time[shown]
+    axis.axvspan(window.start, window.end, color=NOMINAL, alpha=0.3, lw=0)
+    axis.plot(time, dataset.torque[shown, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+    axis.plot(time, prediction.computed[shown, joint], color=COMPUTED, lw=1.3, label="model")
+    axis.margins(x=0)
+    axis.set_xlabel("time [s]")
+    axis.set_ylabel(f"joint {window.joint} [{dataset.recording.rig.effort_units[joint]}]")
+    cycle = f", cycle {window.cycle}" if window.cycle else ""
+    axis.set_title(f"{window.recording}: {window.phase}{cycle}, {window.times_overall:.1f} times overall", fontsize=9)

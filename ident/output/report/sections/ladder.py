@@ -1,0 +1,27 @@
+"""How the error fell, effect by effect."""
+
+from ident.output.figures import ladder
+from ident.output.report.blocks import Block, Fold, Plot, Section, Table
+from ident.output.report.material import Material
+from ident.output.report.sections import values
+
+
+def section(material: Material) -> Section | None:
+    """The ladder, the model at its top, and what was not added; None where nobody asked."""
+    found, document = material.diagnosis, material.document
+    if found is None or document is None:
+        return None
+    caption = (
+        f"Error of each model on the rows it was fitted to, and on rows held out ({document.held_out}). A bar that "
+        "falls in training only is overfitting. The dashed line is what a right model reaches."
+    )
+    blocks: list[Block] = [Plot("ladder", ladder.ladder(document), caption)]
+    if found.ladder.first.gains or found.ladder.last.gains:
+        promised = "What each effect would explain at first sight; in bold what was added in the end."
+        blocks.append(Plot("candidates", ladder.candidates(found), promised))
+    rejected = tuple((one.effect, one.status, one.why) for one in document.rejected)
+    blocks.append(
+        Fold("Effects that were not added", (Table(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
+    )
+    blocks.append(Fold("Parameters of the model at the top", (values.table(document.rungs[-1].parameters),)))
+    return Section("ladder", "The ladder", tuple(blocks))

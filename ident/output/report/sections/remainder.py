@@ -1,0 +1,58 @@
+"""What remains, and what to record next."""
+
+from collections.abc import Iterator
+
+from ident.diagnosis.document import Document
+from ident.output.figures import remainder
+from ident.output.figures.theme import percent
+from ident.output.report.blocks import Block, Code, Plot, Section, Text
+from ident.output.report.material import Material
+from recordings.rig import is_default
+
+_CAPTION = (
+    "Noise, what encoder steps leave, and what is structured in all rows (their squares add up), beside the error on "
+    "rows held out."
+)
+
+
+def remains(material: Material) -> Section | None:
+    """What the last model leaves; None where nobody asked."""
+    found, document = material.diagnosis, material.document
+    if found is None or document is None:
+        return None
+    left = document.remaining
+    sentences = (
+        f"{left.why[0].upper()}{left.why[1:]}",
+        f"{percent(left.structured_share)} of the remaining mean square is structured, the rest is noise.",
+    )
+    blocks: list[Block] = [
+        Text(sentences),
+        Plot("remainder", remainder.shares(found, document), _CAPTION),
+        Plot("left", remainder.left(found, document), "What the last model leaves, over what it may depend on."),
+    ]
+    return Section("remains", "What remains", tuple(blocks))
+
+
+def following(material: Material) -> Section | None:
+    """What to record next; None where nobody asked."""
+    document = material.document
+    if document is None:
+        return None
+    lines = tuple(_reasons(document))
+    blocks: list[Block] = [Text(lines)]
+    if document.next_motion:
+        rig = "" if is_default(material.recordings[0].rig) else " --rig RIG.toml"
+        blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
+    return Section("next", "What to record next", tuple(blocks))
+
+
+def _reasons(document: Document) -> Iterator[str]:
+    if document.next_motion:
+        yield document.next_motion.why
+    else:
+        yield "Nothing is needed to tell the findings from other effects."
+    untested = [one.effect for one in document.rejected if one.status == "not-tested"]
+    if untested:
+        yield (
+            f"These motions do not show {', '.join(untested)}; another one may, such as one that ident design finds."
+        )

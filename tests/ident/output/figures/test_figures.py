@@ -1,0 +1,110 @@
+"""Figures show what the results hold, with units on their axes, and no name from a file as markup."""
+
+from dataclasses import replace
+
+import numpy as np
+import plotly.graph_objects as go
+import pytest
+
+from ident.data.dataset import first_repetition
+from ident.identification.model import Model
+from ident.output.figures import parameters, quality, spectrum, theme, torque, where
+from ident.residuals.analysis import Comparison
+from recordings.recording import Recording
+
+
+def axis_titles(figure: go.Figure, which: str) -> list[str]:
+    return [axis.title.text for axis in getattr(figure, f"select_{which}axes")() if axis.title.text]
+
+
+@pytest.fixture(params=[1, 2])
+def models(request: pytest.FixtureRequest, comparison: Comparison) -> dict[str, Comparison]:
+    names = ["a<b>.json", "other.json"][: request.param]
+    return dict.fromkeys(names, comparison)
+
+
+def test_no_figure_shows_a_name_as_markup(models: dict[str, Comparison], comparison: Comparison) -> None:
+    figures = [
+        torque.over_time(models, 0),
+        torque.worst(replace(comparison, predictions=comparison.predictions * 2)),
+        where.phases(models),
+        where.curves(models),
+        spectrum.densities(models),
+        quality.split(models),
+    ]
+    for figure in figures:
+        text = figure.to_json()
+        assert "<script" not in text
+        assert "a<b>" not in text
+
+
+def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], comparison: Comparison) -> None:
+    figure = torque.over_time(models, 0)
+    assert len(list(figure.select_yaxes())) == 6
+    assert {axis.matches for axis in figure.select_xaxes()} <= {None, "x6"}
+    assert "time [s]" in axis_titles(figure, "x")
+    assert all("[N m]" in title for title in axis_titles(figure, "y"))
+    residuals = [trace for trace in figure.data if trace.name.endswith("left")]
+    assert len(residuals) == 3 * len(models)
+    rms = np.sqrt(np.nanmean(np.asarray(residuals[0].y, np.float64) ** 2))
+    assert rms == pytest.approx(comparison.joints[0].summary.rms, rel=1e-3)
+
+
+def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], comparison: Comparison) -> None:
+    dataset = comparison.predictions[0].dataset
+    rows, first = len(dataset.time), first_repetition(dataset)
+    whole, few = (
+        [trace for trace in torque.over_time(models, 0, points).data if trace.name == "measured"]
+        for points in (rows, 100)
+    )
+    assert [len(trace.x) for trace in whole] == [rows] * 3
+    for trace, torques in zip(few, dataset.torque.T, strict=True):
+        assert len(trace.x) < rows
+        assert np.isin(dataset.time[first].astype(np.float32), trace.x).all()
+        assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
+
+
+def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:
+    figure = where.phases({"model": comparison})
+    bars = [trace for trace in figure.data if trace.type == "bar"]
+    for joint, trace in zip(comparison.joints, bars, strict=True):
+        assert dict(zip(trace.x, trace.y, strict=True)) == {
+            name: phase.rms for name, phase in joint.summary.phases.items()
+        }
+        assert trace.marker.color == theme.joint_colour(joint.summary.number - 1)
+
+
+def test_curves_name_their_quantity_and_its_unit(models: dict[str, Comparison]) -> None:
+    figure = where.curves(models)
+    labels = axis_titles(figure, "x")
+    assert labels == ["velocity [rad/s]", "position [rad]", "computed load [N m]", "time [s]", "cycle"]
+
+
+def test_worst_stretches_are_all_drawn(comparison: Comparison) -> None:
+    figure = torque.worst(comparison)
+    assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(comparison.windows)
+
+
+def test_motion_and_timing_show_gap_and_lateness(late: Recording) -> None:
+    assert quality.has_timing(late)
+    figure = quality.timing(late)
+    assert np.nanmax(np.asarray(figure.data[0].y, float)) == pytest.approx(2.0)
+    assert [len(trace.x) for trace in figure.data[1:]] == [0, 3, 0]
+    assert len(quality.motion(late).data) == 9
+    assert not quality.has_timing(replace(late, position=late.command, lateness=np.zeros_like(late.lateness)))
+
+
+def test_parameters_show_half_width_in_percent(model: Model) -> None:
+    figure = parameters.precision({"a": model})
+    shown = {name: x for trace in figure.data for name, x in zip(trace.y, trace.x, strict=True)}
+    first = model.parameters[0]
+    assert first.ci95 is not None
+    assert shown[first.name] == pytest.approx(50 * (first.ci95[1] - first.ci95[0]) / first.value)
+    heat = parameters.correlation(model).data[0]
+    assert np.asarray(heat.z).shape == (11, 11)
+    assert np.asarray(heat.z)[0, 0] == pytest.approx(1)
+
+
+def test_templates_differ_in_ground_and_ink_only() -> None:
+    assert theme.LIGHT.layout.font.color != theme.DARK.layout.font.color
+    assert theme.LIGHT.layout.paper_bgcolor == theme.DARK.layout.paper_bgcolor == "rgba(0,0,0,0)"

@@ -1,0 +1,56 @@
+"""The ladder shows the errors of the document, whatever its effects are called."""
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.document import Document, Remaining, RungEntry
+from ident.output.figures import ladder
+
+HOSTILE = "<a href='javascript:alert(1)'>x"
+
+
+@pytest.fixture
+def document() -> Document:
+    rungs = (
+        RungEntry(added=None, effects=(), train_rms=(0.4, 0.5), validate_rms=(0.8, 0.9), parameters={}),
+        RungEntry(added=HOSTILE, effects=(HOSTILE,), train_rms=(0.1, 0.2), validate_rms=(0.12, 0.22), parameters={}),
+        RungEntry(
+            added=HOSTILE, effects=(HOSTILE,) * 2, train_rms=(0.1, 0.1), validate_rms=(0.1, 0.1), parameters={}
+        ),
+    )
+    return Document(
+        schema=1,
+        verdict="missing-effect",
+        sentence="",
+        bandwidth_hz=30.0,
+        noise_rms=(0.09, 0.08),
+        torque_rms=(5.0, 6.0),
+        joints=("joint_1", "joint_2"),
+        effort_units=("N m", "N"),
+        simulated=True,
+        held_out="",
+        rungs=rungs,
+        findings=(),
+        rejected=(),
+        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0, 0.0)),
+        next_motion=None,
+    )
+
+
+def test_bars_are_the_errors_and_lines_the_noise(document: Document) -> None:
+    figure = ladder.ladder(document)
+    bars = [trace for trace in figure.data if trace.type == "bar"]
+    assert [trace.name for trace in bars] == ["training", "held out"] * 2
+    for joint in range(2):
+        train, held = (np.asarray(trace.x) for trace in bars[2 * joint : 2 * joint + 2])
+        np.testing.assert_array_equal(train, [rung.train_rms[joint] for rung in document.rungs])
+        np.testing.assert_array_equal(held, [rung.validate_rms[joint] for rung in document.rungs])
+    assert [shape.x0 for shape in figure.layout.shapes] == list(document.noise_rms)
+    assert [axis.title.text for axis in figure.select_xaxes()] == ["RMS error [N m]", "RMS error [N]"]
+
+
+def test_names_are_no_markup_and_equal_ones_stay_apart(document: Document) -> None:
+    figure = ladder.ladder(document)
+    assert "<a href" not in figure.to_json()
+    assert len(figure.layout.yaxis.ticktext) == 3
+    assert list(figure.layout.yaxis.tickvals) == [0, 1, 2]
