@@ -23,11 +23,11 @@ from ident.dynamics import effects, mechanisms
 from ident.dynamics.structure import Composition, Term
 from ident.output.figures.finding import before_after
 from ident.residuals import phases
-from ident.workbench import plots, swarming, views
-from ident.workbench.climb import Climb, Step
-from ident.workbench.failing import failing, of_excerpts
-from ident.workbench.foretaste import foretaste
-from ident.workbench.look import BEGINNING, looks, mismatch
+from ident.workbench import plots, pso_task, views
+from ident.workbench.preview import foretaste
+from ident.workbench.recording_view import BEGINNING, looks, mismatch
+from ident.workbench.residual_task import failing, of_excerpts
+from ident.workbench.selection_state import Climb, Step
 from ident.workbench.views import Kept, Place
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -123,7 +123,7 @@ class Engine:
     def swarm(self, train: Path, validate: Path | None, chosen: views.Chosen) -> Iterator[Shown]:
         """The parameters by the paper's swarm, as `ident fit` finds them."""
         self._progress("reading and preparing the recordings; then the swarm")
-        yield swarming.found(train, validate, chosen, self._effect_files, self._tell)
+        yield pso_task.found(train, validate, chosen, self._effect_files, self._tell)
 
     def _at(self, place: Place) -> Climb:
         """The climb, at the ladder of `place`."""

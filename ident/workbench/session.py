@@ -10,12 +10,12 @@ from typing import Any
 from ident.dynamics import effects
 from ident.workbench import views
 from ident.workbench.branches import Branches
+from ident.workbench.cli_equivalent import of_fit
 from ident.workbench.folder import Folder
-from ident.workbench.parts import OF_A_LADDER, SHOWN_AS, Job, Part
 from ident.workbench.recorder import Recorder
-from ident.workbench.script import of_fit
+from ident.workbench.topics import OF_A_LADDER, SHOWN_AS, Job, Part
 from ident.workbench.views import Chosen
-from ident.workbench.work import Work
+from ident.workbench.worker import Work
 from recordings.errors import BadInput
 
 UNATTENDED = 20.0

@@ -7,8 +7,8 @@ from nicegui import run as background
 from nicegui import ui
 
 from ident.identification.identify import model
+from ident.workbench.cli_equivalent import report_command, script
 from ident.workbench.pages.page import Page, name
-from ident.workbench.script import report_command, script
 from ident.workbench.session import Session
 from recordings.errors import BadInput
 

@@ -7,7 +7,7 @@ from nicegui import events, ui
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, name
 from ident.workbench.pages.zoom import Zoomed
-from ident.workbench.region import WORTH, explaining, special, verdict
+from ident.workbench.selection import WORTH, explaining, special, verdict
 from ident.workbench.views import Series
 
 _SHORT = 4

@@ -8,9 +8,9 @@ from typing import Any
 from nicegui import ui
 
 from ident.workbench import plots
-from ident.workbench.parts import Part
 from ident.workbench.plots import Figure
 from ident.workbench.session import Session
+from ident.workbench.topics import Part
 from recordings.errors import BadInput
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from nicegui import ui
 
 from ident.workbench.pages.page import Page, name
-from ident.workbench.posture import Posture, postures
+from ident.workbench.pose import Posture, postures
 from ident.workbench.views import Series
 
 _LIFT = np.array([0.0, 0.0, 1.0])

@@ -5,16 +5,16 @@ from collections.abc import Callable
 from nicegui import events, ui
 
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import data, export, failing, missing, model, record, robot, swarm
+from ident.workbench.pages import data, export, missing, model, record, residuals, robot, swarm
 from ident.workbench.pages.page import Page, name
-from ident.workbench.parts import Job
 from ident.workbench.session import Session
+from ident.workbench.topics import Job
 from web.security import LONGEST_BODY
 
 TABS = (
     ("data", "Recording", "show_chart", data.draw),
     ("model", "Model", "stacked_line_chart", model.draw),
-    ("failing", "Where it fails", "troubleshoot", failing.draw),
+    ("failing", "Where it fails", "troubleshoot", residuals.draw),
     ("missing", "What is missing", "extension", missing.draw),
     ("swarm", "Swarm", "bubble_chart", swarm.draw),
     ("robot", "Robot", "precision_manufacturing", robot.draw),

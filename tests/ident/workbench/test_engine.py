@@ -8,9 +8,9 @@ import pytest
 from ident.estimation.estimators import settings
 from ident.identification.identify import Choices, identify
 from ident.workbench import views
+from ident.workbench.cli_equivalent import script
 from ident.workbench.engine import Engine
-from ident.workbench.region import explaining, special, verdict
-from ident.workbench.script import script
+from ident.workbench.selection import explaining, special, verdict
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 

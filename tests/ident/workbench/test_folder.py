@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
-from ident.workbench.opening import opened
+from ident.workbench.startup import opened
 from recordings.errors import BadInput
 
 

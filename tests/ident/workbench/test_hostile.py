@@ -9,7 +9,7 @@ import pytest
 
 from ident.workbench.folder import Folder
 from ident.workbench.session import Session
-from ident.workbench.work import Work
+from ident.workbench.worker import Work
 from recordings.recording import Recording
 from tests.ident.workbench.conftest import Browser, Serve
 from web.security import LONGEST_BODY

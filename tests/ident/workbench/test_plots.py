@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.workbench import plots
-from ident.workbench.posture import Posture, postures
+from ident.workbench.pose import Posture, postures
 from ident.workbench.views import RecordingView
 from recordings.rig import Geometry
 

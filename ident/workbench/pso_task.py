@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ident.estimation import estimators
 from ident.identification.identify import identify
-from ident.workbench.script import swarm_command
+from ident.workbench.cli_equivalent import swarm_command
 from ident.workbench.views import Chosen, Descent, Swarmed
 
 METHOD = "pso"
