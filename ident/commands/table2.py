@@ -37,15 +37,15 @@ def command(files: tuple[Path, ...], preprocess: str, seed: int, plots: Path, fo
 
     from rich.console import Console
 
-    from ident.table2 import methods, pictures, report
+    from ident.paper import figures, methods, table
 
     comparison = methods.compare(files or _samples(), preprocess, seed, lambda *_: None)
     plots.mkdir(parents=True, exist_ok=True)
-    pictures.draw(comparison, plots)
+    figures.draw(comparison, plots)
     if as_json:
         click.echo(json.dumps(methods.as_json(comparison, preprocess, seed), indent=2, allow_nan=False))
     else:
-        report.show(comparison, Console())
+        table.show(comparison, Console())
     click.echo(f"pictures: {plots}", err=True)
 
 

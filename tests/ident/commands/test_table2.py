@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from ident.cli import program
-from ident.table2.methods import PAPER
+from ident.paper.methods import PAPER
 from recordings.errors import BadInput
 
 

@@ -5,8 +5,8 @@ import pytest
 from rich.console import Console
 
 from ident.identification.goodness_of_fit import Fitness
-from ident.table2 import report
-from ident.table2.methods import Comparison, Result
+from ident.paper import table
+from ident.paper.methods import Comparison, Result
 
 
 def fitness(value: float) -> Fitness:
@@ -19,7 +19,7 @@ def result(method: str, value: float) -> Result:
 
 
 def said(comparison: Comparison, capsys: pytest.CaptureFixture[str]) -> str:
-    report.show(comparison, Console(width=300))
+    table.show(comparison, Console(width=300))
     return " ".join(capsys.readouterr().out.split())
 
 

@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.identification.goodness_of_fit import Fitness
-from ident.table2.methods import BASELINES, FAIR, MANUFACTURER, PAPER, ROLES, Comparison
+from ident.paper.methods import BASELINES, FAIR, MANUFACTURER, PAPER, ROLES, Comparison
 
 MODELS = (
     "rls, dls and svd identify the linear model (37)-(40): multipliers taken as constants, no friction. pso (the "

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ident.data.dataset import Dataset, first_repetition
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
-from ident.table2.methods import MANUFACTURER, Comparison
+from ident.paper.methods import MANUFACTURER, Comparison
 from recordings.recording import Floats
 
 COLOURS: Mapping[str, str] = {

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from ident.table2 import methods
-from ident.table2.methods import Comparison
+from ident.paper import methods
+from ident.paper.methods import Comparison
 from recordings.recording import Recording
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from ident import plugins
 from ident.identification.goodness_of_fit import Fitness
-from ident.table2 import methods
-from ident.table2.methods import Comparison
+from ident.paper import methods
+from ident.paper.methods import Comparison
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Axis, Rig
