@@ -17,9 +17,9 @@ import can
 
 from daq.reconstruct import Reconstructed, reconstruct
 from daq.stopping import StopRequest
-from drivers import emcy
-from drivers.bus import Link, open_bus
-from drivers.canopen_setup import SYNC_ID
+from drivers.canopen import emcy
+from drivers.canopen.bus import Link, open_bus
+from drivers.canopen.setup import SYNC_ID
 from recordings.buses import SerialBus
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Run

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.sync_line import line, number
-from drivers import canopen_setup, cia402, emcy
+from drivers.canopen import cia402, emcy, setup
 from recordings.blocks import Samples
 from recordings.container import Batch, load
 from recordings.cycles import find_cycles
@@ -18,8 +18,8 @@ from recordings.rig import Drive, Rig
 from trajectories import Trajectory
 
 _TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
-"""RPDO 1, as `drivers.canopen_setup` maps it."""
-_to_joint: Any = canopen_setup.counts_to_joint  # holds for arrays as well
+"""RPDO 1, as `drivers.canopen.setup` maps it."""
+_to_joint: Any = setup.counts_to_joint  # holds for arrays as well
 _STATE_BITS = 0x6F
 """Of the statusword: those that tell whether a drive is enabled."""
 _PAUSE = 500
@@ -78,7 +78,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
         BadInput: the file cannot be read.
     """
     frames = _frames(path)
-    at = np.flatnonzero(frames["id"] == canopen_setup.SYNC_ID)
+    at = np.flatnonzero(frames["id"] == setup.SYNC_ID)
     if not len(at):
         return None
     arrival = frames["log"][at]
@@ -188,9 +188,9 @@ class _Axis:
 def _axis(table: _Table, drive: Drive) -> _Axis:
     n = len(table.full)
     raw = {name: np.full(n, np.nan) for name in ("status", "position", "voltage", "torque")}
-    for pdo, fields in enumerate(canopen_setup.tpdos(drive)):
+    for pdo, fields in enumerate(setup.tpdos(drive)):
         layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
-        rows, contents = table.answers(canopen_setup.tpdo_id(drive, pdo), layout)
+        rows, contents = table.answers(setup.tpdo_id(drive, pdo), layout)
         for field in fields:
             raw[field.name][rows] = contents[field.name]
     target = np.full(n, np.nan)

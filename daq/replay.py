@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.stopping import StopRequest
-from drivers.bus import frame_bits
-from drivers.canopen_setup import MASTER_ID, SYNC_ID
+from drivers.canopen.bus import frame_bits
+from drivers.canopen.setup import MASTER_ID, SYNC_ID
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Bools, CanFrames, Floats
 

@@ -104,7 +104,7 @@ def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
     from daq.progress import progress_bar
     from daq.replay import replay
     from daq.stopping import StopRequest
-    from drivers.bus import open_bus
+    from drivers.canopen.bus import open_bus
 
     with open_bus(bus) as opened, StopRequest() as stop, progress_bar("replaying") as show:
         return replay(plan_, opened, stop, lambda sent: show(sent, plan_.total, f"{sent} frames"))

@@ -10,8 +10,8 @@ from functools import partial
 import can
 import numpy as np
 
-from drivers.bus import Link
-from drivers.canopen_setup import SYNC_ID
+from drivers.canopen.bus import Link
+from drivers.canopen.setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedDrive
 from drivers.simulated.machine import Machine

@@ -3,8 +3,8 @@
 import re
 from collections.abc import Callable
 
-from drivers.serial_axis import COMMAND_LOST, FOLLOWING_ERROR, Axis
-from drivers.serial_drive import SIMULATED, SIMULATED_LOCKSTEP
+from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR, Axis
+from drivers.serial.drive import SIMULATED, SIMULATED_LOCKSTEP
 from drivers.simulated.profile import SetpointGenerator
 from recordings.rig import Rig
 

@@ -1,10 +1,10 @@
 """CANopen: CiA 402 drives on a CAN bus."""
 
-from drivers import canopen_setup
-from drivers.bus import Link, frame_bits, open_bus
-from drivers.canopen_drive import CanopenDrives
-from drivers.canopen_setup import pdo_sizes
-from drivers.kernel_sync import LEAD, KernelSync
+from drivers.canopen import setup
+from drivers.canopen.bus import Link, frame_bits, open_bus
+from drivers.canopen.drive import CanopenDrives
+from drivers.canopen.kernel_sync import LEAD, KernelSync
+from drivers.canopen.setup import pdo_sizes
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
@@ -29,7 +29,7 @@ def highest_rate(rig: Rig) -> float:
 def check(rig: Rig) -> None:
     """See `Transport`."""
     for drive in rig.drives:
-        canopen_setup.setup(rig, drive)
+        setup.setup(rig, drive)
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "

@@ -4,12 +4,12 @@ import math
 from contextlib import suppress
 
 from drivers.protocol import Amplifiers, Goal, Power, Report
-from drivers.serial_axis import Axis
-from drivers.serial_drive import SerialDrives
-from drivers.serial_line import Line
-from drivers.serial_port import open_port
-from drivers.serial_protocol import parse
-from drivers.serial_setup import travel
+from drivers.serial.axis import Axis
+from drivers.serial.drive import SerialDrives
+from drivers.serial.line import Line
+from drivers.serial.port import open_port
+from drivers.serial.protocol import parse
+from drivers.serial.setup import travel
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig

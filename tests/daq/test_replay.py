@@ -236,7 +236,7 @@ def test_bad_usage_is_refused(option: list[str]) -> None:
 
 
 def test_the_command_says_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("drivers.bus.open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
+    monkeypatch.setattr("drivers.canopen.bus.open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
     arguments = [str(SAMPLE), "--bus", "udp_multicast:239.74.163.9", "--speed", "1000"]
     result = CliRunner().invoke(command, [*arguments, "--id", "0x181", "--json"], catch_exceptions=False)
     figures = json.loads(result.stdout)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from drivers.protocol import Goal, Power
-from drivers.serial_axis import Axis
-from drivers.serial_protocol import Reply, parse
+from drivers.serial.axis import Axis
+from drivers.serial.protocol import Reply, parse
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive

@@ -9,13 +9,13 @@ from daq.clock import LockstepClock
 from daq.recorder import Discard
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
-from drivers.bus import Link
-from drivers.canopen_drive import CanopenDrives
-from drivers.cia402 import Control
+from drivers.canopen.bus import Link
+from drivers.canopen.cia402 import Control
+from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal
 from recordings.errors import RunFailed
 from recordings.rig import Axis, Drive, Rig
-from tests.drivers.lossy_bus import KINDS, LossyBus, kind_of
+from tests.drivers.canopen.lossy_bus import KINDS, LossyBus, kind_of
 
 RIG = Rig(
     name="two axes",

@@ -8,10 +8,10 @@ from pathlib import Path
 import can
 import numpy as np
 
-from drivers.bus import Link
-from drivers.canopen_drive import CanopenDrives
+from drivers.canopen.bus import Link
+from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal
-from drivers.serial_protocol import Garbage, parse
+from drivers.serial.protocol import Garbage, parse
 from drivers.simulated.drive import SimulatedDrive
 from recordings.errors import BadInput
 from recordings.reader import read, read_can

@@ -2,7 +2,7 @@
 
 import time
 
-from drivers.bus import Link, open_bus
+from drivers.canopen.bus import Link, open_bus
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.service import Pace, Service

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from drivers.serial_axis import COMMAND_LOST, FOLLOWING_ERROR
+from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR
 from drivers.simulated.serial_drive import SimulatedSerialDrive
 from recordings.buses import SerialBus, SerialRegisters
 from recordings.rig import Drive, Rig

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from drivers.protocol import Goal, Power
-from drivers.serial_port import simulated
+from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from drivers.simulated.service import Pace

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.serial_line import Line, converse
-from drivers.serial_protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered, ask, ask_integer, tell
-from tests.drivers.scripted_port import ScriptedPort, line_on
+from drivers.serial.line import Line, converse
+from drivers.serial.protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered, ask, ask_integer, tell
+from tests.drivers.serial.scripted_port import ScriptedPort, line_on
 
 
 def say(line: Line, part: Generator[str, Reply, object], patience: float = 2.0) -> object:

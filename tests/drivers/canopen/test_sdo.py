@@ -1,9 +1,9 @@
 import pytest
 
-from drivers.bus import Link
-from drivers.sdo import Sdo
+from drivers.canopen.bus import Link
+from drivers.canopen.sdo import Sdo
 from recordings.errors import RunFailed
-from tests.drivers.scripted import Frame, ScriptedBus
+from tests.drivers.canopen.scripted import Frame, ScriptedBus
 
 
 def sdo(script: list[tuple[Frame, list[Frame]]], others: list[Frame] | None = None) -> tuple[Sdo, ScriptedBus]:

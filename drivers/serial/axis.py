@@ -5,10 +5,10 @@ import time
 from collections.abc import Generator
 from typing import Literal
 
-from drivers import cia402
+from drivers.canopen import cia402
 from drivers.protocol import Finding, Goal, Power
-from drivers.serial_protocol import Refused, Reply, Script, ask, ask_integer, tell
-from drivers.serial_setup import settings
+from drivers.serial.protocol import Refused, Reply, Script, ask, ask_integer, tell
+from drivers.serial.setup import settings
 from recordings.errors import RunFailed
 from recordings.rig import Rig
 

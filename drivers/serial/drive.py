@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
-from drivers.serial_axis import Axis
-from drivers.serial_line import Line, converse
-from drivers.serial_protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered
+from drivers.serial.axis import Axis
+from drivers.serial.line import Line, converse
+from drivers.serial.protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 

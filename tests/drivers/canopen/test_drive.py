@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.bus import Link
-from drivers.canopen_discovery import only_from_master
-from drivers.canopen_drive import CanopenDrives
+from drivers.canopen.bus import Link
+from drivers.canopen.discovery import only_from_master
+from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
-from tests.drivers.scripted import Frame, ScriptedBus
+from tests.drivers.canopen.scripted import Frame, ScriptedBus
 
 RIG = Rig(
     name="test",

@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from drivers.protocol import Goal, Power
-from drivers.serial_drive import SerialDrives
+from drivers.serial.drive import SerialDrives
 from recordings.buses import SerialBus
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
-from tests.drivers.scripted_port import Exchange, ScriptedPort, line_on
-from tests.drivers.serial_script import (
+from tests.drivers.serial.script import (
     DRIVES,
     FAULT,
     MOVING,
@@ -29,6 +28,7 @@ from tests.drivers.serial_script import (
     read,
     status,
 )
+from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
 
 def test_target_is_the_position_measured_last_before_power() -> None:

@@ -3,9 +3,9 @@
 import math
 import struct
 
-from drivers import canopen_setup, cia402, emcy
+from drivers.canopen import cia402, emcy, setup
+from drivers.canopen.sdo import Sdo
 from drivers.protocol import Power
-from drivers.sdo import Sdo
 from recordings.rig import Drive
 
 
@@ -33,12 +33,12 @@ class Axis:
         self.voltage_stamp = 0
         """Of the last polled voltage [ns]; 0: none since the last answer."""
         self._layout = {
-            canopen_setup.tpdo_id(drive, number): (
+            setup.tpdo_id(drive, number): (
                 number,
                 fields,
                 struct.Struct("<" + "".join(f.layout for f in fields)),
             )
-            for number, fields in enumerate(canopen_setup.tpdos(drive))
+            for number, fields in enumerate(setup.tpdos(drive))
         }
         self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
         self._received: set[int] = set()
@@ -96,7 +96,7 @@ class Axis:
         """Joint position [rad]; NaN where this cycle's answer is missing."""
         if not self.answered or self.counts is None:
             return math.nan
-        return canopen_setup.counts_to_joint(self.drive, self.counts)
+        return setup.counts_to_joint(self.drive, self.counts)
 
     @property
     def voltage(self) -> float:

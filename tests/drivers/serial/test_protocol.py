@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.serial_protocol import Garbage, LineError, Refused, Reply, ask, ask_integer, parse, tell
+from drivers.serial.protocol import Garbage, LineError, Refused, Reply, ask, ask_integer, parse, tell
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ import struct
 import time
 from collections.abc import Callable
 
-from drivers.bus import Link
-from drivers.canopen_setup import SYNC_ID
+from drivers.canopen.bus import Link
+from drivers.canopen.setup import SYNC_ID
 from recordings.errors import BadInput, RunFailed
 
 LEAD = 0.3

@@ -10,7 +10,7 @@ from canopen import ObjectDictionary
 from canopen.sdo import SdoAbortedError, SdoClient, SdoCommunicationError
 from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABORTED
 
-from drivers.bus import Link
+from drivers.canopen.bus import Link
 from recordings.errors import RunFailed
 
 _SECOND_ANSWER = 0.01

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import serial
 
-from drivers.serial_protocol import END, LONGEST_REPLY, Garbage, LineError, LineLost, Reply, Script, Unanswered, parse
+from drivers.serial.protocol import END, LONGEST_REPLY, Garbage, LineError, LineLost, Reply, Script, Unanswered, parse
 
 _LONGEST_LINE = 256
 """Without an end so far: garbage."""

@@ -3,8 +3,8 @@
 import struct
 from collections.abc import Sequence
 
-from drivers.bus import Link
-from drivers.canopen_axis import Axis
+from drivers.canopen.axis import Axis
+from drivers.canopen.bus import Link
 
 _GIVE_UP = 50
 """Cycles after which an unanswered request is forgotten."""

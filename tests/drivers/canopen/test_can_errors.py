@@ -1,6 +1,6 @@
 import pytest
 
-from drivers import can_errors
+from drivers.canopen import can_errors
 
 
 @pytest.mark.parametrize(

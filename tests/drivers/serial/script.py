@@ -3,10 +3,10 @@
 import math
 
 from drivers.protocol import Goal, Power
-from drivers.serial_drive import SerialDrives
+from drivers.serial.drive import SerialDrives
 from recordings.buses import SerialBus
 from recordings.rig import Drive, Rig
-from tests.drivers.scripted_port import Exchange, ScriptedPort, line_on
+from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
 DRIVES = (
     Drive(node_id=1, counts_per_turn=1000, gear=math.tau),

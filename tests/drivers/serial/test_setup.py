@@ -2,11 +2,11 @@
 
 import pytest
 
-from drivers.serial_drive import SIMULATED_LOCKSTEP
+from drivers.serial.drive import SIMULATED_LOCKSTEP
 from recordings.buses import SerialBus, SerialRegisters
 from recordings.errors import RunFailed
-from tests.drivers.scripted_port import Exchange
-from tests.drivers.serial_script import ENDS, FAULT, FLUSH, OFF, RIG, SET_UP, configured, drives, off, status
+from tests.drivers.serial.script import ENDS, FAULT, FLUSH, OFF, RIG, SET_UP, configured, drives, off, status
+from tests.drivers.serial.scripted_port import Exchange
 
 
 def test_drives_present_themselves() -> None:

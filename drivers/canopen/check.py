@@ -3,11 +3,11 @@
 import time
 from collections.abc import Iterator, Sequence
 
-from drivers import canopen_setup, cia402
-from drivers.bus import Link
-from drivers.canopen_axis import Axis
+from drivers.canopen import cia402, setup
+from drivers.canopen.axis import Axis
+from drivers.canopen.bus import Link
+from drivers.canopen.sdo import pretty
 from drivers.protocol import Finding
-from drivers.sdo import pretty
 from recordings.rig import Rig
 
 _LISTEN = 0.3
@@ -61,7 +61,7 @@ def compare(rig: Rig, axes: Sequence[Axis]) -> Iterator[Finding]:
         yield from _reference(rig, axis)
         yield _mode(axis)
         yield _voltage(axis)
-        for entry in canopen_setup.setup(rig, axis.drive):
+        for entry in setup.setup(rig, axis.drive):
             # A PDO is written switched off first; what counts is how it ends.
             if entry.check:
                 yield _entry(axis, entry)
@@ -82,7 +82,7 @@ def _state(axis: Axis) -> Iterator[Finding]:
 
 def _reference(rig: Rig, axis: Axis) -> Iterator[Finding]:
     limits, drive = rig.limits, axis.drive
-    angle = canopen_setup.counts_to_joint(drive, axis.sdo.read(0x6064, 0, "<i"))
+    angle = setup.counts_to_joint(drive, axis.sdo.read(0x6064, 0, "<i"))
     inside = limits.joint_min <= angle <= limits.joint_max
     span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
     yield Finding(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
@@ -116,7 +116,7 @@ def _voltage(axis: Axis) -> Finding:
     return Finding(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
 
 
-def _entry(axis: Axis, entry: canopen_setup.Entry) -> Finding:
+def _entry(axis: Axis, entry: setup.Entry) -> Finding:
     meaning = _MEANINGS.get(entry.index, "PDO")
     what = f"{pretty(entry.index, entry.sub)} {meaning}"
     found = axis.sdo.find(entry.index, entry.sub, entry.layout)

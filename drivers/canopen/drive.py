@@ -13,13 +13,13 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers import can_errors, canopen_check, canopen_discovery, canopen_setup, cia402
-from drivers.bus import Link
-from drivers.canopen_axis import Axis
-from drivers.canopen_poll import VoltagePoll
-from drivers.kernel_sync import KernelSync
+from drivers.canopen import can_errors, check, cia402, discovery, setup
+from drivers.canopen.axis import Axis
+from drivers.canopen.bus import Link
+from drivers.canopen.kernel_sync import KernelSync
+from drivers.canopen.poll import VoltagePoll
+from drivers.canopen.sdo import Sdo, pretty
 from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
-from drivers.sdo import Sdo, pretty
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
@@ -27,7 +27,7 @@ _CONTROLWORD = struct.Struct("<H")
 _POSITION = struct.Struct("<i")
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
-_HEARTBEAT_SILENCE = 3.5 * canopen_setup.DRIVE_HEARTBEAT_MS / 1000
+_HEARTBEAT_SILENCE = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """After this time without a heartbeat a drive counts as lost [s]."""
 _STOP_BY_SDO = 0.3
 """How long a drive may take to come to rest when the cycle does not reach it [s]."""
@@ -46,7 +46,7 @@ class CanopenDrives:
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
-        self._heartbeat_every = self._cycles(canopen_setup.MASTER_HEARTBEAT)
+        self._heartbeat_every = self._cycles(setup.MASTER_HEARTBEAT)
         self._operational = False
         self._bus_trouble: str | None = None
         self._bus_warnings: set[str] = set()
@@ -67,19 +67,19 @@ class CanopenDrives:
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
-        canopen_discovery.refuse_another_master(self._link)
+        discovery.refuse_another_master(self._link)
         self._nmt(0x80)
-        canopen_discovery.refuse_silent_and_double(self._axes)
-        return tuple(canopen_discovery.identify(axis) for axis in self._axes)
+        discovery.refuse_silent_and_double(self._axes)
+        return tuple(discovery.identify(axis) for axis in self._axes)
 
     def examine(self) -> Sequence[Finding]:
         """See `Amplifiers`."""
-        return [*canopen_check.strangers(self._rig, self._link), *canopen_check.compare(self._rig, self._axes)]
+        return [*check.strangers(self._rig, self._link), *check.compare(self._rig, self._axes)]
 
     def configure(self) -> None:
         """See `Amplifiers`."""
         for axis in self._axes:
-            for entry in canopen_setup.setup(self._rig, axis.drive):
+            for entry in setup.setup(self._rig, axis.drive):
                 axis.sdo.write(entry.index, entry.sub, entry.layout, entry.value, check=entry.check)
             axis.counts = axis.sdo.read(0x6064, 0, "<i")
             self._read_state(axis)
@@ -137,10 +137,10 @@ class CanopenDrives:
             target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
             self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._command(axis)) + target)
         if self._cycle % self._heartbeat_every == 0 or self._enabling:
-            self._link.send(0x700 + canopen_setup.MASTER_ID, b"\x05")
+            self._link.send(0x700 + setup.MASTER_ID, b"\x05")
         number = None
         if self._kernel_sync is None:
-            self._link.send(canopen_setup.SYNC_ID, b"")
+            self._link.send(setup.SYNC_ID, b"")
         else:
             number = self._kernel_sync.wait(self._dispatch, timeout)
             timeout = deadline - time.perf_counter()

@@ -3,7 +3,7 @@
 import os
 from collections import deque
 
-from drivers.serial_line import Line
+from drivers.serial.line import Line
 
 Exchange = tuple[str, str | bytes]
 """A command and its reply, both without their ends; "" is silence, bytes are answered as they are."""

@@ -1,6 +1,6 @@
 import pytest
 
-from drivers import emcy
+from drivers.canopen import emcy
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers import canopen_setup
+from drivers.canopen import setup
 from drivers.simulated.node import EDS
 from recordings.errors import BadInput
 from recordings.rig import Drive, Voltage, simulated_rig
@@ -15,16 +15,16 @@ from recordings.rig import Drive, Voltage, simulated_rig
     [(500, (2, -3)), (1000, (1, -3)), (200, (5, -3)), (400, (25, -4)), (250, (4, -3)), (4000, (25, -5))],
 )
 def test_interpolation_period(rate: float, period: tuple[int, int]) -> None:
-    assert canopen_setup.interpolation_period(rate) == period
+    assert setup.interpolation_period(rate) == period
 
 
 def test_period_that_the_object_cannot_hold_is_refused() -> None:
     with pytest.raises(BadInput, match="choose a rate such as"):
-        canopen_setup.interpolation_period(333.0)
+        setup.interpolation_period(333.0)
 
 
 def test_pdo_map_is_written_switched_off() -> None:
-    entries = canopen_setup.setup(simulated_rig(), Drive(node_id=5))
+    entries = setup.setup(simulated_rig(), Drive(node_id=5))
     rpdo = [(e.index, e.sub, e.value) for e in entries if e.index in (0x1400, 0x1600)]
     assert rpdo == [
         (0x1400, 1, 0x8000_0205),
@@ -40,12 +40,12 @@ def test_pdo_map_is_written_switched_off() -> None:
 @given(st.sampled_from([1, -1]), st.floats(-1, 1), st.floats(-2, 2))
 def test_counts_of_an_angle(sign: int, zero: float, angle: float) -> None:
     drive = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=sign, zero_offset=zero)
-    counts = canopen_setup.joint_to_counts(drive, angle)
+    counts = setup.joint_to_counts(drive, angle)
     assert drive.zero_offset + counts / drive.counts_per_radian == pytest.approx(angle, abs=1e-12)
 
 
 def test_position_limits_are_ordered_for_a_drive_that_counts_backwards() -> None:
-    entries = {(e.index, e.sub): e.value for e in canopen_setup.setup(simulated_rig(), Drive(node_id=1, sign=-1))}
+    entries = {(e.index, e.sub): e.value for e in setup.setup(simulated_rig(), Drive(node_id=1, sign=-1))}
     assert entries[0x607D, 1] < entries[0x607D, 2]
 
 
@@ -53,26 +53,25 @@ def test_answers_of_the_kinds_of_drives() -> None:
     both = Drive(node_id=1, torque_actual=True)
     polled = Drive(node_id=1, torque_actual=True, voltage=Voltage(transfer="sdo"))
     names = [
-        [[f.name for f in fields] for fields in canopen_setup.tpdos(drive)]
-        for drive in (Drive(node_id=1), both, polled)
+        [[f.name for f in fields] for fields in setup.tpdos(drive)] for drive in (Drive(node_id=1), both, polled)
     ]
     assert names == [
         [["status", "position", "voltage"]],
         [["status", "position", "voltage"], ["torque"]],
         [["status", "position", "torque"]],
     ]
-    assert canopen_setup.pdo_sizes(both) == [6, 8, 2]
+    assert setup.pdo_sizes(both) == [6, 8, 2]
 
 
 def test_parameter_values_of_a_dcf_come_first(tmp_path: Path) -> None:
     text = EDS.read_text().replace("[6085]\n", "[6085]\nParameterValue=777\n")
     (tmp_path / "drive.dcf").write_text(text)
-    entries = canopen_setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "drive.dcf")))
-    assert entries[0] == canopen_setup.Entry(0x6085, 0, "<I", 777)
+    entries = setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "drive.dcf")))
+    assert entries[0] == setup.Entry(0x6085, 0, "<I", 777)
     assert entries[1].index == 0x6060
 
 
 def test_dcf_that_is_none_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bad.dcf").write_text("[1000\n")
     with pytest.raises(BadInput, match="cannot be read"):
-        canopen_setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))
+        setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))

@@ -3,9 +3,9 @@
 import time
 from collections.abc import Sequence
 
-from drivers import canopen_setup
-from drivers.bus import Link
-from drivers.canopen_axis import Axis
+from drivers.canopen import setup
+from drivers.canopen.axis import Axis
+from drivers.canopen.bus import Link
 from drivers.protocol import Identity
 from recordings.errors import RunFailed
 
@@ -18,7 +18,7 @@ _LISTEN_FIRST = 0.2
 def only_from_master(arbitration_id: int) -> bool:
     """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
     function = arbitration_id & 0x780
-    return arbitration_id in (0, 0x80, 0x700 + canopen_setup.MASTER_ID) or function in (0x200, 0x600)
+    return arbitration_id in (0, 0x80, 0x700 + setup.MASTER_ID) or function in (0x200, 0x600)
 
 
 def refuse_another_master(link: Link) -> None:

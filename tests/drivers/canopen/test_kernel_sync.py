@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.bus import Link
-from drivers.kernel_sync import KernelSync, Pacer
+from drivers.canopen.bus import Link
+from drivers.canopen.kernel_sync import KernelSync, Pacer
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import load_rig
-from tests.drivers.scripted import ScriptedBus
+from tests.drivers.canopen.scripted import ScriptedBus
 
 PERIOD = 0.002
 
