@@ -9,9 +9,10 @@ import numpy as np
 from benchmarks.demo import record
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
-from ident.estimation.estimators import Problem, pso
+from ident.estimation.estimators import pso
 from ident.estimation.lad_certificate import certify
 from ident.estimation.linear_fit import search_region
+from ident.estimation.problem import Problem
 from recordings.reader import read
 
 SEEDS = 20

@@ -11,9 +11,10 @@ import numpy as np
 
 from benchmarks.certificate import problem
 from benchmarks.demo import record
-from ident.estimation.estimators import Problem, pso
+from ident.estimation.estimators import pso
 from ident.estimation.l1_objective import L1Objective
 from ident.estimation.lad_certificate import Certificate, certify
+from ident.estimation.problem import Problem
 from recordings.recording import Floats
 
 SETTINGS = pso.Settings(tolerance=0.0)

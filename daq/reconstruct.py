@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.sync_line import line, number
-from drivers.canopen import cia402, emcy, setup
+from drivers import cia402
+from drivers.canopen import emcy, setup
 from recordings.blocks import Samples
 from recordings.container import Batch, load
 from recordings.cycles import find_cycles

@@ -1,24 +1,27 @@
-"""Methods found by file name: one method is one module in a folder of this package, named as the user types it."""
+"""Methods found by file name: one method is one module of a package, named as the user types it."""
 
 import importlib
+import importlib.util
 import pkgutil
-from pathlib import Path
 from types import ModuleType
 
 from recordings.errors import BadInput
 
 
-def names(folder: str) -> tuple[str, ...]:
-    """Names of the modules in `folder` (say "estimators"), without importing anything."""
-    return tuple(sorted(module.name for module in pkgutil.iter_modules([str(Path(__file__).with_name(folder))])))
+def names(package: str) -> tuple[str, ...]:
+    """Names of the modules in `package` (say "ident.estimation.estimators"), none of which is imported."""
+    spec = importlib.util.find_spec(package)
+    folders = spec.submodule_search_locations if spec else None
+    return tuple(sorted(module.name for module in pkgutil.iter_modules(folders or [])))
 
 
-def load(folder: str, name: str) -> ModuleType:
-    """Import the module `name` of `folder`.
+def load(package: str, name: str) -> ModuleType:
+    """Import the module `name` of `package`.
 
     Raises:
         BadInput: there is no such module.
     """
-    if name not in names(folder):
-        raise BadInput(f"{folder}: one of {', '.join(names(folder))} expected, '{name}' found; choose one of these")
-    return importlib.import_module(f"ident.{folder}.{name}")
+    if name not in names(package):
+        folder = package.rpartition(".")[2]
+        raise BadInput(f"{folder}: one of {', '.join(names(package))} expected, '{name}' found; choose one of these")
+    return importlib.import_module(f"{package}.{name}")

@@ -65,9 +65,9 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
 
 @cache
 def _library() -> Any:
-    from ident.dynamics import effects
+    from ident.dynamics.effects.library import library
 
-    return effects.library()
+    return library()
 
 
 def _short(document: dict[str, Any]) -> dict[str, Any]:

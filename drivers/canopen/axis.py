@@ -3,7 +3,8 @@
 import math
 import struct
 
-from drivers.canopen import cia402, emcy, setup
+from drivers import cia402
+from drivers.canopen import emcy, setup
 from drivers.canopen.sdo import Sdo
 from drivers.protocol import Power
 from recordings.rig import Drive

@@ -3,7 +3,8 @@
 import time
 from collections.abc import Iterator, Sequence
 
-from drivers.canopen import cia402, setup
+from drivers import cia402
+from drivers.canopen import setup
 from drivers.canopen.axis import Axis
 from drivers.canopen.bus import Link
 from drivers.canopen.sdo import pretty

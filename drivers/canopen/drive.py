@@ -13,7 +13,8 @@ import can
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.canopen import can_errors, check, cia402, discovery, setup
+from drivers import cia402
+from drivers.canopen import can_errors, check, discovery, setup
 from drivers.canopen.axis import Axis
 from drivers.canopen.bus import Link
 from drivers.canopen.kernel_sync import KernelSync

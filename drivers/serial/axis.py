@@ -5,7 +5,7 @@ import time
 from collections.abc import Generator
 from typing import Literal
 
-from drivers.canopen import cia402
+from drivers import cia402
 from drivers.protocol import Finding, Goal, Power
 from drivers.serial.protocol import Refused, Reply, Script, ask, ask_integer, tell
 from drivers.serial.setup import settings

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from canopen.sdo import SdoAbortedError
 
-from drivers.canopen import cia402
-from drivers.canopen.cia402 import State
+from drivers import cia402
 from drivers.canopen.setup import MASTER_ID
+from drivers.cia402 import State
 from drivers.simulated import power
 from drivers.simulated.node import Send, local_node
 from drivers.simulated.profile import SetpointGenerator

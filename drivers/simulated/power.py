@@ -1,6 +1,6 @@
 """The drive's side of the CiA 402 power state machine: what a controlword does in each state."""
 
-from drivers.canopen.cia402 import State
+from drivers.cia402 import State
 
 _SHUTDOWN, _SWITCH_ON, _ENABLE, _DISABLE_VOLTAGE, _QUICK_STOP = range(5)
 

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.serial import port
+from drivers.serial import port as serial_port
 from drivers.serial.axis import LATCH
 from drivers.serial.protocol import END
 from drivers.simulated.config import SimConfig
@@ -195,7 +195,7 @@ class _Port:
         os.set_blocking(self._controller, False)
         path = os.ttyname(device)
         if name.startswith("simulated"):
-            port.simulated[name] = path
+            serial_port.simulated[name] = path
         else:
             self._make_link(Path(name), path)
 
@@ -233,6 +233,6 @@ class _Port:
         if self._link is not None:
             self._link.unlink(missing_ok=True)
             self._link = None
-        port.simulated.pop(self.name, None)
+        serial_port.simulated.pop(self.name, None)
         while self._open:
             os.close(self._open.pop())

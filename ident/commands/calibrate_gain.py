@@ -29,7 +29,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("preprocess")),
+    type=click.Choice(plugins.names("ident.data.preprocessing")),
     default="parallel",
     show_default=True,
     help="As in fit.",

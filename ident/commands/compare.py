@@ -40,21 +40,21 @@ def command(
 
     from rich.console import Console
 
-    from ident.dynamics import effects
-    from ident.identification.identify import model, prediction
-    from ident.output.console import residuals
-    from ident.output.plots import residuals
+    from ident.dynamics.effects.library import library
+    from ident.identification import model, prediction
+    from ident.output.console import residuals as console_table
+    from ident.output.plots import residuals as plots_of
     from ident.output.plots.folder import whole
     from ident.residuals import analysis
 
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
     identified = model.load(model_file)
-    found = analysis.compare(identified, prediction.predict(identified, files, effects.library(effect_files)))
+    found = analysis.compare(identified, prediction.predict(identified, files, library(effect_files)))
     with whole(plots) as folder:
-        residuals.draw(found, folder)
+        plots_of.draw(found, folder)
     if as_json:
         click.echo(json.dumps(analysis.as_json(found), indent=2, allow_nan=False))
     else:
-        residuals.show(found, Console())
+        console_table.show(found, Console())
     click.echo(f"pictures: {plots}", err=True)

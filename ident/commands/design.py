@@ -51,7 +51,11 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     help="d: all parameters together as well known as can be; e: what is known worst.  [default: d]",
 )
 @click.option(
-    "--with", "effects", type=click.Choice(plugins.names("effects")), multiple=True, help="Of this effect, too."
+    "--with",
+    "effects",
+    type=click.Choice(plugins.names("ident.dynamics.effects.library")),
+    multiple=True,
+    help="Of this effect, too.",
 )
 @click.option(
     "--discriminate",
@@ -149,7 +153,7 @@ def command(
     from ident.design.designs import Order, discrimination, excitation
     from ident.design.recorded import recorded as from_recordings
     from ident.design.with_effects import with_effects
-    from ident.dynamics.effects import library
+    from ident.dynamics.effects.library import library
     from ident.output.console import design
     from ident.output.console.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig

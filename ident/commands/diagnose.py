@@ -42,7 +42,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("preprocess")),
+    type=click.Choice(plugins.names("ident.data.preprocessing")),
     default="parallel",
     show_default=True,
     help="As in fit.",
@@ -107,22 +107,22 @@ def command(
 
     from ident.diagnosis import answer
     from ident.diagnosis.diagnosis import Choices, diagnose
-    from ident.dynamics import effects
-    from ident.identification.identify import model
-    from ident.output.console import diagnosis
+    from ident.dynamics.effects.library import library
+    from ident.identification import model
+    from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
-    from ident.output.plots import diagnosis
+    from ident.output.plots import diagnosis as plots_of
     from ident.output.plots.folder import whole
 
     begin = model.load(model_file) if model_file else None
-    library = effects.library(effect_files)
+    known = library(effect_files)
     with spinner() as progress:
-        found = diagnose(files, validate, library, Choices(preprocess, cutoff, only), progress, begin)
+        found = diagnose(files, validate, known, Choices(preprocess, cutoff, only), progress, begin)
         document = answer.document(found)
         if plots:
             progress("drawing")
-            with whole(plots, diagnosis.NAMES) as folder:
-                diagnosis.draw(found, document, folder)
+            with whole(plots, plots_of.NAMES) as folder:
+                plots_of.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
             document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
@@ -132,7 +132,7 @@ def command(
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
-        diagnosis.show(document, Console())
+        console_table.show(document, Console())
         if stand_in and not document.stand_in:
             click.echo(
                 f"{stand_in} not written: nothing remains that a curve explains on rows which were not fitted."
@@ -172,7 +172,7 @@ def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], sta
 def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
     """The top of the ladder, its linear parameters fitted to all of the recordings."""
     from ident.estimation import estimators
-    from ident.identification.identify import identify
+    from ident.identification import identify
 
     top = found.ladder.rungs[-1].state.solution
     bandwidth = found.material.datasets[0].bandwidth

@@ -10,7 +10,7 @@ import click
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
-    from ident.dynamics.effects import Effect, Quantity
+    from ident.dynamics.effects.base import Effect, Quantity
 
 FILE = click.Path(path_type=Path)
 
@@ -32,7 +32,7 @@ def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> 
     """List the physical effects of the library, or explain the effect NAME."""
     import json
 
-    from ident.dynamics.effects import library
+    from ident.dynamics.effects.library import library
 
     known = library(effect_files)
     if name and name not in known:
@@ -57,7 +57,7 @@ def _list(known: dict[str, Effect]) -> None:
 
 
 def _explain(name: str, effect: Effect) -> None:
-    from ident.dynamics.effects import is_never
+    from ident.dynamics.effects.base import is_never
 
     entry = _entry(name, effect)
     click.echo(f"{name}: {effect.sentence}\n")
@@ -75,7 +75,7 @@ def _explain(name: str, effect: Effect) -> None:
 
 
 def _entry(name: str, effect: Effect) -> dict[str, Any]:
-    from ident.dynamics.effects import Additive, Signal
+    from ident.dynamics.effects.base import Additive, Signal
 
     own = (
         effect.coefficients

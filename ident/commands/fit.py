@@ -26,10 +26,12 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--validate", type=FILE, metavar="FILE", help="Judge the model on a recording that the fit does not see."
 )
-@click.option("--method", type=click.Choice(plugins.names("estimators")), default="pso", show_default=True)
+@click.option(
+    "--method", type=click.Choice(plugins.names("ident.estimation.estimators")), default="pso", show_default=True
+)
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("preprocess")),
+    type=click.Choice(plugins.names("ident.data.preprocessing")),
     help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike; savgol: "
     "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
     "  [default: parallel]",
@@ -135,7 +137,7 @@ def _refuse_beside_paper(**given: object) -> None:
 
 def _write(result: Identification, out: Path, plots: Path) -> None:
     """Model and pictures, or nothing."""
-    from ident.identification.identify import model
+    from ident.identification import model
     from ident.output.plots.fit import draw
     from ident.output.plots.folder import whole
 
@@ -154,9 +156,10 @@ def _show(result: Identification, as_json: bool, details: bool) -> None:
     from rich.console import Console
 
     from ident.output.console import fit
+    from ident.residuals.phases import failures
 
     if as_json:
-        document = {**result.model.as_json(), "where": result.where()}
+        document = {**result.model.as_json(), "where": failures(result)}
         click.echo(json.dumps(document, indent=2))
     else:
         fit.show(result, Console(), details)

@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 @click.argument("files", metavar="[IDENTIFICATION VALIDATION]", nargs=-1, type=FILE)
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("preprocess")),
+    type=click.Choice(plugins.names("ident.data.preprocessing")),
     default="central",
     show_default=True,
     help="As for `ident fit`; central is the paper's.",

@@ -52,7 +52,8 @@ def sample(recording: Recording) -> Samples:
 
     Raises:
         BadInput: the recording holds nothing that could be fitted: a joint at rest, a drive that gives nothing, time
-            that runs backwards, less than LEAST_RATE samples per second, a run that was interrupted before its motion.
+            that runs backwards, less than LEAST_RATE samples per second, a run that was interrupted before its
+            motion.
     """
     _refuse_incomplete(recording)
     drive, is_torque = drive_signal(recording), holds_torque(recording)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.design.with_effects import additive, middle, remade, view_of
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Effect, Signal, Values
+from ident.dynamics.effects.base import Additive, Effect, Signal, Values
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats

@@ -12,10 +12,9 @@ from ident.design.problem import Criterion
 from ident.design.quality import Quality, judge
 from ident.design.recorded import Recorded
 from ident.design.search import drawn, search
-from ident.dynamics.effects import Effect
-from ident.dynamics.mechanisms import Mechanism
-from ident.estimation.estimators import Progress
-from ident.output.console.design import Outcome
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.estimation.problem import Progress
 from recordings.errors import BadInput
 from recordings.rig import Rig
 from trajectories import Trajectory, load
@@ -44,6 +43,25 @@ class Order:
         """What it is compared with."""
         against = self.against or ("excitation" if self.rig.mechanism == "delta" else None)
         return load(against, self.rig) if against else None
+
+
+@dataclass(frozen=True, eq=False)
+class Outcome:
+    """A designed motion, beside one that is there already."""
+
+    name: str
+    """Of the trajectory file."""
+    criterion: str
+    seed: int
+    noise: float
+    """RMS of the torque [N m or N]."""
+    seconds: float
+    """Of the repeated motion."""
+    parameters: tuple[Parameter, ...]
+    after: Quality
+    against: str | None
+    """Name of the motion it is compared with."""
+    before: Quality | None
 
 
 Found = tuple[Outcome, FourierSeries]

@@ -14,7 +14,8 @@ import numpy as np
 
 from ident.design.columns import Setting
 from ident.design.with_effects import nominal_load, with_effects
-from ident.dynamics.effects import Effect, load, names
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.library import load, names
 from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput

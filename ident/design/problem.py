@@ -2,8 +2,8 @@
 
 With the regressor W of a motion and noise of equal size in all samples, W'W is the information about the parameters.
 "d" maximises its determinant (the volume of the confidence ellipsoid shrinks), "e" its smallest eigenvalue (what is
-known worst gets better); "t" tells two effects apart (see `ident.design.discrimination`). Columns are scaled to the torque
-that they gave at the start, so that units do not decide.
+known worst gets better); "t" tells two effects apart (see `ident.design.discrimination`). Columns are scaled to the
+torque that they gave at the start, so that units do not decide.
 """
 
 from dataclasses import dataclass

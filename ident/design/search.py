@@ -12,7 +12,7 @@ from numpy.random import Generator
 
 from ident.design.problem import Criterion, Problem
 from ident.dynamics.mechanisms import Mechanism
-from ident.estimation.estimators import Progress
+from ident.estimation.problem import Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig

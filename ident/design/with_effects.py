@@ -7,7 +7,8 @@ import numpy as np
 
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import GRAVITY, View
-from ident.dynamics.effects import Additive, Effect, Shapes, load
+from ident.dynamics.effects.base import Additive, Effect, Shapes
+from ident.dynamics.effects.library import load
 from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput

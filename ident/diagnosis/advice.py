@@ -7,7 +7,7 @@ from pathlib import Path
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import NextMotion
 from ident.diagnosis.steps import Finding
-from ident.dynamics.effects import names as built_in
+from ident.dynamics.effects.library import names as built_in
 
 
 def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:

@@ -8,7 +8,7 @@ import numpy as np
 from ident.diagnosis.screening import Candidate, Screen
 from ident.diagnosis.split_data import Material
 from ident.diagnosis.steps import Options, State, Unseen
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats

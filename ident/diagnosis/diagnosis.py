@@ -18,7 +18,7 @@ from ident.diagnosis.split_data import Material, gather
 from ident.diagnosis.steps import Ladder
 from ident.diagnosis.stepwise_selection import Climber
 from ident.diagnosis.unexplained_residual import Remainder, remainder
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition
 from ident.identification.identify import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
 from ident.identification.model import Model

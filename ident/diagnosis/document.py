@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.dynamics.effects import is_never
+from ident.dynamics.effects.base import is_never
 from recordings.config import Section
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.split_data import Material
-from ident.dynamics.effects import Additive
+from ident.dynamics.effects.base import Additive
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import Evaluator

@@ -9,7 +9,7 @@ import numpy as np
 
 from ident.diagnosis.intervals import errors
 from ident.diagnosis.split_data import Material
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition, Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats

@@ -4,7 +4,8 @@ import numpy as np
 
 from ident.diagnosis.split_data import Material
 from ident.estimation.nonlinear_fit import Solution
-from ident.uncertainty.covariance import Uncertainty, covariance
+from ident.uncertainty import covariance
+from ident.uncertainty.covariance import Uncertainty
 from recordings.recording import Bools, Floats
 
 _NORMAL = 1.96

@@ -13,7 +13,7 @@ import numpy as np
 
 from ident.diagnosis.split_data import Material
 from ident.diagnosis.steps import Unseen
-from ident.dynamics.effects import Additive, Effect, Quantity, Signal, Suggestion
+from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats

@@ -10,7 +10,7 @@ from ident.data import noise
 from ident.data.cycles import repeating
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import Course
-from ident.dynamics.effects import Signal
+from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import Composition
 from ident.estimation.nonlinear_fit import Solution, begun, improved
 from ident.estimation.predicted_torque import KEPT, Evaluator

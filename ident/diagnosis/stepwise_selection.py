@@ -10,7 +10,7 @@ from ident.diagnosis.improvement import Gain, gain
 from ident.diagnosis.noise_floor import Floor, floor
 from ident.diagnosis.split_data import Material, rms
 from ident.diagnosis.steps import Finding, Ladder, Options, Rung, State
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition, Term
 from recordings.errors import BadInput
 from recordings.recording import Floats

@@ -10,7 +10,7 @@ from ident.diagnosis.friction_offset_confounding import cautions
 from ident.diagnosis.noise_floor import Floor
 from ident.diagnosis.split_data import MENTIONED, Material, rms
 from ident.diagnosis.steps import State
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 
 _FEW = 20
 """Independent rows per parameter below which small effects cannot be told from chance."""

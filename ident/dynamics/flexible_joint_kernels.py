@@ -1,5 +1,7 @@
-"""Loops of `ident.dynamics.flexible_joints`, compiled as this is imported. All in one file: what is kept on disk of a compiled loop is
-made anew when its own file changes, not when that of a function which it calls does.
+"""Loops of `ident.dynamics.flexible_joints`, compiled as this is imported.
+
+All are in one file: what is kept on disk of a compiled loop is made anew when its own file changes, not when that of
+a function which it calls does.
 
 Throughout: `x`, `w` are angle and speed by which motors are ahead of their arms; arms move as motors - x.
 """

@@ -5,7 +5,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.dynamics.effects import Additive, Effect, Quantity, Signal
+from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal
 from ident.dynamics.mechanisms import Mechanism
 from recordings.recording import Bools, Floats
 from recordings.rig import Rig

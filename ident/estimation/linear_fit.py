@@ -11,7 +11,7 @@ from ident.data import noise
 from ident.data.dataset import Dataset
 from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.estimation import estimators
-from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

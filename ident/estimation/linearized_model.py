@@ -14,7 +14,7 @@ from ident.data.dataset import Dataset
 from ident.data.prepared_recording import Course
 from ident.data.samples import holds_torque
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Effect, Signal
+from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ident.estimation.estimators import Estimate, Problem, Progress
 from ident.estimation.l1_objective import L1Objective
 from ident.estimation.lad_certificate import certify
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

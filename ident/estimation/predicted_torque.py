@@ -13,7 +13,7 @@ import numpy as np
 
 from ident.data.prepared_recording import Course, Path
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Signal, Values
+from ident.dynamics.effects.base import Additive, Signal, Values
 from ident.dynamics.structure import Composition, Term
 from recordings.recording import Floats
 from recordings.rig import Rig

@@ -14,13 +14,13 @@ from ident.data.dataset import Dataset, build_all
 from ident.data.prepared_recording import Course, prepare
 from ident.data.samples import drive_signal, holds_torque
 from ident.dynamics import mechanisms
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
-from ident.estimation.estimators import Progress
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.linearized_model import Frozen, settle, terms
+from ident.estimation.problem import Progress
 from ident.identification.goodness_of_fit import fitness
 from ident.identification.model import (
     Agreement,
@@ -34,7 +34,6 @@ from ident.identification.model import (
     source,
 )
 from ident.identification.prediction import terms_of
-from ident.residuals.phases import Joint, joints, sentences
 from ident.uncertainty.assessment import Knowledge, assess
 from ident.uncertainty.covariance import Source
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
@@ -74,16 +73,6 @@ class Identification:
     fit: Fit
     train: tuple[Dataset, ...]
     validation: Dataset | None
-
-    def where(self) -> tuple[str, ...]:
-        """Where the model fails, in words: on the validation recording if there is one, else on the training data."""
-        trained = self._residuals(self.train)
-        if self.validation is None:
-            return sentences(trained)
-        return sentences(self._residuals([self.validation]), trained)
-
-    def _residuals(self, datasets: Sequence[Dataset]) -> tuple[Joint, ...]:
-        return joints(datasets, [self.fit.torque(dataset) for dataset in datasets])
 
 
 def identify(

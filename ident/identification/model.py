@@ -133,7 +133,7 @@ class Model(Section):
     software: str = Field(default_factory=lambda: version("delta-workbench"))
     mechanism: Mechanism
     form: str | None = None
-    """Linear model of the mechanism that was identified, where it is not the mechanism's own (`ident/dynamics/forms/`)."""
+    """Linear model of the mechanism that was identified (`ident/dynamics/forms/`); None: the mechanism's own."""
     effects: tuple[str, ...] = ()
     """What was added to the mechanism, in this order."""
     terms: tuple[EffectTerm, ...] = ()

@@ -9,7 +9,7 @@ import numpy as np
 from ident.data.dataset import Dataset, build
 from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
-from ident.dynamics.effects import Effect, Signal
+from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import Composition, Named, Term
 from ident.estimation import chunks

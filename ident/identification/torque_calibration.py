@@ -22,7 +22,8 @@ from ident.data import noise
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.identification.identify import refuse_different_rigs
-from ident.uncertainty.covariance import Uncertainty, covariance
+from ident.uncertainty import covariance
+from ident.uncertainty.covariance import Uncertainty
 from ident.uncertainty.sensitivity import LENGTH_STEP, stretched
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
@@ -163,7 +164,7 @@ class _Problem:
         own = self.joint[:, None] == np.arange(self.dof)
         return np.concatenate([scale[self.joint, None] * self.columns, own * torque[:, None]], axis=1)
 
-    def covariance(self, datasets: Sequence[Dataset], solution: Floats) -> Uncertainty:
+    def uncertainty(self, datasets: Sequence[Dataset], solution: Floats) -> Uncertainty:
         """Of the solution."""
         parameters, scale = solution[: -self.dof], solution[-self.dof :]
         residual = self._spread_out(self.measured - self.model(parameters, scale), datasets)

@@ -11,8 +11,8 @@ from ident import plugins
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.estimation import estimators
-from ident.estimation.estimators import Progress
 from ident.estimation.linear_fit import fit
+from ident.estimation.problem import Progress
 from ident.identification.goodness_of_fit import Fitness, fitness
 from ident.identification.identify import refuse_different_rigs
 from recordings.errors import BadInput
@@ -80,7 +80,7 @@ def compare(files: Sequence[Path], preprocessing: str, seed: int, progress: Prog
         raise BadInput(
             f"{files[0].name}: a recording of a delta robot expected, {rig.mechanism} found; use `ident fit`"
         )
-    names = sorted(plugins.names("estimators"), key=lambda name: ([*PAPER, name].index(name), name))
+    names = sorted(plugins.names("ident.estimation.estimators"), key=lambda name: ([*PAPER, name].index(name), name))
     forms = {form: mechanisms.create(rig, form) for form in {estimators.form(name) for name in names}}
     datasets = {form: build_all(recordings, mechanism, preprocessing, None) for form, mechanism in forms.items()}
     results = {}

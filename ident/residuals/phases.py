@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.data.dataset import Dataset
+from ident.identification.identify import Identification
 from recordings.recording import Floats
 
 Bools = NDArray[np.bool_]
@@ -54,6 +55,14 @@ class Joint:
     """RMS residual over RMS torque."""
     phases: Mapping[str, Phase]
     """By name, those that occur."""
+
+
+def failures(result: Identification) -> tuple[str, ...]:
+    """Sentences on where a fitted model fails: on its validation recording if there is one, else on the training data."""
+    trained = joints(result.train, [result.fit.torque(dataset) for dataset in result.train])
+    if result.validation is None:
+        return sentences(trained)
+    return sentences(joints([result.validation], [result.fit.torque(result.validation)]), trained)
 
 
 def joints(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[Joint, ...]:

@@ -12,7 +12,8 @@ from ident.data.samples import holds_torque
 from ident.dynamics.mechanisms import Mechanism
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
-from ident.uncertainty.covariance import Source, Uncertainty, covariance, physical_consistency, sensitivity
+from ident.uncertainty import covariance, physical_consistency, sensitivity
+from ident.uncertainty.covariance import Source, Uncertainty
 from ident.uncertainty.identifiability import Identifiability, Status, identifiability
 from recordings.config import Section
 from recordings.recording import Bools, Floats, Recording

@@ -24,7 +24,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.uncertainty.covariance import autocovariance
+from ident.uncertainty import autocovariance
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 

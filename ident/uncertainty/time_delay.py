@@ -12,7 +12,7 @@ import numpy as np
 
 from ident.data.dataset import Dataset
 from ident.filters import first_derivative
-from ident.uncertainty.covariance import covariance
+from ident.uncertainty import covariance
 from recordings.recording import Floats
 
 _LEAST_OWN = 1e-6

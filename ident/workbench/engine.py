@@ -19,7 +19,8 @@ from ident.diagnosis.document import labels
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.steps import Rung
 from ident.diagnosis.stepwise_selection import Climber
-from ident.dynamics import effects, mechanisms
+from ident.dynamics import mechanisms
+from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Composition, Term
 from ident.output.figures.finding import before_after
 from ident.residuals import phases
@@ -59,7 +60,7 @@ class Engine:
         """`tell`: called with what is to be shown while a task goes on."""
         self._progress, self._tell = progress, tell
         self._effect_files = tuple(effect_files)
-        self._library = effects.library(effect_files)
+        self._library = library(effect_files)
         self._climb: Climb | None = None
         self._candidates: dict[str, Candidate] = {}
         self._known: WeakKeyDictionary[Step, views.RungView] = WeakKeyDictionary()

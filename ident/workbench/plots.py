@@ -1,5 +1,6 @@
-"""The figures of `ident.output.figures` as the page shows them, and what only a page has: detail that follows the zoom, and
-a run that is going on.
+"""The figures of `ident.output.figures` as the page shows them, with what only a page has.
+
+That is detail that follows the zoom, and a run that is going on.
 """
 
 import json

@@ -5,7 +5,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ident.estimation import estimators
-from ident.identification.identify import identify
+from ident.identification import identify
+from ident.residuals.phases import failures
 from ident.workbench.cli_equivalent import swarm_command
 from ident.workbench.views import Chosen, Descent, Swarmed
 
@@ -33,7 +34,7 @@ def found(
     watch = _Watch(settings.iterations, settings.tolerance, tell)
     result = identify.identify([train], validate, choices, watch)
     command = swarm_command(chosen, train.name, validate.name if validate else None)
-    return Swarmed(result.model, watch.descent, result.where(), command)
+    return Swarmed(result.model, watch.descent, failures(result), command)
 
 
 class _Watch:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 from ident.diagnosis.split_data import Material
 from ident.diagnosis.steps import State
-from ident.dynamics.effects import Effect
+from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
-from ident.identification.identify import identify, prediction
+from ident.identification import identify, prediction
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
 from ident.output.figures import spectrum, torque, where

@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from ident.dynamics import effects
+from ident.dynamics.effects.library import library
 from ident.workbench import views
 from ident.workbench.branches import Branches
 from ident.workbench.cli_equivalent import of_fit
@@ -27,7 +27,7 @@ class Session:
 
     def __init__(self, folder: Folder, effect_files: Sequence[Path] = ()) -> None:
         self.folder = folder
-        self.library = effects.library(effect_files)
+        self.library = library(effect_files)
         self.versions: Counter[Part] = Counter()
         self.train: str | None = None
         self.validate: str | None = None

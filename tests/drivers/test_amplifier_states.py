@@ -10,8 +10,8 @@ from daq.recorder import Discard
 from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
 from drivers.canopen.bus import Link
-from drivers.canopen.cia402 import Control
 from drivers.canopen.drive import CanopenDrives
+from drivers.cia402 import Control
 from drivers.protocol import Goal
 from recordings.errors import RunFailed
 from recordings.rig import Axis, Drive, Rig

@@ -13,7 +13,7 @@ import can
 import canopen
 import pytest
 
-from drivers.canopen import cia402
+from drivers import cia402
 from tests.conftest import Finished, launcher
 
 # Collected only by tests/vcan/run, which makes vcan0 and sets this.

@@ -7,7 +7,7 @@ from pathlib import Path
 import can
 import pytest
 
-from drivers.canopen.cia402 import State
+from drivers.cia402 import State
 from recordings.reader import read
 from tests.vcan.conftest import Bench, cansend, finished, states, wait_until_moving
 

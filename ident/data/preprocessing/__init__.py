@@ -48,7 +48,7 @@ class Prepared:
 
 def load(name: str) -> Method:
     """The method `name`. Raises BadInput where there is none."""
-    return cast(Method, plugins.load("preprocess", name).prepare)
+    return cast(Method, plugins.load(__name__, name).prepare)
 
 
 def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:

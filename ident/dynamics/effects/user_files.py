@@ -1,5 +1,6 @@
 """Effects from files of the user: what goes wrong inside of them is said with the file's name, not by a traceback."""
 
+import importlib.util
 from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
@@ -9,12 +10,42 @@ from typing import Any
 import numpy as np
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Effect, Signal
+from ident.dynamics.effects.base import Additive, Effect, Signal
+from ident.dynamics.effects.validation import wrong
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
 _Check = Callable[[tuple[Any, ...], Any], str | None]
 """From arguments and result: what is wrong with the result."""
+
+
+def from_file(path: Path) -> Effect:
+    """The effect that the Python file `path` describes. It is executed: only for files that the user named.
+
+    Raises:
+        BadInput: the file is missing, fails, or holds no effect.
+    """
+    if path.suffix != ".py" or not path.is_file():
+        raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
+
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None:
+        raise BadInput(f"effect file {path}: a Python file expected, found something else; check the path")
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:  # whatever the user's code does
+        raise BadInput(f"effect file {path}: {said(error)}; mend the file") from None
+    effect: Any = getattr(module, "effect", None)
+    if not isinstance(effect, (Additive, Signal)):
+        raise BadInput(
+            f"effect file {path}: a variable 'effect' that is an Additive or a Signal expected, "
+            f"{type(effect).__name__} found; see docs/effects.md"
+        )
+    found = wrong(effect)
+    if found:
+        raise BadInput(f"effect file {path}: {found}; mend the file")
+    return guarded(effect, path)
 
 
 def guarded(effect: Effect, path: Path) -> Effect:

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, get_args
 
-from ident.dynamics.effects import Additive, Axis, Effect, Quantity
+from ident.dynamics.effects.base import Additive, Axis, Effect, Quantity
 
 _TEXTS = ("sentence", "looks", "causes", "remedy", "equation")
 _UNITS = {"effort": "N m", "position": "rad"}

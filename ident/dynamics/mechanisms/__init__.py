@@ -62,8 +62,8 @@ def create(rig: Rig, form: str | None = None) -> Mechanism:
         BadInput: there is no such form of this mechanism.
     """
     if form is None:
-        return cast(Mechanism, plugins.load("mechanisms", rig.mechanism).create(rig))
-    module = plugins.load("forms", form)
+        return cast(Mechanism, plugins.load(__name__, rig.mechanism).create(rig))
+    module = plugins.load("ident.dynamics.forms", form)
     if module.MECHANISM != rig.mechanism:
         raise BadInput(
             f"the model form '{form}' is one of the mechanism {module.MECHANISM}, {rig.mechanism} found; choose a "

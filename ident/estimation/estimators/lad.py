@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ident.estimation.estimators import Estimate, Problem, Progress
 from ident.estimation.lad_certificate import certify
+from ident.estimation.problem import Estimate, Problem, Progress
 
 
 @dataclass(frozen=True)

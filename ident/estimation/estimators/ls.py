@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.recording import Floats
 
 

@@ -19,8 +19,8 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.random import Generator
 
 from ident.estimation import particle_swarm
-from ident.estimation.estimators import Estimate, Problem, Progress
 from ident.estimation.particle_swarm import Swarm
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 

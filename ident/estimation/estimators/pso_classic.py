@@ -8,8 +8,8 @@ import numpy as np
 from numpy.random import Generator
 
 from ident.estimation import particle_swarm
-from ident.estimation.estimators import Estimate, Problem, Progress
 from ident.estimation.particle_swarm import Settings, Swarm
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.recording import Floats
 
 __all__ = ["Settings", "estimate"]

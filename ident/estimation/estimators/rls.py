@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.problem import Estimate, Problem, Progress
 from ident.numba_cache import compiled
 from recordings.errors import BadInput
 

@@ -1,7 +1,7 @@
 """Weighted least squares on the mechanism's own model, the 11 parameters of (30).
 
-Not in the paper. The noise is in the voltage, so torque samples are not equally good (`ident.data.noise`); each residual
-is measured in its own standard deviation. The search region is not looked at.
+Not in the paper. The noise is in the voltage, so torque samples are not equally good (`ident.data.noise`); each
+residual is measured in its own standard deviation. The search region is not looked at.
 """
 
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.random import Generator
 
-from ident.estimation.estimators import Estimate, Problem, Progress
+from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.recording import Floats
 
 WEIGHTED = True

@@ -1,35 +1,15 @@
 """A designed motion on the screen and as JSON."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from ident.design.designs import Outcome
 from ident.design.quality import Quality
-from ident.dynamics.mechanisms import Parameter
 
 SCHEMA = 1
-
-
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """A designed motion, beside one that is there already."""
-
-    name: str
-    """Of the trajectory file."""
-    criterion: str
-    seed: int
-    noise: float
-    """RMS of the torque [N m or N]."""
-    seconds: float
-    """Of the repeated motion."""
-    parameters: tuple[Parameter, ...]
-    after: Quality
-    against: str | None
-    """Name of the motion it is compared with."""
-    before: Quality | None
 
 
 def show(outcome: Outcome, console: Console) -> None:

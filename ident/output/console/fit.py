@@ -5,11 +5,12 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
-from ident.dynamics.effects import is_never
+from ident.dynamics.effects.base import is_never
 from ident.estimation.linearized_model import Frozen
 from ident.identification.identify import Identification
 from ident.identification.model import Agreement, JointFitness, Model
 from ident.output.console import assessment
+from ident.residuals.phases import failures
 from ident.uncertainty.time_delay import Delay
 
 
@@ -33,7 +34,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
         console.print(f"Delay of the torque behind what the drives report: {found}; not applied.", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
-    for sentence in result.where():
+    for sentence in failures(result):
         console.print(f"  {sentence}", highlight=False)
 
 
@@ -55,9 +56,7 @@ def notices(result: Identification) -> list[str]:
             "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
         )
     if model.geometry and model.geometry.L2_source == "assumed":
-        lines.append(
-            f"The forearm length L2 = {model.geometry.L2:g} m is assumed{trust_summary.length_moves(model)}."
-        )
+        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_moves(model)}.")
     if isinstance(result.mechanism, Frozen):
         lines += result.mechanism.impossible(result.fit.parameters)
     if at_bound:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from ident.estimation.estimators import Progress
+    from ident.estimation.problem import Progress
 
 
 @contextmanager

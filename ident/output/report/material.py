@@ -9,8 +9,8 @@ from typing import Any
 from ident.diagnosis import answer
 from ident.diagnosis.diagnosis import Choices, Diagnosis, diagnose
 from ident.diagnosis.document import Document
-from ident.dynamics import effects
-from ident.identification.identify import model, prediction
+from ident.dynamics.effects.library import library
+from ident.identification import model, prediction
 from ident.identification.model import Model, Source
 from ident.residuals import analysis
 from ident.residuals.analysis import Comparison
@@ -89,7 +89,7 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
     Raises:
         BadInput: a file cannot be used, or they are not of the same rig.
     """
-    library = effects.library(request.effect_files)
+    known = library(request.effect_files)
     paths = dict(zip(_names(request.models), request.models, strict=True))
     models = {name: model.load(path) for name, path in paths.items()}
 
@@ -97,14 +97,14 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
         found = {}
         for name, one in models.items():
             progress(f"comparing {name}")
-            found[name] = analysis.compare(one, prediction.predict(one, files, library))
+            found[name] = analysis.compare(one, prediction.predict(one, files, known))
         return found
 
     recorded = compared(request.recordings)
     held_out = compared(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        diagnosis = diagnose(request.recordings, request.held_out, library, Choices(), progress)
+        diagnosis = diagnose(request.recordings, request.held_out, known, Choices(), progress)
     groups = [recorded, *([held_out] if held_out else [])]
     read = [one.dataset.recording for group in groups for one in next(iter(group.values())).predictions]
     return Material(

@@ -6,7 +6,7 @@ import sys
 from nicegui import run as background
 from nicegui import ui
 
-from ident.identification.identify import model
+from ident.identification import model
 from ident.workbench.cli_equivalent import report_command, script
 from ident.workbench.pages.page import Page, name
 from ident.workbench.session import Session

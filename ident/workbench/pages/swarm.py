@@ -2,7 +2,7 @@
 
 from nicegui import ui
 
-from ident.identification.identify import model as file
+from ident.identification import model as file
 from ident.identification.model import FittedParameter, Model
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, name, picture

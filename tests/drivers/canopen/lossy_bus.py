@@ -9,7 +9,7 @@ from typing import Any
 
 import can
 
-from drivers.canopen.cia402 import State
+from drivers.cia402 import State
 from drivers.simulated.drive import SimulatedDrive
 from recordings.rig import Rig
 

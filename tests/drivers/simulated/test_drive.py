@@ -5,7 +5,7 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from drivers.canopen.cia402 import Control, State, decode
+from drivers.cia402 import Control, State, decode
 from drivers.simulated.drive import SimulatedDrive
 from recordings.rig import Drive
 

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.canopen.cia402 import Control, State
+from drivers.cia402 import Control, State
 from drivers.simulated import power
 
 TRANSITIONS = [

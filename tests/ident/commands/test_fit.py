@@ -16,8 +16,8 @@ from click.testing import CliRunner, Result
 from ident.cli import program
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
+from ident.identification import model
 from ident.identification.goodness_of_fit import fitness
-from ident.identification.identify import model
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording

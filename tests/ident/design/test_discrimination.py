@@ -11,7 +11,7 @@ from click.testing import CliRunner, Result
 from ident.cli import program
 from ident.design.discrimination import rivals
 from ident.design.motions import repeated
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats

@@ -8,7 +8,7 @@ import pytest
 
 from ident.diagnosis.answer import _not_added, document
 from ident.diagnosis.diagnosis import Choices, diagnose
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")

@@ -168,7 +168,7 @@ def test_the_document_is_the_agreed_one(hide: Hide) -> None:
         "absorbed",
     }
     named = {one["effect"] for one in found["findings"]} | {one["effect"] for one in found["rejected"]}
-    from ident.dynamics.effects import names
+    from ident.dynamics.effects.library import names
 
     assert named == set(names())
     assert {"effect": "amplifier_deadband", "status": "not-observable"}.items() <= next(

@@ -5,7 +5,7 @@ import io
 from rich.console import Console
 
 from ident.diagnosis.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
-from ident.dynamics.effects import NEVER
+from ident.dynamics.effects.base import NEVER
 from ident.output.console import diagnosis
 from ident.output.report.sections import values
 

@@ -9,7 +9,7 @@ from scipy.signal import convolve2d
 
 from ident.diagnosis import split_data
 from ident.diagnosis.split_data import Material, rms
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 
 
 def test_errors_in_a_regressor_make_a_fit_believe_it_less() -> None:

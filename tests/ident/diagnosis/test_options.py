@@ -10,7 +10,7 @@ import pytest
 from ident.diagnosis.candidate_search import CLEAR, Finder, possible
 from ident.diagnosis.screening import Candidate
 from ident.dynamics import mechanisms
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Composition, Term
 from recordings.rig import simulated_rig
 

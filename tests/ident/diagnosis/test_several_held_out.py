@@ -9,7 +9,7 @@ import pytest
 from ident.commands.diagnose import command
 from ident.diagnosis import answer
 from ident.diagnosis.diagnosis import Choices, diagnose, question
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from tests.ident.conftest import TRUTH

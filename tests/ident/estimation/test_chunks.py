@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.data.prepared_recording import prepare
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Composition, Term
 from ident.estimation import chunks
 from ident.estimation.predicted_torque import Evaluator

@@ -8,8 +8,8 @@ from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators
-from ident.estimation.estimators import Estimate
 from ident.estimation.linear_fit import Fit, fit, search_region
+from ident.estimation.problem import Estimate
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 

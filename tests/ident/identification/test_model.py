@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from ident.identification.identify import model
+from ident.identification import model
 from ident.identification.model import Model
 from recordings.errors import BadInput
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification.identify import Choices, identify
 from ident.identification.model import Model

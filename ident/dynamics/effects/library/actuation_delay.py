@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
 _REACH = 12

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from ident.dynamics.torque_map import not_a_command, torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 

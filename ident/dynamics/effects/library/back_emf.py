@@ -1,7 +1,7 @@
 """The voltage that the turning motor itself makes."""
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from ident.dynamics.torque_map import torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 from recordings.rig import Rig

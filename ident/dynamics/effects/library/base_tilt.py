@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.dynamics import rods
 from ident.dynamics.effect_inputs import GRAVITY, View
-from ident.dynamics.effects import Additive, Quantity, Shapes
+from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
@@ -15,8 +15,8 @@ def columns(view: View, shapes: Shapes) -> Floats:
     # An arm's centre of mass moves by -sin q along its limb's direction when the arm turns.
     along = np.stack([np.cos(view.rig.geometry.phi), np.sin(view.rig.geometry.phi)])
     arms = moment * np.sin(view.motion.position)[:, None, :] * along
-    rods = view.parameters["m_d"] * rods.pull(view.rig.geometry, view.motion)
-    both: Floats = (platform + arms + rods).swapaxes(1, 2)
+    forearms = view.parameters["m_d"] * rods.pull(view.rig.geometry, view.motion)
+    both: Floats = (platform + arms + forearms).swapaxes(1, 2)
     return both
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 from recordings.rig import Rig
 

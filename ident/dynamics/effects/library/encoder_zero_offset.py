@@ -1,6 +1,6 @@
 """An encoder whose zero is not where the rig file says."""
 
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 from recordings.rig import Rig
 

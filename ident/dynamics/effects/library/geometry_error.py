@@ -1,6 +1,6 @@
 """A robot that does not have the lengths of its rig file."""
 
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.rig import Rig
 
 LENGTHS = ("L1", "L2", "R")

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Quantity, Shapes
+from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 

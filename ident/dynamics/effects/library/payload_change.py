@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.dynamics.effect_inputs import GRAVITY, View
-from ident.dynamics.effects import NEVER, Additive, Quantity, Shapes
+from ident.dynamics.effects.base import NEVER, Additive, Quantity, Shapes
 from recordings.recording import Floats, Ints
 
 _COARSE = 100

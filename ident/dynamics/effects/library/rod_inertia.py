@@ -2,7 +2,7 @@
 
 from ident.dynamics import rods
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Quantity, Shapes
+from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 

@@ -1,7 +1,7 @@
 """A motor that gives more or less torque per volt than its rig file says."""
 
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Quantity, Signal, Values
+from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
 

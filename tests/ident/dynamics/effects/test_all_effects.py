@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from ident.data.prepared_recording import Course, prepare
-from ident.dynamics import effects
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Signal
+from ident.dynamics.effects import library as library_package
+from ident.dynamics.effects.base import Additive, Signal
+from ident.dynamics.effects.library import library, load
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
 from ident.estimation.nonlinear_fit import refine
@@ -19,7 +20,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig, simulated_rig
 
-LIBRARY = effects.library()
+LIBRARY = library()
 ADDITIVE = [name for name, effect in LIBRARY.items() if isinstance(effect, Additive)]
 SIGNALS = [name for name, effect in LIBRARY.items() if isinstance(effect, Signal)]
 BASE = ("viscous", "coulomb")
@@ -148,8 +149,8 @@ def _planted(lower: float, starts: tuple[float, ...]) -> float:
 
 def test_a_file_of_the_user_is_an_effect(tmp_path: Path) -> None:
     path = tmp_path / "my_own.py"
-    path.write_text((Path(effects.__file__).parent / "torque_offset.py").read_text())
-    assert "my_own" in effects.library([path])
+    path.write_text((Path(library_package.__file__).parent / "torque_offset.py").read_text())
+    assert "my_own" in library([path])
 
 
 @pytest.mark.parametrize(
@@ -164,12 +165,12 @@ def test_a_file_of_the_user_is_an_effect(tmp_path: Path) -> None:
 def test_what_is_no_effect_is_refused(tmp_path: Path, name: str, text: str, found: str) -> None:
     (tmp_path / name).write_text(text)
     with pytest.raises(BadInput, match=found):
-        effects.library([tmp_path / name])
+        library([tmp_path / name])
 
 
 def test_an_unknown_name_is_refused() -> None:
     with pytest.raises(BadInput, match="torque_offset"):
-        effects.load("magic")
+        load("magic")
 
 
 def test_what_an_amplifier_does_is_seen_in_its_command_only() -> None:

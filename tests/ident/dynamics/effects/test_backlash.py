@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.dynamics.effects import load
+from ident.dynamics.effects.library import load
 from ident.dynamics.flexible_joints import arms
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats

@@ -5,7 +5,7 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from ident.cli import program
-from ident.dynamics.effects import library
+from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tight_spot.py"

@@ -8,8 +8,8 @@ import pytest
 
 from ident.data.prepared_recording import Course, prepare
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import from_file
 from ident.dynamics.effects.learned_curve import Curve, effect_of, source
+from ident.dynamics.effects.user_files import from_file
 from recordings.recording import Floats, Recording
 
 SPRING = Curve(2, "position", 3, "one", (-1.0, 0.0, 1.0), (-4.0, 0.0, 8.0))

@@ -5,7 +5,7 @@ import pytest
 
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import load
+from ident.dynamics.effects.library import load
 from ident.dynamics.effects.library.payload_change import columns
 from recordings.recording import Floats, Recording
 

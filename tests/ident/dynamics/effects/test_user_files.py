@@ -7,14 +7,15 @@ import pytest
 
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects import Additive, Signal, from_file
+from ident.dynamics.effects.base import Additive, Signal
+from ident.dynamics.effects.user_files import from_file
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
 HEAD = """
 import sys
 import numpy as np
-from ident.dynamics.effects import Additive, Quantity, Signal
+from ident.dynamics.effects.base import Additive, Quantity, Signal
 
 TEXT = dict(sentence="It rubs.", looks="A bump.", causes="dirt", remedy="clean it", equation="a", axis="position")
 """

@@ -6,7 +6,8 @@ from typing import Any
 
 import pytest
 
-from ident.dynamics.effects import Quantity, library, names
+from ident.dynamics.effects.base import Quantity
+from ident.dynamics.effects.library import library, names
 from ident.dynamics.effects.validation import wrong
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from ident import plugins
 from ident.estimation import estimators
-from ident.estimation.estimators import Problem
+from ident.estimation.problem import Problem
 from recordings.errors import BadInput
 
 NAMES = plugins.names("estimators")

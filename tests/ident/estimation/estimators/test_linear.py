@@ -10,7 +10,7 @@ from scipy.optimize import lsq_linear
 
 from ident import plugins
 from ident.estimation import estimators
-from ident.estimation.estimators import Estimate, Problem
+from ident.estimation.problem import Estimate, Problem
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ident.estimation.estimators import Estimate, Problem, pso, pso_classic
+from ident.estimation.estimators import pso, pso_classic
+from ident.estimation.problem import Estimate, Problem
 from recordings.errors import BadInput
 from recordings.recording import Floats
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from ident.dynamics import mechanisms
-from ident.dynamics.effects import NEVER, load
+from ident.dynamics.effects.base import NEVER
+from ident.dynamics.effects.library import load
 from ident.dynamics.structure import Composition, Term
 from ident.estimation.linearized_model import Frozen
 from ident.output.console.fit import searched

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.dynamics import effects
+from ident.dynamics.effects.library import library
 from ident.estimation import estimators
-from ident.identification.identify import identify, prediction
+from ident.identification import identify, prediction
 from ident.identification.model import Model
 from ident.residuals.analysis import Comparison, compare
 from recordings.recording import Recording
@@ -37,7 +37,7 @@ def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
 
 @pytest.fixture(scope="session")
 def comparison(model: Model, late: Recording) -> Comparison:
-    found = compare(model, prediction.predict(model, [late.path], effects.library()))
+    found = compare(model, prediction.predict(model, [late.path], library()))
     return replace(
         found,
         predictions=tuple(_renamed(one) for one in found.predictions),

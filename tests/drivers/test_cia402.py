@@ -2,8 +2,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.canopen import cia402
-from drivers.canopen.cia402 import Control, State
+from drivers import cia402
+from drivers.cia402 import Control, State
 from drivers.protocol import Goal, Power
 
 # IEC 61800-7-201, table of statuswords: xxxx xxxx x0xx 0000 and so on, with bits the state does not use set.

@@ -1,0 +1,1 @@
+"""Drive CiA 402 amplifiers over CANopen."""

@@ -1,0 +1,1 @@
+"""Drive amplifiers that speak an ASCII protocol over a serial line."""

@@ -1,0 +1,1 @@
+"""Find the physical effect that a model lacks."""

@@ -1,0 +1,1 @@
+"""Turn motion into torque: mechanisms, effects, and what they share. Imports nothing above it."""

@@ -1,0 +1,1 @@
+"""Turn prepared recordings into parameters: linear fit, nonlinear least squares, particle swarm."""

@@ -1,0 +1,1 @@
+"""Show results: tables on the console, figures, the report."""

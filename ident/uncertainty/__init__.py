@@ -1,0 +1,1 @@
+"""Turn parameters into intervals, and say how far they can be trusted."""
