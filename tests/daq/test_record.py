@@ -142,7 +142,7 @@ def test_disk_that_fills_up_during_the_run(tmp_path: Path) -> None:
         f"resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)); {launcher('daq')[-1]}"
     )
     command = [*launcher("daq")[:-1], limited, "record", "--traj", "fig5a", "--cycles", "1"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=600)
     assert done.returncode == 2, done.stderr
     assert "fig5a.mcap" in done.stderr
     assert "is whole" not in done.stderr
