@@ -59,7 +59,8 @@ def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runn
 
 def test_another_seed_gives_other_noise_on_the_same_motion(daq: Runner, tmp_path: Path) -> None:
     for seed in (0, 1):
-        assert daq("record", "--traj", "fig5b", "--cycles", 1, "--seed", seed, "--out", f"{seed}.mcap").code == 0
+        arguments = ["--traj", "fig5b", "--cycles", 1, "--rate", 250, "--seed", seed, "--out", f"{seed}.mcap"]
+        assert daq("record", *arguments).code == 0
     one, other = (read(tmp_path / f"{seed}.mcap") for seed in (0, 1))
     np.testing.assert_array_equal(one.command, other.command)
     assert 0.005 < np.std(one.voltage - other.voltage) < 0.05
@@ -77,7 +78,7 @@ def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runne
     from drivers.simulated.effect import discover
     from drivers.simulated.seal import unseal
 
-    done = daq("record", "--traj", "fig5a", "--cycles", 1, "--hidden", 7, "--out", "blind.mcap")
+    done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 250, "--hidden", 7, "--out", "blind.mcap")
     assert done.code == 0, done.err
     truth = unseal(tmp_path / "blind.sealed.json")
     assert truth["seed"] == 7
@@ -160,6 +161,7 @@ VARIANTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", VARIANTS)
 def test_drives_of_other_kinds(name: str, daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(re.sub(r"(node_id = \d)", rf"\1\n{VARIANTS[name]}", RIG))
