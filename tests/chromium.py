@@ -22,5 +22,7 @@ def tab() -> Iterator[Any]:
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as playwright:
         launched = playwright.chromium.launch(executable_path=found, args=flags)
-        yield launched.new_page(viewport={"width": 1280, "height": 800})
+        page = launched.new_page(viewport={"width": 1280, "height": 800})
+        page.set_default_timeout(120_000)  # on a busy machine
+        yield page
         launched.close()

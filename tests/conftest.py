@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # Programs that compile side by side must not write into one cache: of two that compile one function for different
 # arguments, the later overwrites the earlier one's code. So every worker of pytest-xdist has its own, which stays.
@@ -16,9 +16,11 @@ if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "numba" / _worker)
 
 # What decides whether a change lands is the same each time; at a desk, examples are drawn anew.
-settings.register_profile("ci", derandomize=True)
-if os.environ.get("CI") == "true":
-    settings.load_profile("ci")
+# How long an example takes, says nothing on a machine that does other things, too.
+_ANY_SPEED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
+settings.register_profile("desk", **_ANY_SPEED)
+settings.register_profile("ci", derandomize=True, **_ANY_SPEED)
+settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,7 @@ def launcher(program: str) -> list[str]:
 
 
 def _runner(program: str, folder: Path) -> Runner:
-    def run(*arguments: object, timeout: float = 300) -> Finished:
+    def run(*arguments: object, timeout: float = 900) -> Finished:
         done = subprocess.run(
             [*launcher(program), *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=timeout
         )

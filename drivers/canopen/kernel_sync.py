@@ -118,5 +118,6 @@ class KernelSync:
             raise RunFailed(f"the kernel does not send SYNC: {error}") from None
 
     def close(self) -> None:
-        """No more SYNC."""
+        """No more SYNC. One that is still to be received sets no further period."""
+        self._pacer = None
         self._socket.close()

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner
+from tests.running import free_port
 
 RIG = """
 name = "bench"
@@ -66,7 +67,7 @@ def test_for_a_person(daq: Runner) -> None:
 
 
 def test_drives_that_are_not_there(daq: Runner, tmp_path: Path) -> None:
-    bus = '[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = 43999\n'
+    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {free_port()}\n'
     (tmp_path / "rig.toml").write_text(RIG.format("") + bus)
     done = daq("check", "--rig", "rig.toml")
     assert done.code == 1

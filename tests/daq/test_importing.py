@@ -85,7 +85,7 @@ def run(period: float) -> Run:
 
 
 @given(measurements())
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=60)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60)
 def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[Samples, Run]) -> None:
     samples, its_run = made
     dof = samples.position.shape[1]

@@ -48,7 +48,9 @@ def listened(
     def talk() -> None:
         speak(buses[0])
         if duration is None:
-            time.sleep(0.2)
+            # All that the third has heard has reached the listener, too.
+            while listener.heard.frames < buses[2].queue.qsize():
+                time.sleep(0.01)
             stop.ask("enough")
 
     listener = Listener(buses[1], RIG, tmp_path / "r.mcap")
@@ -164,12 +166,19 @@ def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
     Path("rig.toml").write_text(f'name = "bench"\n{BUS.format("udp_multicast")}{drives}')
-    monkeypatch.setattr(listen, "open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
-    monkeypatch.setattr(listen, "SILENCE", 0.3)
+    monkeypatch.setattr(listen, "SILENCE", 2.0)
+    listening = threading.Event()
+
+    def opened(settings: object) -> can.BusABC:
+        bus = can.Bus(interface="virtual", channel="cli")
+        listening.set()
+        return bus
+
+    monkeypatch.setattr(listen, "open_bus", opened)
 
     def talk() -> None:
         with can.Bus(interface="virtual", channel="cli") as bus:
-            time.sleep(0.5)
+            assert listening.wait(60)
             master(bus, 30)
 
     thread = threading.Thread(target=talk)

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner, launcher
+from tests.running import free_port
 
 DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
@@ -32,13 +33,13 @@ def test_a_signal_ends_it_in_order(number: signal.Signals, tmp_path: Path) -> No
     process = serve(tmp_path, "lines.toml")
     assert Path(ports[0]).is_symlink()
     process.send_signal(number)
-    _, error = process.communicate(timeout=20)
+    _, error = process.communicate(timeout=120)
     assert (process.returncode, error) == (0, "")
     assert not any(Path(port).is_symlink() for port in ports)
 
 
 def test_a_second_one_under_the_same_node_ids_is_refused(daq: Runner, tmp_path: Path) -> None:
-    bus = '[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\n'
+    bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\nport = {free_port()}\n'
     (tmp_path / "bus.toml").write_text(f'name = "b"\n{bus}{DRIVES}')
     process = serve(tmp_path, "bus.toml")
     try:
@@ -48,4 +49,4 @@ def test_a_second_one_under_the_same_node_ids_is_refused(daq: Runner, tmp_path: 
         assert not (tmp_path / "sim.sealed.json").exists()
     finally:
         process.terminate()
-        process.communicate(timeout=20)
+        process.communicate(timeout=120)

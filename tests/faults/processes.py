@@ -7,8 +7,8 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,17 +17,18 @@ from recordings.errors import BadInput
 from recordings.reader import read, read_can
 from tests.conftest import launcher
 from tests.faults.campaign import Outcome
+from tests.running import free_port, wait_until_moving
 
 _RIG = """
 name = "fault campaign"
-rate = 250.0
+rate = {rate}
 [bus]
 interface = "udp_multicast"
 channel = "239.74.163.2"
 port = {port}
 [limits]
-silence = 0.2
-host_stall = 0.3
+silence = {silence}
+host_stall = {host_stall}
 torque = 500.0
 following_error = 0.3
 [[drives]]
@@ -38,8 +39,11 @@ node_id = 2
 node_id = 3
 """
 
-_MOVING = 4.0
-"""Seconds after its start in which the recorder is surely in mid-motion."""
+_RATE = 50.0
+"""Low [Hz]: a busy machine shall keep up, and what is looked for does not depend on it."""
+_STRICT = {"silence": 0.2, "host_stall": 0.3}
+_PATIENT = {"silence": 5.0, "host_stall": 5.0}
+"""Limits [s] where a stall is not what is looked for."""
 _TRAJECTORY = "fig5b"
 
 
@@ -55,14 +59,15 @@ class ProcessFault:
     drives_alive: bool = True
     may_lose: float = 0.0
     """Seconds of recording before the strike that may be missing in the file."""
+    limits: Mapping[str, float] = field(default_factory=lambda: _PATIENT)
 
 
 class Programs:
     """The simulated rig and the recorder, running in `folder`."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, limits: Mapping[str, float]) -> None:
         self.folder = folder
-        (folder / "rig.toml").write_text(_RIG.format(port=random.randint(20000, 60000)))
+        (folder / "rig.toml").write_text(_RIG.format(rate=_RATE, port=free_port(), **limits))
         self.rig = self._start("sim", "--rig", "rig.toml")
         assert self.rig.stdout is not None
         assert "simulated drives" in self.rig.stdout.readline()
@@ -86,14 +91,22 @@ class Programs:
         )
 
     def record(self, limit: int | None = None) -> subprocess.Popen[str]:
-        """Start the recorder; with `limit`, its file may grow to so many bytes."""
+        """Start the recorder, which tells of its run; with `limit`, its file may grow to so many bytes."""
+        motion = ["--traj", _TRAJECTORY, "--cycles", "10"]
         self.recorder = self._start(
-            "record", "--traj", _TRAJECTORY, "--rig", "rig.toml", "--cycles", "3", "--out", "run.mcap", limit=limit
+            "record", *motion, "--rig", "rig.toml", "--out", "run.mcap", "--status", limit=limit
         )
         return self.recorder
 
-    def drives_are_disabled(self) -> bool:
-        """Ask the drives themselves, as a new master."""
+    def drives_are_disabled(self, patience: float = 30.0) -> bool:
+        """Whether the drives themselves say so to a new master: after SIGKILL their watchdogs have to act first."""
+        until = time.monotonic() + patience
+        while not self._all_disabled():
+            if time.monotonic() > until:
+                return False
+        return True
+
+    def _all_disabled(self) -> bool:
         done = subprocess.run(
             [*launcher("daq"), "check", "--rig", "rig.toml", "--json"],
             cwd=self.folder,
@@ -110,7 +123,7 @@ class Programs:
                 continue
             if process.poll() is None:
                 process.terminate()
-            process.communicate(timeout=30)
+            process.communicate(timeout=120)
 
 
 def _signals(number: int, times: int = 1, pause: float = 0.1) -> Callable[[Programs], None]:
@@ -153,24 +166,24 @@ FAULTS: tuple[ProcessFault, ...] = (
     ProcessFault("SIGTERM", "SIGTERM", 1, _signals(signal.SIGTERM)),
     ProcessFault("SIGHUP", "SIGHUP", 1, _signals(signal.SIGHUP)),
     ProcessFault("SIGKILL of the recorder", "", -9, _signals(signal.SIGKILL), may_lose=0.5),
-    ProcessFault("SIGKILL of the simulated rig", "no answer", 1, _kill_rig, drives_alive=False),
-    ProcessFault("recorder stopped for 1 s (SIGSTOP)", "master heartbeat lost|host came", 1, _pause_recorder),
-    ProcessFault("drives stopped for 0.45 s (SIGSTOP)", "no answer|heartbeat lost", 1, _pause_rig),
+    ProcessFault("SIGKILL of the simulated rig", "no answer", 1, _kill_rig, drives_alive=False, limits=_STRICT),
+    ProcessFault(
+        "recorder stopped for 1 s (SIGSTOP)", "master heartbeat lost|host came", 1, _pause_recorder, limits=_STRICT
+    ),
+    ProcessFault("drives stopped for 0.45 s (SIGSTOP)", "no answer|heartbeat lost", 1, _pause_rig, limits=_STRICT),
 )
 
 
 def run(fault: ProcessFault) -> Outcome:
     """Record between two processes with the fault in mid-motion, then ask the drives and the file."""
     with tempfile.TemporaryDirectory() as name:
-        programs = Programs(Path(name))
+        programs = Programs(Path(name), fault.limits)
         try:
             recorder = programs.record()
-            time.sleep(_MOVING)
+            wait_until_moving(recorder, cycles=50)
             programs.struck = time.time()
             fault.strike(programs)
-            _, err = recorder.communicate(timeout=60)
-            if recorder.returncode < 0:
-                time.sleep(1.0)  # for the drives' own watchdogs
+            _, err = recorder.communicate(timeout=120)
             disabled = programs.drives_are_disabled() if fault.drives_alive else True
             return _outcome(
                 fault, recorder.returncode, err.strip().splitlines()[-1:], disabled, programs.struck, Path(name)
@@ -182,10 +195,10 @@ def run(fault: ProcessFault) -> Outcome:
 def full_disk() -> Outcome:
     """The file may grow to 300 kB only."""
     with tempfile.TemporaryDirectory() as name:
-        programs = Programs(Path(name))
+        programs = Programs(Path(name), _PATIENT)
         try:
             recorder = programs.record(limit=300_000)
-            _, err = recorder.communicate(timeout=60)
+            _, err = recorder.communicate(timeout=120)
             fault = ProcessFault("disk full in mid-motion", "run.mcap", 2, _nothing, may_lose=60.0)
             disabled = programs.drives_are_disabled()
             return _outcome(
@@ -199,14 +212,15 @@ def _outcome(
     fault: ProcessFault, code: int, last_line: list[str], disabled: bool, struck: float, folder: Path
 ) -> Outcome:
     reason = last_line[0] if last_line else ""
-    missing, kept_until = 0, 0.0
+    missing, kept_until, safe = 0, 0.0, disabled
     try:
         missing = int(np.isnan(read(folder / "run.mcap").position).sum())
         kept_until = read_can(folder / "run.mcap").log[-1] / 1e9
     except BadInput as error:
         reason = f"{reason} [{error}]"
+        safe = False
     lost = max(0.0, struck - kept_until)
-    passed = code == fault.code and re.search(fault.reason, reason) is not None and disabled
     # 0.05 s: frames under way between the programs.
-    passed = passed and lost <= fault.may_lose + 0.05
-    return Outcome(fault.name, None, None, missing, round(lost * 250), code, reason, passed)
+    kept = lost <= fault.may_lose + 0.05
+    passed = safe and bool(kept) and code == fault.code and re.search(fault.reason, reason) is not None
+    return Outcome(fault.name, None, None, missing, round(lost * _RATE), code, reason, safe, passed)

@@ -4,7 +4,6 @@ Where a line falls silent for good, simulated time would stand still in lockstep
 """
 
 import tempfile
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
@@ -14,7 +13,7 @@ from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from recordings.config import validated
 from recordings.rig import Rig
-from tests.faults.campaign import Fault, Outcome, WatchedProgress, judge, record
+from tests.faults.campaign import Fault, Outcome, WatchedProgress, finally_powered, judge, record
 from trajectories import load
 
 RATE = 80.0
@@ -91,11 +90,10 @@ def run(fault: SerialFault) -> Outcome:
         progress = WatchedProgress()
         with machine:
             code, reason = record(order, fault, progress, timeout=None)
-            time.sleep(0.05 if fault.pace == "lockstep" else 1.0)
-            powered = [drive.powered for drive in machine.drives]
-        alive = [p for j, p in enumerate(powered) if "unplugged" not in fault.name or j != 1]
+            drives = [drive for j, drive in enumerate(machine.drives) if "unplugged" not in fault.name or j != 1]
+            powered = finally_powered(drives)
         start = round(fault.start * RATE)
-        return judge(fault, code, reason, alive, order.out, progress, start, RATE, None, None)
+        return judge(fault, code, reason, powered, order.out, progress, start, RATE, None, None)
 
 
 def _rig() -> Rig:

@@ -2,6 +2,7 @@
 
 import pytest
 
+from tests import timekeeping
 from tests.faults import campaign, canopen, processes
 
 _IN_SMALL = (
@@ -27,19 +28,34 @@ def test_at_least_forty_kinds_each_named_once() -> None:
     assert set(_IN_SMALL) <= set(names)
 
 
+def _chosen(pace: str) -> list[campaign.Fault]:
+    return [fault for fault in canopen.FAULTS if fault.name in _IN_SMALL and fault.pace == pace]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", [f for f in canopen.FAULTS if f.name in _IN_SMALL], ids=lambda fault: fault.name)
+@pytest.mark.parametrize("fault", _chosen("lockstep"), ids=lambda fault: fault.name)
 def test_bus_drives_machine_host(fault: campaign.Fault) -> None:
     outcome = campaign.run(fault)
     assert outcome.passed, outcome
 
 
-@pytest.mark.slow
+@pytest.mark.realtime
+@pytest.mark.parametrize("fault", _chosen("realtime"), ids=lambda fault: fault.name)
+def test_bus_in_real_time(fault: campaign.Fault) -> None:
+    with timekeeping.watched() as machine:
+        outcome = campaign.run(fault)
+    assert outcome.safe, outcome
+    machine.expect(outcome.passed, str(outcome))
+
+
+@pytest.mark.realtime
 @pytest.mark.parametrize(
     "fault",
     [f for f in processes.FAULTS if f.name in ("SIGINT twenty times", "SIGTERM", "SIGKILL of the recorder")],
     ids=lambda fault: fault.name,
 )
 def test_programs(fault: processes.ProcessFault) -> None:
-    outcome = processes.run(fault)
-    assert outcome.passed, outcome
+    with timekeeping.watched() as machine:
+        outcome = processes.run(fault)
+    assert outcome.safe, outcome
+    machine.expect(outcome.passed, str(outcome))

@@ -22,6 +22,6 @@ assert asked
 
 def test_a_machine_without_shared_memory_is_nothing_to_warn_about() -> None:
     done = subprocess.run(
-        [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=120
+        [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=600
     )
     assert (done.returncode, done.stderr) == (0, "")

@@ -81,7 +81,7 @@ def test_the_same_as_one_written_sync_by_sync(tmp_path: Path, made: SimpleNamesp
     present=st.sets(st.sampled_from(["command", "voltage", "velocity", "effort"])),
     names=st.lists(st.text(min_size=1, max_size=5).filter(lambda text: "\0" not in text), unique=True, max_size=3),
 )
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=30)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=30)
 def test_any_samples_come_back(
     tmp_path: Path, run: Run, n: int, dof: int, present: set[str], names: list[str]
 ) -> None:

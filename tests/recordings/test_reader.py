@@ -67,7 +67,7 @@ MESSAGES = st.lists(
 
 
 @given(MESSAGES, st.integers(1, 10**9))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_messages_of_one_sync_are_joined_in_any_order_and_with_any_of_them_missing(
     tmp_path: Path, run: Run, messages: list[tuple[str, int, list[float]]], period: int
 ) -> None:
@@ -115,7 +115,7 @@ def intact_syncs(made: SimpleNamespace, size: int) -> int:
 
 
 @given(st.data(), st.sampled_from([0, 1, 100_000]))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_a_file_cut_off_anywhere_gives_all_intact_chunks_or_bad_input(
     tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
 ) -> None:
@@ -137,7 +137,7 @@ def test_a_file_cut_off_anywhere_gives_all_intact_chunks_or_bad_input(
 
 
 @given(st.data())
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_a_flipped_bit_is_noticed_wherever_it_could_matter(
     tmp_path: Path, made: SimpleNamespace, data: st.DataObject
 ) -> None:
@@ -155,7 +155,7 @@ def test_a_flipped_bit_is_noticed_wherever_it_could_matter(
 
 
 @given(st.binary(max_size=300))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 def test_any_bytes_behind_the_magic_are_bad_input(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "noise.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + content)

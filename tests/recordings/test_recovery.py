@@ -22,7 +22,7 @@ END = {"exit_status": "1", "reason": "recovered"}
 
 
 @given(st.data(), st.sampled_from([0, 1, 5000]))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None, max_examples=50)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=50)
 def test_a_file_cut_off_anywhere_becomes_whole(
     tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
 ) -> None:

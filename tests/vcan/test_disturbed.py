@@ -1,6 +1,5 @@
 """Foreign programs disturb a run on vcan0: it ends with the right reason and with drives without power."""
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,7 +8,7 @@ import pytest
 
 from drivers.cia402 import State
 from recordings.reader import read
-from tests.vcan.conftest import Bench, cansend, finished, states, wait_until_moving
+from tests.vcan.conftest import Bench, cansend, finished, going_first, states, wait_until_moving
 
 pytestmark = pytest.mark.vcan
 
@@ -30,10 +29,12 @@ def _node_2_reset_by_a_foreign_master() -> None:
 
 
 def _rpdos_of_another_master() -> None:
-    """Disable voltage, again and again, until one comes between our own RPDO and SYNC."""
-    subprocess.run(
-        ["cangen", "vcan0", "-I", "202", "-L", "6", "-D", "000000000000", "-g", "0.3", "-n", "3000"], check=True
-    )
+    """Disable voltage after each of our own RPDOs, and before SYNC, which needs a master that goes first."""
+    order = can.Message(arbitration_id=0x202, data=bytes(6), is_extended_id=False)
+    to_node_2 = [can.typechecking.CanFilter(can_id=0x202, can_mask=0x7FF)]
+    with going_first(), can.Bus(interface="socketcan", channel="vcan0", can_filters=to_node_2) as bus:
+        while bus.recv(2.0) is not None:
+            bus.send(order)
 
 
 def _bus_off() -> None:
@@ -53,9 +54,9 @@ DISTURBANCES: dict[Callable[[], None], str] = {
 
 @pytest.mark.parametrize("disturb", DISTURBANCES, ids=lambda disturb: disturb.__name__[1:])
 def test_a_disturbed_run_ends_with_its_reason_and_without_power(disturb: Callable[[], None], tmp_path: Path) -> None:
-    bench = Bench(tmp_path, rate=100)
+    bench = Bench(tmp_path, rate=100, answer_timeout=0.2)
     file = tmp_path / "disturbed.mcap"
-    with bench.simulated_rig("lockstep"), bench.recording(file, "lockstep", "--cycles", "5") as process:
+    with bench.simulated_rig("lockstep"), bench.recording(file, "lockstep", "--cycles", "10") as process:
         wait_until_moving(process)
         disturb()
         done = finished(process)

@@ -13,7 +13,7 @@ HERE = Path(__file__).parents[3]
 
 def run(folder: Path, *arguments: str) -> str:
     command = [sys.executable, "-m", "benchmarks.hidden_effects", "--plant", "foreign", "--folder", str(folder)]
-    done = subprocess.run([*command, *arguments], cwd=HERE, capture_output=True, text=True, timeout=300)
+    done = subprocess.run([*command, *arguments], cwd=HERE, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -36,7 +36,7 @@ def told(file: Path) -> list[str]:
 def test_all_lines_arrive_in_order_and_the_end_is_the_last(
     shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
     sent = [f"{number} {LINE}" for number in range(50)]
     with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
         for line in sent:
@@ -45,7 +45,7 @@ def test_all_lines_arrive_in_order_and_the_end_is_the_last(
 
 
 def test_how_a_run_failed_is_told(shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
     with pytest.raises(RuntimeError), shown_by("reads", {"into": str(tmp_path / "lines")}):
         raise RuntimeError("joint 2: following error")
     assert [json.loads(line) for line in told(tmp_path / "lines")] == [{"ended": "joint 2: following error"}]
@@ -65,7 +65,7 @@ def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
 
 def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
     with shown_by("dead", {}) as one:
-        one._process.wait(30)
+        one._process.wait(120)
         for _ in range(1000):
             one.tell(LINE)
         assert not one._unsent
@@ -79,7 +79,7 @@ def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
     (tmp_path / "work").mkdir()
     (tmp_path / "work" / "json.py").write_text("raise SystemExit(7)")
     monkeypatch.chdir(tmp_path / "work")
-    monkeypatch.setattr(viewer, "PATIENCE", 30.0)
+    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
     with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
         pass
     assert one._process.returncode == 0

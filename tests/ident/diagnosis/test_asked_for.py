@@ -42,6 +42,7 @@ def test_why_an_effect_was_not_added(first: float, last: float, by_hand: bool, s
     assert expected in entry.why
 
 
+@pytest.mark.slow
 def test_what_is_asked_for_and_explains_nothing_is_not_missing() -> None:
     """The sample has nothing hidden that looks like it."""
     found = document(

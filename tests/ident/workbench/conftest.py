@@ -15,8 +15,6 @@ from tests import chromium
 from tests.conftest import launcher
 
 ARTEFACTS = Path("runs") / "workbench-screenshots"
-_START = 60.0
-"""Seconds for the server to come up on a busy machine."""
 
 HIDDEN = """
 voltage_noise = 0.01
@@ -64,7 +62,7 @@ def _end(process: "subprocess.Popen[str]") -> None:
         process.communicate()
         return
     process.send_signal(signal.SIGINT)
-    out, _ = process.communicate(timeout=30)
+    out, _ = process.communicate(timeout=120)
     assert process.returncode == 0, out
     assert "Traceback" not in out, out
 
@@ -76,7 +74,7 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "sim.toml").write_text(HIDDEN)
     for motion in ("fig5a", "fig5b"):
         command = ["record", "--traj", motion, "--sim", "sim.toml", "--out", f"{motion}.mcap"]
-        subprocess.run([*launcher("daq"), *command], cwd=folder, check=True, capture_output=True, timeout=300)
+        subprocess.run([*launcher("daq"), *command], cwd=folder, check=True, capture_output=True, timeout=900)
     return folder
 
 
@@ -96,16 +94,16 @@ class Browser:
 
     def open(self, address: str) -> None:
         self.page.goto(address)
-        self.page.locator('[data-test="tab-data"]').wait_for(timeout=60_000)
+        self.page.locator('[data-test="tab-data"]').wait_for(timeout=120_000)
 
     def at(self, name: str) -> Any:
         """The element that carries this name for tests."""
         return self.page.locator(f'[data-test="{name}"]')
 
-    def click(self, name: str, patience: float = 60.0) -> None:
+    def click(self, name: str, patience: float = 120.0) -> None:
         self.at(name).click(timeout=1e3 * patience)
 
-    def text(self, name: str, patience: float = 60.0) -> str:
+    def text(self, name: str, patience: float = 120.0) -> str:
         return str(self.at(name).inner_text(timeout=1e3 * patience))
 
     def shot(self, name: str) -> None:

@@ -82,6 +82,7 @@ def test_fit_add_remove_and_back(engine: Engine) -> None:
     assert ladder_of(engine.show(place_of(ladder))).rungs == ladder.rungs
 
 
+@pytest.mark.slow
 def test_what_a_candidate_would_take_away_is_what_its_gain_says(engine: Engine) -> None:
     """On the rows that fits see; on the others it is the same effect with the same coefficient."""
     ladder, series, choice, signatures, _ = engine.fit(TRAIN, VALIDATE)
@@ -115,6 +116,7 @@ def test_what_cannot_be_done_is_said(engine: Engine) -> None:
         next(engine.remove(place, 7))
 
 
+@pytest.mark.slow
 def test_the_swarm_is_watched_and_finds_what_ident_fit_finds() -> None:
     told: list[views.Descent] = []
     engine = Engine(lambda text: None, (), told.append)
@@ -182,6 +184,7 @@ def test_which_effect_explains_a_part(slow_then_fast: views.Series) -> None:
     assert "Too little" in verdict(explaining(slow_then_fast, removed, 0, 0.0, 0.01))
 
 
+@pytest.mark.slow
 def test_a_long_recording_is_looked_at_in_parts_and_fitted_as_a_whole_when_asked(
     engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:

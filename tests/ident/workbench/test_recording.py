@@ -17,7 +17,7 @@ ENABLED = 0x27
 """Statusword of a drive in operation, under the mask 0x6F; CiA 402."""
 
 
-def wait_for(out: Path, patience: float = 60.0) -> Recording:
+def wait_for(out: Path, patience: float = 120.0) -> Recording:
     """The recording, once it has its end."""
     until = time.monotonic() + patience
     while time.monotonic() < until:
@@ -33,7 +33,7 @@ def wait_for(out: Path, patience: float = 60.0) -> Recording:
 
 def moving(browser: Browser) -> None:
     browser.page.wait_for_function(
-        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')", timeout=60_000
+        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')", timeout=120_000
     )
     time.sleep(1.0)
 
@@ -65,13 +65,13 @@ def test_stop_in_mid_motion_disables_the_drives_and_the_file_is_whole(
     browser.open(served.address)
     browser.click("tab-record")
     browser.click("preflight")
-    assert "✓" in browser.at("preflight-check").first.inner_text(timeout=60_000)
-    assert "✓" in browser.at("preflight-dry-run").first.inner_text(timeout=60_000)
+    assert "✓" in browser.at("preflight-check").first.inner_text(timeout=120_000)
+    assert "✓" in browser.at("preflight-dry-run").first.inner_text(timeout=120_000)
     begin(browser, served.address)
     browser.shot("recording-from-here")
     browser.click("stop")
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
-    browser.page.get_by_text("The simulated drives were disabled").wait_for(timeout=30_000)
+    browser.page.get_by_text("The simulated drives were disabled").wait_for(timeout=120_000)
 
 
 def test_the_motion_ends_with_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:
@@ -79,7 +79,7 @@ def test_the_motion_ends_with_the_page(tmp_path: Path, serve: Serve, browser: Br
     begin(browser, served.address)
     browser.page.close()
     served.process.send_signal(signal.SIGINT)
-    assert served.process.wait(timeout=30) == 0
+    assert served.process.wait(timeout=120) == 0
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
 
 
@@ -96,5 +96,5 @@ def test_the_motion_ends_when_the_page_is_killed(tmp_path: Path, serve: Serve, b
     begin(browser, served.address)
     browser.page.close()
     served.process.kill()
-    served.process.wait(timeout=30)
+    served.process.wait(timeout=120)
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))

@@ -33,12 +33,21 @@ def wait(done: Callable[[], bool], patience: float = 120.0) -> None:
         time.sleep(0.02)
 
 
-def used(session: Session) -> float:
-    """Processor time of the working process so far, in ticks."""
+def state(session: Session) -> list[str]:
+    """What the kernel says of the working process, from its third figure on; see proc(5)."""
     process = session._work._process
     assert process is not None
-    state = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
-    return float(state[11]) + float(state[12])
+    return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+
+
+def stopped(session: Session) -> bool:
+    """Whether the working process stands still."""
+    return state(session)[0] == "T"
+
+
+def used(session: Session) -> float:
+    """Processor time of the working process so far, in ticks."""
+    return sum(map(float, state(session)[11:13]))
 
 
 @pytest.mark.slow
@@ -46,7 +55,7 @@ def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
     session.diagnose()
     wait(lambda: session.job is not None)
     session.pause()
-    time.sleep(0.1)
+    wait(lambda: stopped(session))
     before = used(session)
     assert session.job
     waited = session.job.seconds

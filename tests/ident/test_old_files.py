@@ -1,0 +1,115 @@
+"""Models and effect files that an earlier version wrote: they load unchanged, and give the same figures as then.
+
+The files in `old_files` are never made anew: what is tested is that they stay of use. They are, with `worn_a` and
+`worn_b` recorded with --sim worn.toml, --cycles 2 and --rate 250:
+
+    stribeck            ident fit fig5a.mcap --with stribeck, of the samples
+    signal, stateful    as that, with actuation_delay, with joint_elasticity:2
+    rls, lad            ident fit fig5a.mcap --method rls, --method lad
+    diagnosed, learned  ident diagnose worn_a.mcap --validate worn_b.mcap --apply --stand-in learned.py, which writes
+                        a model and an effect file; then the fit that it proposes, which writes learned.model.json
+    tight_spot          ident fit worn_a.mcap --with tight_spot:2 --effect-file tight_spot.py, a copy of docs/examples
+    slide               ident fit --with torque_offset of one prismatic axis, imported from slide(seed=0)
+"""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.conftest import Runner
+
+OLD = Path(__file__).parent / "old_files"
+SAMPLES = Path(__file__).parents[2] / "recordings" / "samples"
+CLOSE = 1e-6
+
+RMS = {
+    "stribeck": (0.3037935693, 0.3039993186, 0.2999403160),
+    "signal": (0.3122266802, 0.3173150341, 0.3114524618),
+    "stateful": (0.3137683365, 0.3386151611, 0.3185965743),
+    "rls": (2.3433709444, 2.4328363679, 2.2749578154),
+    "lad": (0.3128458580, 0.3175361807, 0.3123905228),
+    "diagnosed": (0.0433977774, 0.2830873297, 0.0461333114),
+    "learned": (0.0663106142, 0.6827185464, 0.0683650591),
+    "tight_spot": (0.3094942474, 0.7963022714, 0.3120260548),
+}
+"""Per joint, what the model leaves of the torque of fig5b.mcap [N m]."""
+FILES = {"learned": OLD / "learned.py", "tight_spot": OLD / "tight_spot.py"}
+"""Of effects that are in no library."""
+FAST = ("learned",)
+"""The others take the marker `slow`: each is a program of its own that draws pictures."""
+
+
+def model(name: str) -> Path:
+    return OLD / f"{name}.model.json"
+
+
+def effect_file(name: str) -> list[object]:
+    """The option, where one is needed."""
+    return ["--effect-file", FILES[name]] if name in FILES else []
+
+
+def slide(path: Path, seed: int) -> Path:
+    """The measurements of one prismatic axis whose force follows Newton's law, friction and a constant."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(3000) * 4e-3
+    omega = np.array([2.0, 5.0, 9.0])
+    angle = np.outer(time, omega) + rng.uniform(0, 6, 3)
+    x, v = 0.1 * np.sin(angle).sum(axis=1), 0.1 * (omega * np.cos(angle)).sum(axis=1)
+    a = -0.1 * (omega**2 * np.sin(angle)).sum(axis=1)
+    force = 3.0 * a + 4.0 * v + 1.5 * np.sign(v) + 0.7 + rng.normal(0, 0.05, time.shape)
+    table = np.column_stack([time, x, force])
+    np.savetxt(path, table, fmt="%.9f", delimiter=",", header="time,position_1,effort_1", comments="")
+    return path
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in RMS])
+def test_a_model_leaves_as_much_of_the_torque_as_it_did(ident: Runner, tmp_path: Path, name: str) -> None:
+    pictures = ["--plots", tmp_path / "pictures"]
+    done = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), *pictures, "--json")
+    assert done.code == 0, done.err
+    assert [joint["rms"] for joint in json.loads(done.out)["joints"]] == pytest.approx(RMS[name], rel=CLOSE)
+
+
+@pytest.mark.slow
+def test_a_model_of_another_mechanism(daq: Runner, ident: Runner, tmp_path: Path) -> None:
+    table = slide(tmp_path / "slide.csv", seed=1)
+    assert daq("import", table, "--out", "slide.mcap", "--mechanism", "axes", "--joints", "prismatic").code == 0
+    done = ident("compare", model("slide"), "slide.mcap", "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["joints"][0]["rms"] == pytest.approx(0.0549399699, rel=CLOSE)
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_an_effect_file_is_listed(ident: Runner, name: str) -> None:
+    done = ident("effects", name, *effect_file(name))
+    assert done.code == 0, done.err
+    assert name in done.out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "left"),
+    [
+        ("learned", (0.1297681175, 0.1380625912, 0.1439682746)),
+        ("tight_spot", (0.1298056680, 0.1337919963, 0.1439411294)),
+    ],
+)
+def test_an_effect_file_is_fitted(ident: Runner, tmp_path: Path, name: str, left: tuple[float, ...]) -> None:
+    where = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
+    recording = SAMPLES / "fig5a.mcap"
+    done = ident("fit", recording, "--method", "ls", "--with", f"{name}:2", *effect_file(name), *where, "--json")
+    assert done.code == 0, done.err
+    assert json.loads(done.out)["train"]["fitted"]["rms"] == pytest.approx(left, rel=CLOSE)
+
+
+@pytest.mark.slow
+def test_a_diagnosis_begins_with_an_old_model(ident: Runner) -> None:
+    old = ["--model", model("tight_spot"), *effect_file("tight_spot")]
+    done = ident("diagnose", SAMPLES / "fig5a.mcap", "--validate", SAMPLES / "fig5b.mcap", *old, "--json")
+    assert done.code == 0, done.err
+    document, left = json.loads(done.out), (0.3079087039, 0.3146944022, 0.2953723600)
+    assert document["verdict"] == "adequate"
+    assert "tight_spot" in document["rungs"][0]["effects"]
+    assert document["rungs"][0]["validate_rms"] == pytest.approx(left, rel=CLOSE)
