@@ -7,7 +7,8 @@ from canopen.sdo import SdoClient
 
 from daq import listen, stream
 from daq.clock import LockstepClock
-from drivers import canopen_drive, canopen_setup
+from drivers.canopen import drive as canopen_drive
+from drivers.canopen import setup as canopen_setup
 
 STALL = 20.0
 """No machine is expected to stand still for so long [s]."""
