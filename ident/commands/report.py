@@ -56,10 +56,10 @@ def command(
     refuse_existing(out, force=force, read=inputs)
 
     from ident.output.console.progress import spinner
-    from ident.output.report import material, page
+    from ident.output.report import contents, page
 
     with spinner() as progress:
-        found = material.gather(material.Request(models, recordings, held_out, effect_files, diagnose), progress)
+        found = contents.gather(contents.Request(models, recordings, held_out, effect_files, diagnose), progress)
         progress("drawing")
         text = page.render(found)
     _write(text, out)

@@ -11,7 +11,7 @@ from ident.estimation import estimators
 from ident.identification import identify, prediction
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
-from ident.output.figures import spectrum, torque, where
+from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
 from ident.residuals.analysis import Comparison
 from ident.workbench import plots
@@ -53,8 +53,8 @@ def _told(model: Model | None, found: Comparison) -> Failing:
 def _figures(found: Comparison) -> dict[str, plots.Figure]:
     models = {"model": found}
     drawn = {
-        "In which phase of the motion": where.phases(models),
-        "Over what the residual depends on": where.curves(models),
+        "In which phase of the motion": residuals.phases(models),
+        "Over what the residual depends on": residuals.curves(models),
         "At which frequency": spectrum.densities(models),
     }
     if found.windows:

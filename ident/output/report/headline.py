@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ident.diagnosis.document import Document
 from ident.output.figures.theme import number, percent
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 
 VERDICTS = {
     "adequate": "Nothing is missing",

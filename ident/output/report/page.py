@@ -15,17 +15,17 @@ from ident.output.figures import theme
 from ident.output.report import blocks
 from ident.output.report.blocks import Section
 from ident.output.report.headline import headline
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 from ident.output.report.sections import (
     findings,
-    ladder,
     parameters,
     quality,
-    remainder,
     reproduce,
+    residuals,
     rig,
+    selection,
     torque,
-    where,
+    unexplained_residual,
 )
 
 _HARMLESS = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029"}
@@ -59,12 +59,12 @@ def render(material: Material) -> str:
 def _sections(material: Material) -> Iterator[Section]:
     makers = (
         torque.section,
-        where.section,
+        residuals.section,
         findings.section,
-        ladder.section,
+        selection.section,
         parameters.section,
-        remainder.remains,
-        remainder.following,
+        unexplained_residual.remains,
+        unexplained_residual.following,
         quality.section,
         rig.section,
         reproduce.section,

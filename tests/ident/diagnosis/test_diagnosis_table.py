@@ -7,7 +7,7 @@ from rich.console import Console
 from ident.diagnosis.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
 from ident.dynamics.effects.base import NEVER
 from ident.output.console import diagnosis
-from ident.output.report.sections import values
+from ident.output.report.sections import parameter_values
 
 TAKEN = Value(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
 LEFT = Value(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
@@ -31,7 +31,7 @@ def test_an_instant_that_does_not_come_is_never() -> None:
     assert "payload_change.t_c = 7.25 s  when it is added" in screen.getvalue()
     assert "95 % intervals" in screen.getvalue()
     assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()
-    assert [row[1] for row in values.table(PARAMETERS).rows] == ["7.250", "never"]
+    assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
     assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == NEVER
 
 

@@ -8,8 +8,8 @@ from ident.output.console import diagnosis
 from ident.output.figures import finding
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Block, Card, Notes, Plot, Section, Table, Text
-from ident.output.report.material import Material
-from ident.output.report.sections import values
+from ident.output.report.contents import Material
+from ident.output.report.sections import parameter_values
 
 
 def section(material: Material) -> Section | None:
@@ -54,4 +54,4 @@ def _card(place: int, found: Diagnosis, document: Document, entry: FindingEntry,
 def _parameters(document: Document, entry: FindingEntry) -> tuple[Table, ...]:
     top = document.rungs[-1].parameters
     own = {name: value for name, value in top.items() if diagnosis.belongs(name, entry.effect)}
-    return (values.table(own),) if own else ()
+    return (parameter_values.table(own),) if own else ()

@@ -5,7 +5,7 @@ from ident.output.console import assessment
 from ident.output.figures import parameters
 from ident.output.figures.theme import number
 from ident.output.report.blocks import Block, Fold, Notes, Plot, Section, Table
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 
 _KNOWN = {"identifiable": "yes", "weak": "weakly", "not": "no", None: "–"}
 

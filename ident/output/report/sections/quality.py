@@ -5,7 +5,7 @@ import numpy as np
 from ident.output.figures import quality
 from ident.output.figures.theme import number, percent
 from ident.output.report.blocks import Block, Plot, Section, Table, Text
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 from recordings.recording import Recording
 
 

@@ -7,7 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ident.output.report.blocks import Block, Code, Section, Table, Text
-from ident.output.report.material import Material, Request
+from ident.output.report.contents import Material, Request
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 

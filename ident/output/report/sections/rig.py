@@ -3,7 +3,7 @@
 from ident.data.samples import holds_torque
 from ident.output.figures import quality
 from ident.output.report.blocks import Block, Fold, Plot, Section, Table
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 from recordings.recording import Recording
 
 

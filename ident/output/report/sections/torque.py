@@ -3,7 +3,7 @@
 from ident.output.figures import theme, torque
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Block, Fold, Plot, Section
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 
 BUDGET = 3_000_000
 """Bytes of the page for these plots: with Plotly and all else, it stays well below 10 MB."""

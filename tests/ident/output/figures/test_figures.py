@@ -8,7 +8,7 @@ import pytest
 
 from ident.data.dataset import first_repetition
 from ident.identification.model import Model
-from ident.output.figures import parameters, quality, spectrum, theme, torque, where
+from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
 from ident.residuals.analysis import Comparison
 from recordings.recording import Recording
 
@@ -27,8 +27,8 @@ def test_no_figure_shows_a_name_as_markup(models: dict[str, Comparison], compari
     figures = [
         torque.over_time(models, 0),
         torque.worst(replace(comparison, predictions=comparison.predictions * 2)),
-        where.phases(models),
-        where.curves(models),
+        residuals.phases(models),
+        residuals.curves(models),
         spectrum.densities(models),
         quality.split(models),
     ]
@@ -65,7 +65,7 @@ def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], compar
 
 
 def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:
-    figure = where.phases({"model": comparison})
+    figure = residuals.phases({"model": comparison})
     bars = [trace for trace in figure.data if trace.type == "bar"]
     for joint, trace in zip(comparison.joints, bars, strict=True):
         assert dict(zip(trace.x, trace.y, strict=True)) == {
@@ -75,7 +75,7 @@ def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:
 
 
 def test_curves_name_their_quantity_and_its_unit(models: dict[str, Comparison]) -> None:
-    figure = where.curves(models)
+    figure = residuals.curves(models)
     labels = axis_titles(figure, "x")
     assert labels == ["velocity [rad/s]", "position [rad]", "computed load [N m]", "time [s]", "cycle"]
 

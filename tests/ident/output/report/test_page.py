@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from ident.output.report import material, page
+from ident.output.report import contents, page
 from tests.ident.output.report.cases import HOSTILE, Case, make_case, run
 
 LARGEST = 10_000_000
@@ -43,8 +43,8 @@ class Elements(HTMLParser):
 
 def rendered(case: Case, models: int = 1) -> str:
     paths = [case.model, second(case)][:models]
-    request = material.Request(tuple(paths), (case.train,), (case.validate,), (), False)
-    return page.render(material.gather(request, lambda what: None))
+    request = contents.Request(tuple(paths), (case.train,), (case.validate,), (), False)
+    return page.render(contents.gather(request, lambda what: None))
 
 
 def second(case: Case) -> Path:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from ident.output.report.material import Request
+from ident.output.report.contents import Request
 from ident.output.report.sections.reproduce import names
 
 

@@ -6,7 +6,7 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
-from ident.output.figures.where import grid
+from ident.output.figures.residuals import grid
 from ident.residuals.curves import curves
 
 

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 from ident.diagnosis.document import Document
-from ident.output.figures import remainder
+from ident.output.figures import unexplained_residual
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Block, Code, Plot, Section, Text
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 from recordings.rig import is_default
 
 _CAPTION = (
@@ -27,8 +27,8 @@ def remains(material: Material) -> Section | None:
     )
     blocks: list[Block] = [
         Text(sentences),
-        Plot("remainder", remainder.shares(found, document), _CAPTION),
-        Plot("left", remainder.left(found, document), "What the last model leaves, over what it may depend on."),
+        Plot("remainder", unexplained_residual.shares(found, document), _CAPTION),
+        Plot("left", unexplained_residual.left(found, document), "What the last model leaves, over what it may depend on."),
     ]
     return Section("remains", "What remains", tuple(blocks))
 

@@ -2,8 +2,8 @@
 
 from ident.output.figures import ladder
 from ident.output.report.blocks import Block, Fold, Plot, Section, Table
-from ident.output.report.material import Material
-from ident.output.report.sections import values
+from ident.output.report.contents import Material
+from ident.output.report.sections import parameter_values
 
 
 def section(material: Material) -> Section | None:
@@ -23,5 +23,5 @@ def section(material: Material) -> Section | None:
     blocks.append(
         Fold("Effects that were not added", (Table(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
     )
-    blocks.append(Fold("Parameters of the model at the top", (values.table(document.rungs[-1].parameters),)))
+    blocks.append(Fold("Parameters of the model at the top", (parameter_values.table(document.rungs[-1].parameters),)))
     return Section("ladder", "The ladder", tuple(blocks))

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
-from ident.output.figures import spectrum, torque, where
+from ident.output.figures import residuals, spectrum, torque
 from ident.output.figures.theme import number, percent
 from ident.output.report.blocks import Block, Fold, Notes, Plot, Section, Table
-from ident.output.report.material import Material
+from ident.output.report.contents import Material
 from ident.residuals.analysis import Comparison
 
 LEAST = 0.1
@@ -22,12 +22,12 @@ def section(material: Material) -> Section:
         Notes(tuple(said)),
         Plot(
             "phases",
-            where.phases(judged),
+            residuals.phases(judged),
             "Residual by phase of the motion; the percentages say how much of the time the joint is in that phase.",
         ),
         Plot(
             "curves",
-            where.curves(judged),
+            residuals.curves(judged),
             "Mean residual over what it may depend on. A straight line at zero is what a right model leaves; each "
             "title says how much of the mean square the curve accounts for, of several models that of the first.",
         ),
