@@ -10,9 +10,9 @@ from canopen.sdo import SdoAbortedError
 from drivers import cia402
 from drivers.canopen.setup import MASTER_ID
 from drivers.cia402 import State
-from drivers.simulated import power
+from drivers.simulated import drive_state_machine
 from drivers.simulated.node import Send, local_node
-from drivers.simulated.profile import SetpointGenerator
+from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Drive
 
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
@@ -196,7 +196,7 @@ class SimulatedDrive:
     # The power state machine
 
     def _apply_controlword(self, controlword: int) -> None:
-        state = power.after(self.state, controlword, self._previous_controlword)
+        state = drive_state_machine.after(self.state, controlword, self._previous_controlword)
         self._previous_controlword = controlword
         if state is self.state:
             return

@@ -2,7 +2,7 @@
 
 One effect is one file holding one subclass of `Effect`: its parameters as fields, and its physics in the hooks it
 overrides. Those in `drivers/simulated/effects/` are named as in the list of effects; those in
-`drivers/simulated/outside/` stand in no library, so that no model can name them. Hooks are pure functions of the
+`drivers/simulated/out_of_library/` stand in no library, so that no model can name them. Hooks are pure functions of the
 machine's state, so that effects add up. These are laws of nature, written independently of the models in `ident`.
 """
 
@@ -23,7 +23,7 @@ from recordings.errors import BadInput
 from recordings.rig import Geometry
 
 Variable = Literal["position", "velocity", "acceleration", "load", "time", "frequency"]
-_FOLDERS = ("drivers.simulated.effects", "drivers.simulated.outside")
+_FOLDERS = ("drivers.simulated.effects", "drivers.simulated.out_of_library")
 
 
 @dataclass(slots=True)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR, Axis
 from drivers.serial.drive import SIMULATED, SIMULATED_LOCKSTEP
-from drivers.simulated.profile import SetpointGenerator
+from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Rig
 
 _FOLLOWING_TIME = 0.01

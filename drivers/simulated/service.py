@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Literal, Protocol, Self
 
 from drivers.simulated.machine import Machine
-from drivers.simulated.profile import SetpointGenerator
+from drivers.simulated.setpoint_generator import SetpointGenerator
 
 Pace = Literal["lockstep", "realtime"]
 

@@ -14,8 +14,8 @@ import numpy as np
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import Effect, build
 from drivers.simulated.machine import Machine, step
-from drivers.simulated.remainder import Motion, Remainder, remainder
-from drivers.simulated.search import solve
+from drivers.simulated.base_model_residual import Motion, Remainder, remainder
+from drivers.simulated.secant import solve
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Rig

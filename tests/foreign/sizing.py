@@ -7,7 +7,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from drivers.simulated.config import Links
 from drivers.simulated.effect import Effect
-from drivers.simulated.search import solve
+from drivers.simulated.secant import solve
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
 from tests.foreign.plant import Plant, Reported

@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.cia402 import Control, State
-from drivers.simulated import power
+from drivers.simulated import drive_state_machine
 
 TRANSITIONS = [
     (State.SWITCH_ON_DISABLED, Control.SHUTDOWN, State.READY),
@@ -32,14 +32,14 @@ TRANSITIONS = [
 
 @pytest.mark.parametrize(("state", "controlword", "expected"), TRANSITIONS)
 def test_transition(state: State, controlword: int, expected: State) -> None:
-    assert power.after(state, controlword, previous=0) is expected
+    assert drive_state_machine.after(state, controlword, previous=0) is expected
 
 
 def test_fault_reset_acts_on_the_rising_edge_only() -> None:
-    assert power.after(State.FAULT, Control.FAULT_RESET, previous=Control.FAULT_RESET) is State.FAULT
+    assert drive_state_machine.after(State.FAULT, Control.FAULT_RESET, previous=Control.FAULT_RESET) is State.FAULT
 
 
 @given(st.sampled_from(State), st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))
 def test_enabled_is_entered_only_from_switched_on(state: State, controlword: int, previous: int) -> None:
-    if power.after(state, controlword, previous) is State.ENABLED:
+    if drive_state_machine.after(state, controlword, previous) is State.ENABLED:
         assert state in (State.SWITCHED_ON, State.ENABLED)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.simulated.profile import SetpointGenerator
+from drivers.simulated.setpoint_generator import SetpointGenerator
 
 DT = 2e-4
 

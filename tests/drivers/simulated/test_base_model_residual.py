@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import Links
-from drivers.simulated.remainder import BANDWIDTH, Motion, base_columns, remainder
+from drivers.simulated.base_model_residual import BANDWIDTH, Motion, base_columns, remainder
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque

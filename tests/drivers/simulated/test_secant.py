@@ -3,7 +3,7 @@ from collections.abc import Callable
 
 import pytest
 
-from drivers.simulated.search import solve
+from drivers.simulated.secant import solve
 
 
 @pytest.mark.parametrize(
