@@ -7,7 +7,7 @@ from recordings.errors import BadInput
 HOST = "127.0.0.1"
 
 
-def bound(port: int | None = None) -> socket.socket:
+def listen(port: int | None = None) -> socket.socket:
     """A socket that listens on `port`, or on any that is free.
 
     Raises:

@@ -29,6 +29,6 @@ def command(places: tuple[Path, ...], port: int | None, no_browser: bool, effect
     Nothing outside of that folder can be seen from the page, and nobody but this machine's user can open it.
     """
     from ident.workbench.app import serve
-    from ident.workbench.startup import opened
+    from ident.workbench.startup import open_session
 
-    serve(opened(places, effect_files), port, not no_browser)
+    serve(open_session(places, effect_files), port, not no_browser)

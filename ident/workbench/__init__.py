@@ -1,1 +1,1 @@
-"""The application in the browser on this machine: `ident workbench`."""
+"""The browser application of `ident workbench`, served on this machine only."""

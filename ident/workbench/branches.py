@@ -1,4 +1,4 @@
-"""What was tried: ladders side by side, each with the way back and forth. Nothing is computed here."""
+"""Branches: alternative ladders with undo and redo. Nothing is computed here."""
 
 from dataclasses import dataclass, replace
 from string import ascii_uppercase
@@ -6,113 +6,113 @@ from string import ascii_uppercase
 from ident.workbench.views import LadderView
 from recordings.errors import BadInput
 
-_MOST_UNDONE = 50
-MOST = 6
-"""Branches that can still be told apart side by side."""
+_MAX_HISTORY = 50
+MAX_BRANCHES = 6
+"""Largest number of branches that remain distinguishable in one plot."""
 
 
 @dataclass(frozen=True, eq=False)
 class Branch:
-    """One way of explaining the recordings."""
+    """One ladder with its history."""
 
     name: str
-    past: tuple[LadderView, ...]
-    """The last is the present one."""
-    future: tuple[LadderView, ...] = ()
-    """What was undone, the latest last."""
+    history: tuple[LadderView, ...]
+    """Ladders in the order in which they were made; the last is the current one."""
+    undone: tuple[LadderView, ...] = ()
+    """Undone ladders, the latest last."""
 
     @property
     def ladder(self) -> LadderView:
-        """The present one."""
-        return self.past[-1]
+        """Return the current ladder."""
+        return self.history[-1]
 
     @property
     def title(self) -> str:
-        """Its name, and what it added to what is true of any such machine."""
-        added = [name for name, _ in self.ladder.rungs[-1].terms if name not in self.ladder.always]
-        return f"{self.name}: {' + '.join(added) or self.ladder.rungs[-1].label}"
+        """Return the name and the effects that were added to the mandatory ones."""
+        added = [name for name, _ in self.ladder.steps[-1].terms if name not in self.ladder.mandatory]
+        return f"{self.name}: {' + '.join(added) or self.ladder.steps[-1].label}"
 
 
 @dataclass(frozen=True, eq=False)
 class Branches:
-    """All of them, and which one is being worked on. Every change gives new ones."""
+    """All branches and the index of the current one. Immutable: every change returns a new object."""
 
     all: tuple[Branch, ...]
-    place: int = 0
+    index: int = 0
 
     @classmethod
-    def begun(cls, ladder: LadderView) -> "Branches":
-        """One branch with its first ladder."""
+    def start(cls, ladder: LadderView) -> "Branches":
+        """Return a single branch with its first ladder."""
         return cls((Branch(ascii_uppercase[0], (ladder,)),))
 
     @property
-    def present(self) -> Branch:
-        """The one that is being worked on."""
-        return self.all[self.place]
+    def current(self) -> Branch:
+        """Return the branch that is being worked on."""
+        return self.all[self.index]
 
-    def grown(self, ladder: LadderView) -> "Branches":
-        """The present branch is now at `ladder`; what was undone before is given up."""
-        past = (*self.present.past, ladder)[-_MOST_UNDONE:]
-        return self._with(replace(self.present, past=past, future=()))
+    def extended(self, ladder: LadderView) -> "Branches":
+        """Append `ladder` to the current branch and discard what was undone."""
+        past = (*self.current.history, ladder)[-_MAX_HISTORY:]
+        return self._with_current(replace(self.current, past=past, future=()))
 
     def undone(self) -> "Branches":
-        """One step back.
+        """Go one ladder back in the current branch.
 
         Raises:
-            BadInput: there is none.
+            BadInput: the branch is at its first ladder.
         """
-        *past, last = self.present.past
+        *past, last = self.current.history
         if not past:
-            raise BadInput("a change to undo expected, none found; this is where the ladder began")
-        return self._with(replace(self.present, past=tuple(past), future=(*self.present.future, last)))
+            raise BadInput("a change to undo expected, none found; this is the first model of the branch")
+        return self._with_current(replace(self.current, past=tuple(past), future=(*self.current.undone, last)))
 
     def redone(self) -> "Branches":
-        """What was undone last, again.
+        """Restore the ladder that was undone last.
 
         Raises:
-            BadInput: nothing was.
+            BadInput: nothing was undone.
         """
-        if not self.present.future:
-            raise BadInput("a change that was undone expected, none found; there is nothing to redo")
-        *future, again = self.present.future
-        return self._with(replace(self.present, past=(*self.present.past, again), future=tuple(future)))
+        if not self.current.undone:
+            raise BadInput("an undone change expected, none found; there is nothing to redo")
+        *future, again = self.current.undone
+        return self._with_current(replace(self.current, past=(*self.current.history, again), future=tuple(future)))
 
     def forked(self) -> "Branches":
-        """The present branch stays as it is, and a copy of it, which is worked on from now on, stands beside it.
+        """Copy the current branch; the copy becomes the current one.
 
         Raises:
-            BadInput: there are too many.
+            BadInput: `MAX_BRANCHES` is reached.
         """
-        if len(self.all) >= MOST:
-            raise BadInput(f"up to {MOST} branches expected, one more asked for; drop one first")
+        if len(self.all) >= MAX_BRANCHES:
+            raise BadInput(f"up to {MAX_BRANCHES} branches expected, one more requested; drop one first")
         taken = {branch.name for branch in self.all}
         free = next(letter for letter in ascii_uppercase if letter not in taken)
-        return Branches((*self.all, replace(self.present, name=free, future=())), len(self.all))
+        return Branches((*self.all, replace(self.current, name=free, future=())), len(self.all))
 
-    def switched(self, place: int) -> "Branches":
-        """To the branch at `place` (from 0).
-
-        Raises:
-            BadInput: there is none.
-        """
-        self._refuse(place)
-        return replace(self, place=place)
-
-    def dropped(self, place: int) -> "Branches":
-        """Without the branch at `place` (from 0), which is not the present one.
+    def switched(self, index: int) -> "Branches":
+        """Make branch `index` (from 0) the current one.
 
         Raises:
-            BadInput: it is, or there is none.
+            BadInput: there is no such branch.
         """
-        self._refuse(place)
-        if place == self.place:
-            raise BadInput("another branch than the present one expected; switch to another one first")
-        left = (*self.all[:place], *self.all[place + 1 :])
-        return Branches(left, self.place - (place < self.place))
+        self._check_index(index)
+        return replace(self, place=index)
 
-    def _refuse(self, place: int) -> None:
-        if not 0 <= place < len(self.all):
-            raise BadInput(f"one of {len(self.all)} branches expected, number {place + 1} found; look at them again")
+    def dropped(self, index: int) -> "Branches":
+        """Remove branch `index` (from 0).
 
-    def _with(self, branch: Branch) -> "Branches":
-        return replace(self, all=(*self.all[: self.place], branch, *self.all[self.place + 1 :]))
+        Raises:
+            BadInput: it is the current branch, or there is no such branch.
+        """
+        self._check_index(index)
+        if index == self.index:
+            raise BadInput("a branch other than the current one expected; switch to another branch first")
+        left = (*self.all[:index], *self.all[index + 1 :])
+        return Branches(left, self.index - (index < self.index))
+
+    def _check_index(self, index: int) -> None:
+        if not 0 <= index < len(self.all):
+            raise BadInput(f"one of {len(self.all)} branches expected, number {index + 1} found; reload the page")
+
+    def _with_current(self, branch: Branch) -> "Branches":
+        return replace(self, all=(*self.all[: self.index], branch, *self.all[self.index + 1 :]))

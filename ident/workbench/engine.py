@@ -1,8 +1,8 @@
-"""The climb by hand: fit, look what could be added, add, take away. It runs in a process of its own.
+"""Manual stepwise selection: fit the base model, rate the candidates, add and remove effects. Runs in the worker process.
 
-Every task is a generator of what the page shall show, the most urgent first, and says from which ladder it begins: a
-process that knows this ladder goes on at once, another one climbs it again. Models, errors and gains are those of
-`ident diagnose` (`ident.diagnosis.stepwise_selection`), taken one step at a time.
+Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process that
+has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of `ident diagnose`
+(`ident.diagnosis.stepwise_selection`), one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,197 +14,197 @@ import numpy as np
 
 from ident.data.samples import holds_torque
 from ident.diagnosis import answer
-from ident.diagnosis.diagnosis import Choices, Question, diagnose, question
+from ident.diagnosis.diagnosis import DiagnosisOptions, DiagnosisInputs, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
 from ident.diagnosis.screening import Candidate
-from ident.diagnosis.steps import Rung
-from ident.diagnosis.stepwise_selection import Climber
+from ident.diagnosis.steps import SelectionStep
+from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Composition, Term
 from ident.output.figures.finding import before_after
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
-from ident.workbench.preview import foretaste
-from ident.workbench.recording_view import BEGINNING, looks, mismatch
-from ident.workbench.residual_task import failing, of_excerpts
-from ident.workbench.selection_state import Climb, Step
-from ident.workbench.views import Kept, Place
+from ident.workbench.preview import candidate_previews
+from ident.workbench.recording_view import PREVIEW_BYTES, recording_views, mismatch
+from ident.workbench.residual_task import residual_view, residual_view_of_excerpts
+from ident.workbench.selection_state import SelectionState, LabelledStep
+from ident.workbench.views import ModelSpec, LadderSpec
 from recordings.errors import BadInput
 from recordings.reader import read
 
-Shown = (
+View = (
     views.RecordingView
     | views.Mismatch
     | views.LadderView
-    | tuple[views.Series, ...]
-    | views.Choice
-    | views.Signatures
-    | views.Failing
-    | views.Answer
-    | views.Descent
-    | views.Swarmed
+    | tuple[views.TorqueSeries, ...]
+    | views.CandidateList
+    | views.CandidatePreviews
+    | views.ResidualView
+    | views.DiagnosisView
+    | views.SwarmProgress
+    | views.SwarmResult
 )
-Progress = Callable[[str], None]
+StatusCallback = Callable[[str], None]
 
 
 class Engine:
-    """Does the tasks of one session."""
+    """Executes the tasks of one session."""
 
     def __init__(
         self,
-        progress: Progress,
+        progress: StatusCallback,
         effect_files: Sequence[Path] = (),
-        tell: Callable[[views.Descent], None] = lambda descent: None,
+        on_swarm_progress: Callable[[views.SwarmProgress], None] = lambda descent: None,
     ) -> None:
-        """`tell`: called with what is to be shown while a task goes on."""
-        self._progress, self._tell = progress, tell
+        """`on_swarm_progress`: called while the swarm searches."""
+        self._progress, self._on_swarm_progress = progress, on_swarm_progress
         self._effect_files = tuple(effect_files)
         self._library = library(effect_files)
-        self._climb: Climb | None = None
+        self._selection: SelectionState | None = None
         self._candidates: dict[str, Candidate] = {}
-        self._known: WeakKeyDictionary[Step, views.RungView] = WeakKeyDictionary()
+        self._step_views: WeakKeyDictionary[LabelledStep, views.StepView] = WeakKeyDictionary()
 
-    def look(self, path: Path, check: Path | None = None) -> Iterator[Shown]:
-        """A recording as it is; first, whether a model of it could be judged on `check`."""
+    def view_recording(self, path: Path, validate: Path | None = None) -> Iterator[View]:
+        """Yield the view of a recording; before it a `Mismatch` if `validate` comes from another rig."""
         self._progress(f"reading {path.name}")
-        if check is not None:
-            yield from mismatch(path, check)
-        yield from looks(path)
+        if validate is not None:
+            yield from mismatch(path, validate)
+        yield from recording_views(path)
 
-    def fit(self, train: Path, validate: Path | None) -> Iterator[Shown]:
-        """The base model, with what is true of any such machine."""
-        self._climb = climb = self._begun(train, validate)
-        yield from self._show(climb)
+    def fit(self, train: Path, validate: Path | None) -> Iterator[View]:
+        """Fit the base model with the mandatory effects."""
+        self._selection = climb = self._start(train, validate)
+        yield from self._views(climb)
 
-    def show(self, place: Place) -> Iterator[Shown]:
-        """The ladder at `place`."""
-        yield from self._show(self._at(place))
+    def show(self, base: LadderSpec) -> Iterator[View]:
+        """Yield the views of the ladder `base`."""
+        yield from self._views(self._selection_at(base))
 
-    def add(self, place: Place, name: str) -> Iterator[Shown]:
-        """One effect more, everything refitted."""
-        climb = self._at(place)
-        if not self._candidates:  # this process has taken the place of another
-            self._choice(climb)
+    def add(self, base: LadderSpec, name: str) -> Iterator[View]:
+        """Add an effect and refit all parameters."""
+        climb = self._selection_at(base)
+        if not self._candidates:  # a new process has no candidates yet
+            self._candidate_list(climb)
         if name not in self._candidates:
             raise BadInput(
-                f"an effect that this motion shows, with a possible sign, expected, '{name}' found; "
+                f"an effect that this motion excites, with an admissible sign, expected, '{name}' found; "
                 "choose another card"
             )
         self._progress(f"fitting everything with {name}")
-        climb.push(f"+ {name}", name, climb.climber.finder.added(climb.state, self._candidates[name]))
-        yield from self._show(climb)
+        climb.push(f"+ {name}", name, climb.selector.search.add(climb.state, self._candidates[name]))
+        yield from self._views(climb)
 
-    def remove(self, place: Place, index: int) -> Iterator[Shown]:
-        """Without the effect `index` of the present model, refitted; as a further rung, so that nothing is lost."""
-        climb = self._at(place)
+    def remove(self, base: LadderSpec, index: int) -> Iterator[View]:
+        """Remove effect `index` (from 0) of the current model and refit; the result is appended as a new step."""
+        climb = self._selection_at(base)
         if not 0 <= index < len(climb.state.terms):
-            raise BadInput(f"an effect of the model expected, number {index + 1} found; look at the ladder again")
+            raise BadInput(f"an effect of the model expected, number {index + 1} found; reload the page")
         name = climb.state.terms[index].name
         self._progress(f"fitting everything without {name}")
-        climb.push(f"− {name}", None, climb.climber.without(climb.state, index))
-        yield from self._show(climb)
+        climb.push(f"− {name}", None, climb.selector.without_effect(climb.state, index))
+        yield from self._views(climb)
 
-    def diagnose(self, place: Place) -> Iterator[Shown]:
-        """What `ident diagnose` says; its ladder becomes the present one."""
-        climb = self._at(place)
+    def diagnose(self, base: LadderSpec) -> Iterator[View]:
+        """Run `ident diagnose`; its steps become the current ladder."""
+        climb = self._selection_at(base)
         train, validate = climb.files
-        found = diagnose([train], _given(validate), self._library, Choices(), self._progress)
-        self._progress("putting it into words")
-        named = {one.term.name: one for one in reversed(found.ladder.findings)}
-        drawn = {name: plots.plain(before_after(found, one)) for name, one in named.items()}
-        yield views.Answer(answer.document(found).as_json(), drawn)
-        climb.asked = Question(found.material, climb.asked.offered, found.unobservable, found.excerpt)
-        climb.climber = Climber(found.material, climb.asked.offered, self._progress)
-        climb.known.clear()
-        climb.go(*_steps(found.ladder.rungs))
+        found = diagnose([train], _as_list(validate), self._library, DiagnosisOptions(), self._progress)
+        self._progress("writing the diagnosis")
+        named = {one.term.name: one for one in reversed(found.selection.findings)}
+        drawn = {name: plots.to_dict(before_after(found, one)) for name, one in named.items()}
+        yield views.DiagnosisView(answer.to_document(found).as_json(), drawn)
+        climb.question = DiagnosisInputs(found.split, climb.question.observable, found.unobservable, found.excerpt_share)
+        climb.selector = Selector(found.split, climb.question.observable, self._progress)
+        climb.known_steps.clear()
+        climb.set_steps(*_labelled_steps(found.selection.steps))
         climb.diagnosed = climb.state
-        yield from self._show(climb)
+        yield from self._views(climb)
 
-    def swarm(self, train: Path, validate: Path | None, chosen: views.Chosen) -> Iterator[Shown]:
-        """The parameters by the paper's swarm, as `ident fit` finds them."""
-        self._progress("reading and preparing the recordings; then the swarm")
-        yield pso_task.found(train, validate, chosen, self._effect_files, self._tell)
+    def swarm(self, train: Path, validate: Path | None, request: views.SwarmRequest) -> Iterator[View]:
+        """Fit the parameters by the paper's particle swarm, as `ident fit` does."""
+        self._progress("reading and preparing the recordings for the swarm")
+        yield pso_task.run_swarm(train, validate, request, self._effect_files, self._on_swarm_progress)
 
-    def _at(self, place: Place) -> Climb:
-        """The climb, at the ladder of `place`."""
-        climb = self._climb
-        if climb is None or climb.files != (place.train, place.validate):
-            climb = self._begun(place.train, place.validate)
-        if climb.kept != place.rungs:
+    def _selection_at(self, base: LadderSpec) -> SelectionState:
+        """Return the selection state at the ladder `base`."""
+        climb = self._selection
+        if climb is None or climb.files != (base.train, base.validate):
+            climb = self._start(base.train, base.validate)
+        if climb.specs != base.steps:
             self._candidates = {}
-            climb.go(*self._climbed(climb, place.rungs))
-        self._climb = climb
+            climb.set_steps(*self._rebuild(climb, base.steps))
+        self._selection = climb
         return climb
 
-    def _begun(self, train: Path, validate: Path | None) -> Climb:
+    def _start(self, train: Path, validate: Path | None) -> SelectionState:
         self._progress("reading and preparing the recordings")
-        asked = question([train], _given(validate), self._library, Choices())
-        climber = Climber(asked.material, asked.offered, self._progress)
+        asked = prepare_inputs([train], _as_list(validate), self._library, DiagnosisOptions())
+        climber = Selector(asked.split, asked.observable, self._progress)
         self._progress("fitting the base model")
-        state, rungs = climber.begin(*asked.beginning(self._library))
-        climb = Climb((train, validate), asked, climber)
-        climb.go(*_steps(rungs))
-        if climb.state is not state:  # what is true anyway is in the model, be it seen or not
+        state, rungs = climber.start(*asked.initial_model(self._library))
+        climb = SelectionState((train, validate), asked, climber)
+        climb.set_steps(*_labelled_steps(rungs))
+        if climb.state is not state:  # mandatory effects are in the model whether or not they improve it
             name = state.terms[-1].name
             climb.push(f"+ {name}", name, state)
         self._candidates = {}
         return climb
 
-    def _climbed(self, climb: Climb, rungs: tuple[Kept, ...]) -> Iterator[Step]:
-        """The ladder of these `rungs`, fitted where it is not known."""
-        bare = replace(climb.state.solution.composition, terms=())
-        before: Step | None = None
-        for number, (label, terms, x) in enumerate(rungs, start=1):
-            step = climb.known.get(rungs[:number])
+    def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
+        """Yield the steps of a ladder from their `specs`; solve only the unknown ones."""
+        bare = replace(selection.state.solution.composition, terms=())
+        before: LabelledStep | None = None
+        for number, (label, terms, x) in enumerate(specs, start=1):
+            step = selection.known_steps.get(specs[:number])
             if step is None:
                 composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
-                state = climb.climber.finder.solved(composition, np.array(x))
-                gain = climb.climber.gain(before.rung.state, state) if before else None
-                step = Step(label, Rung(terms[-1][0] if label.startswith("+") else None, state, gain))
+                state = selection.selector.search.fit(composition, np.array(x))
+                gain = selection.selector.improvement(before.step.model, state) if before else None
+                step = LabelledStep(label, SelectionStep(terms[-1][0] if label.startswith("+") else None, state, gain))
             yield step
             before = step
 
     def _term(self, name: str, joints: tuple[int, ...]) -> Term:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))
 
-    def _show(self, climb: Climb) -> Iterator[Shown]:
+    def _views(self, selection: SelectionState) -> Iterator[View]:
         self._candidates = {}
-        yield self._ladder(climb)
-        yield _series(climb)
-        self._progress("looking at every effect of the library")
-        yield self._choice(climb)
-        self._progress("drawing what each would take away")
-        yield foretaste(climb.asked.material, climb.state, self._candidates, climb.climber.floor(climb.state))
-        self._progress("looking where the model fails")
-        if climb.asked.excerpt is None:
-            yield self._failing(climb)
+        yield self._ladder_view(selection)
+        yield _torque_series(selection)
+        self._progress("rating every effect of the library")
+        yield self._candidate_list(selection)
+        self._progress("drawing the candidate previews")
+        yield candidate_previews(selection.question.split, selection.state, self._candidates, selection.selector.noise_floor(selection.state))
+        self._progress("analysing the residual")
+        if selection.question.excerpt_share is None:
+            yield self._residual_view(selection)
         else:
-            yield of_excerpts(climb.asked.material, climb.state)
+            yield residual_view_of_excerpts(selection.question.split, selection.state)
 
-    def whole(self, place: Place, bandwidth: float) -> Iterator[Shown]:
-        """The model on top of `place`, fitted to all of long recordings at its `bandwidth` [Hz].
+    def fit_whole_recording(self, base: LadderSpec, bandwidth: float) -> Iterator[View]:
+        """Fit the last model of `base` to entire long recordings at its `bandwidth` [Hz].
 
-        It needs nothing of the climb, so that a process that remembers none has the memory for it.
+        It uses no selection state, so that a new process has enough memory for it.
         """
         self._progress("fitting to the whole recording")
-        rig, (_, terms, x) = read(place.train, BEGINNING).rig, place.rungs[-1]
+        rig, (_, terms, x) = read(base.train, PREVIEW_BYTES).rig, base.steps[-1]
         composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
-        yield failing((place.train, place.validate), (composition, np.array(x)), bandwidth, self._library)
+        yield residual_view((base.train, base.validate), (composition, np.array(x)), bandwidth, self._library)
 
-    def _failing(self, climb: Climb) -> views.Failing:
-        solution = climb.state.solution
-        bandwidth = climb.asked.material.datasets[0].bandwidth
-        return failing(climb.files, (solution.composition, solution.x), bandwidth, self._library)
+    def _residual_view(self, selection: SelectionState) -> views.ResidualView:
+        solution = selection.state.solution
+        bandwidth = selection.question.split.datasets[0].bandwidth
+        return residual_view(selection.files, (solution.composition, solution.x), bandwidth, self._library)
 
-    def _ladder(self, climb: Climb) -> views.LadderView:
-        material, (train, validate) = climb.asked.material, climb.files
+    def _ladder_view(self, selection: SelectionState) -> views.LadderView:
+        material, (train, validate) = selection.question.split, selection.files
         recording = material.datasets[0].recording
         return views.LadderView(
             train=train.name,
             validate=validate.name if validate else None,
-            rungs=tuple(self._rung(climb, step) for step in climb.steps),
-            noise_rms=tuple(climb.climber.floor(climb.state).rms.tolist()),
+            steps=tuple(self._step_view(selection, step) for step in selection.steps),
+            noise_rms=tuple(selection.selector.noise_floor(selection.state).rms.tolist()),
             torque_rms=tuple(material.torque_rms.tolist()),
             joints=recording.rig.joint_names,
             units=recording.rig.effort_units,
@@ -212,51 +212,51 @@ class Engine:
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
             simulated=any(data.recording.run.simulated for data in material.datasets),
             bandwidth=material.datasets[0].bandwidth,
-            held_out=answer.held_out(material),
-            excerpt=climb.asked.excerpt,
-            always=tuple(name for name, effect in self._library.items() if effect.always_true),
-            diagnosed=climb.state is climb.diagnosed,
+            held_out=answer.describe_test_data(material),
+            excerpt=selection.question.excerpt_share,
+            mandatory=tuple(name for name, effect in self._library.items() if effect.always_true),
+            diagnosed=selection.state is selection.diagnosed,
         )
 
-    def _rung(self, climb: Climb, step: Step) -> views.RungView:
-        if step not in self._known:
-            gain, (label, terms, x) = step.rung.gain, step.kept
-            self._known[step] = views.RungView(
+    def _step_view(self, selection: SelectionState, step: LabelledStep) -> views.StepView:
+        if step not in self._step_views:
+            gain, (label, terms, x) = step.step.improvement, step.spec
+            self._step_views[step] = views.StepView(
                 label=label,
-                entry=answer.rung_entry(climb.asked.material, step.rung),
+                entry=answer.step_entry(selection.question.split, step.step),
                 terms=terms,
                 x=x,
-                gain=gain.share if gain else None,
-                gain_ci95=gain.interval if gain else None,
+                improvement=gain.share if gain else None,
+                improvement_ci95=gain.interval if gain else None,
             )
-        return self._known[step]
+        return self._step_views[step]
 
-    def _choice(self, climb: Climb) -> views.Choice:
-        candidates, unseen, gains = climb.climber.finder.look(climb.state)
+    def _candidate_list(self, selection: SelectionState) -> views.CandidateList:
+        candidates, unseen, gains = selection.selector.search.screen(selection.state)
         self._candidates = {}
         for one in candidates:
-            self._candidates.setdefault(one.term.name, one)  # of several lines of a spectrum the best
-        shown = [views.Candidate(name, _joints(one.term), gains[name]) for name, one in self._candidates.items()]
-        return views.Choice(tuple(shown), tuple(unseen), dict(climb.asked.unobservable))
+            self._candidates.setdefault(one.term.name, one)  # of several spectral lines the best
+        shown = [views.CandidateCard(name, _joints(one.term), gains[name]) for name, one in self._candidates.items()]
+        return views.CandidateList(tuple(shown), tuple(unseen), dict(selection.question.unobservable))
 
 
-def _given(path: Path | None) -> list[Path]:
+def _as_list(path: Path | None) -> list[Path]:
     return [path] if path else []
 
 
-def _steps(rungs: Sequence[Rung]) -> tuple[Step, ...]:
-    names = labels([[term.name for term in rung.state.terms] for rung in rungs])
-    return tuple(Step(name, rung) for name, rung in zip(names, rungs, strict=True))
+def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:
+    names = labels([[term.name for term in rung.model.terms] for rung in steps])
+    return tuple(LabelledStep(name, rung) for name, rung in zip(names, steps, strict=True))
 
 
 def _joints(term: Term) -> tuple[int, ...]:
     return () if term.effect.whole_robot else tuple(joint + 1 for joint in term.joints)
 
 
-def _series(climb: Climb) -> tuple[views.Series, ...]:
-    material, residuals = climb.asked.material, climb.state.residuals
+def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
+    material, residuals = selection.question.split, selection.state.residuals
     return tuple(
-        views.Series(
+        views.TorqueSeries(
             name=data.recording.path.name,
             held_out=bool(held.any()) and not seen.any(),
             time=data.time,
@@ -266,7 +266,7 @@ def _series(climb: Climb) -> tuple[views.Series, ...]:
             position=data.motion.position,
             phase=phases.phases(data),
             cycle=data.repeat + 1,
-            counted=seen | held,
+            scored=seen | held,
         )
-        for data, residual, seen, held in zip(material.datasets, residuals, material.seen, material.held, strict=True)
+        for data, residual, seen, held in zip(material.datasets, residuals, material.train, material.test, strict=True)
     )

@@ -1,4 +1,4 @@
-"""The one folder that the page may see."""
+"""Access to the one folder that the page may read and write."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,69 +6,69 @@ from pathlib import Path
 from recordings.errors import BadInput
 
 SUFFIX = ".mcap"
-_LONGEST_NAME = 120
+_MAX_NAME_LENGTH = 120
 
 
 @dataclass(frozen=True)
 class Folder:
-    """Names of files in `root`, and nothing outside of it, whatever a name or a link says."""
+    """Files directly in `root`. Names and links that lead outside are refused."""
 
     root: Path
 
     @classmethod
     def at(cls, path: Path) -> "Folder":
-        """Raises BadInput where `path` is no folder."""
+        """Return the folder `path`; raise BadInput if it is not an existing folder."""
         if not path.is_dir():
             raise BadInput(f"an existing folder or recording expected, {path} found; check the path")
         return cls(path.resolve())
 
     def recordings(self) -> list[str]:
-        """Names of the recordings, in alphabetical order."""
+        """Return the names of the recordings in alphabetical order."""
         files = (path for path in self.root.iterdir() if path.suffix == SUFFIX)
         return sorted(path.name for path in files if path.is_file() and self._inside(path))
 
     def trajectories(self) -> list[str]:
-        """Names of files that may hold a motion."""
+        """Return the names of files that may hold a motion, a rig or a simulation."""
         files = (path for path in self.root.iterdir() if path.suffix in (".csv", ".toml"))
         return sorted(path.name for path in files if path.is_file() and self._inside(path))
 
-    def path(self, name: str) -> Path:
-        """The existing file `name`.
+    def existing_file(self, name: str) -> Path:
+        """Return the path of the existing file `name`.
 
         Raises:
-            BadInput: there is none, or it is not in the folder.
+            BadInput: there is no such file in the folder.
         """
-        self._refuse(name)
+        self._check_name(name)
         path = self.root / name
         if not path.is_file() or not self._inside(path):
-            raise BadInput(f"a file in {self.root.name}/ expected, '{name}' found; choose one of the list")
+            raise BadInput(f"a file in {self.root.name}/ expected, '{name}' found; choose one from the list")
         return path
 
-    def new(self, name: str, suffix: str) -> Path:
-        """Where a new file `name` is to be written.
+    def new_file(self, name: str, suffix: str) -> Path:
+        """Return the path for a new file `name`.
 
         Raises:
-            BadInput: the name leads out of the folder, does not end in `suffix`, or is taken.
+            BadInput: the name leads out of the folder, does not end in `suffix`, or exists already.
         """
-        self._refuse(name)
+        self._check_name(name)
         if not name.endswith(suffix) or name == suffix:
             raise BadInput(f"a file name ending in {suffix} expected, '{name}' found; choose another name")
         path = self.root / name
         if path.exists() or path.is_symlink():
-            raise BadInput(f"{name} exists, and nothing is overwritten here; choose another name")
+            raise BadInput(f"a new file name expected, {name} exists and is not overwritten; choose another name")
         return path
 
-    def _refuse(self, name: str) -> None:
-        """What is a name here, is one on every system, and has one meaning."""
+    def _check_name(self, name: str) -> None:
+        """Refuse names that are not plain file names on every operating system."""
         if (
             not name
             or name.startswith(".")
-            or len(name) > _LONGEST_NAME
+            or len(name) > _MAX_NAME_LENGTH
             or any(char in '/\\:*?"<>|' or ord(char) < 32 for char in name)
         ):
             raise BadInput(
-                f'a plain file name of up to {_LONGEST_NAME} characters, without / \\ : * ? " < > |, expected, '
-                f"'{name[:_LONGEST_NAME]}' found; rename the file"
+                f'a plain file name of up to {_MAX_NAME_LENGTH} characters, without / \\ : * ? " < > |, expected, '
+                f"'{name[:_MAX_NAME_LENGTH]}' found; rename the file"
             )
 
     def _inside(self, path: Path) -> bool:

@@ -1,7 +1,4 @@
-"""The figures of `ident.output.figures` as the page shows them, with what only a page has.
-
-That is detail that follows the zoom, and a run that is going on.
-"""
+"""Figures of the page: those of `ident.output.figures` in the page's colours, zoomable time plots and live plots."""
 
 import json
 from collections.abc import Sequence
@@ -14,7 +11,7 @@ from numpy.typing import NDArray
 from ident.output.figures import theme
 from ident.output.figures.ladder import bars
 from ident.workbench.branches import Branch
-from ident.workbench.views import Descent, LadderView, RecordingView, Series
+from ident.workbench.views import SwarmProgress, LadderView, RecordingView, TorqueSeries
 from recordings.recording import Floats
 
 Figure = dict[str, Any]
@@ -25,41 +22,41 @@ _TEMPLATES = {
     dark: json.loads(go.Figure(layout={"template": template}).to_json())["layout"]["template"]
     for dark, template in ((False, theme.LIGHT), (True, theme.DARK))
 }
-_POINTS = 2400
-"""Of a line over the width of the page."""
+_MAX_POINTS = 2400
+"""Points of a line over the width of the page, at most."""
 
-_LIVE = 600
-"""Cycles of a run that is going on, at most."""
+_MAX_LIVE_CYCLES = 600
+"""Cycles in a live plot, at most."""
 
 
-def plain(figure: go.Figure) -> Figure:
-    """`figure` as a dictionary that may travel between processes."""
+def to_dict(figure: go.Figure) -> Figure:
+    """Return `figure` as a dictionary that can be sent between processes."""
     found: Figure = json.loads(figure.to_json())
     return found
 
 
-def shown(figure: Figure, dark: bool) -> Figure:
-    """`figure` in the colours of the page."""
+def with_theme(figure: Figure, dark: bool) -> Figure:
+    """Return `figure` in the light or dark theme of the page."""
     layout = {**figure["layout"], "template": _TEMPLATES[dark], "uirevision": "kept"}
     return {"data": figure["data"], "layout": layout, "config": _CONFIG}
 
 
-def part(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
-    """The points of `y` (n,) over `time` (n,) that matter within `span`: the extremes of each pixel, and gaps."""
-    # One beyond each edge, for the line that leads there.
+def visible_points(time: NDArray[np.floating], y: NDArray[np.floating], span: Span) -> tuple[Floats, Floats]:
+    """Return the points of `y` (n,) over `time` (n,) that are visible in `span`: extremes of each pixel and gaps."""
+    # One point outside each edge, so that the line continues to the edge.
     first = max(int(np.searchsorted(time, span[0])) - 1, 0)
     last = min(int(np.searchsorted(time, span[1], side="right")) + 1, len(time))
-    return theme.thinned(time[first:last].astype(float), y[first:last].astype(float), _POINTS)
+    return theme.thinned(time[first:last].astype(float), y[first:last].astype(float), _MAX_POINTS)
 
 
 def line(time: Floats, y: NDArray[np.floating], span: Span, **style: Any) -> go.Scatter:
-    """`y` over `time`, in as many points as `span` needs."""
-    xs, ys = part(time, y, span)
+    """Return a trace of `y` over `time` with the points that are visible in `span`."""
+    xs, ys = visible_points(time, y, span)
     return go.Scatter(x=np.round(xs, 5), y=ys.astype(np.float32), **{"mode": "lines", **style})
 
 
 def signal(view: RecordingView, name: str, span: Span) -> Figure:
-    """One signal of a recording, all joints."""
+    """Plot one signal of a recording for all joints."""
     unit, values = view.signals[name]
     figure = theme.subplots(1, 1, 340)
     for j in range(values.shape[1]):
@@ -70,18 +67,18 @@ def signal(view: RecordingView, name: str, span: Span) -> Figure:
     figure.update_xaxes(title_text="time since the first SYNC [s]", range=list(span))
     figure.update_yaxes(title_text=f"{name} [{unit}]")
     figure.update_layout(hovermode="x unified")
-    return plain(figure)
+    return to_dict(figure)
 
 
-def against(series: Series, joint: int, unit: str, noise: float, span: Span, marking: bool) -> Figure:
-    """Measured torque against the model's, above what is left of it."""
+def torque_comparison(series: TorqueSeries, joint: int, unit: str, noise: float, span: Span, selecting: bool) -> Figure:
+    """Plot measured and computed torque of a joint, and the residual below."""
     figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
     colour, time, left = theme.joint_colour(joint), series.time, series.residual[:, joint]
     thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
     figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
     figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
     theme.band(figure, noise, 2, 1, True)
-    # Markers that are not seen make of the line something that can be marked.
+    # Plotly selects markers only, so the line gets nearly invisible ones.
     style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
     residual = line(time, left, span, name="residual", line={"color": colour, "width": 1.1}, **style)
     figure.add_trace(residual, row=2, col=1)
@@ -90,54 +87,54 @@ def against(series: Series, joint: int, unit: str, noise: float, span: Span, mar
     figure.update_xaxes(range=list(span))
     figure.update_xaxes(title_text="time since the first SYNC [s]", row=2, col=1)
     figure.update_layout(
-        dragmode="select" if marking else "zoom",
+        dragmode="select" if selecting else "zoom",
         selectdirection="h",
-        hovermode=False if marking else "x unified",
+        hovermode=False if selecting else "x unified",
     )
-    return plain(figure)
+    return to_dict(figure)
 
 
 def ladder(view: LadderView) -> Figure:
-    """Error of each model on what it was fitted to and on what it never saw."""
-    names = [f"{number}  {theme.plain(rung.label)}" for number, rung in enumerate(view.rungs)]
-    figure = bars(names, [rung.entry for rung in view.rungs], view.noise_rms, view.units)
+    """Plot the training and held-out error of each model."""
+    names = [f"{number}  {theme.plain(rung.label)}" for number, rung in enumerate(view.steps)]
+    figure = bars(names, [rung.entry for rung in view.steps], view.noise_rms, view.units)
     figure.update_layout(transition_duration=400)
-    return plain(figure)
+    return to_dict(figure)
 
 
 def branches(all_: Sequence[Branch]) -> Figure:
-    """Error of the base model, and of what each branch has come to."""
+    """Plot the errors of the base model and of the current model of each branch."""
     base = all_[0].ladder
-    names = [theme.plain(base.rungs[0].label), *(theme.plain(branch.title) for branch in all_)]
-    entries = [base.rungs[0].entry, *(branch.ladder.rungs[-1].entry for branch in all_)]
+    names = [theme.plain(base.steps[0].label), *(theme.plain(branch.title) for branch in all_)]
+    entries = [base.steps[0].entry, *(branch.ladder.steps[-1].entry for branch in all_)]
     noise = np.min([branch.ladder.noise_rms for branch in all_], axis=0)
-    return plain(bars(names, entries, noise.tolist(), base.units))
+    return to_dict(bars(names, entries, noise.tolist(), base.units))
 
 
-def descent(view: Descent) -> Figure:
-    """How far the swarm's best is above the certified minimum, step by step."""
+def swarm_convergence(view: SwarmProgress) -> Figure:
+    """Plot the excess of the best objective over its certified minimum at each step of the swarm."""
     figure = theme.subplots(1, 1, 360)
     steps = np.arange(1, len(view.excess) + 1)
     above = np.where(np.array(view.excess) > 0, view.excess, np.nan)
     line = {"color": theme.JOINTS[0], "width": 2}
     figure.add_trace(go.Scatter(x=steps, y=above, mode="lines", name="best so far", line=line))
     goal = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-    figure.add_hline(y=view.goal, line=goal)
-    theme.key(figure, "here it stops", line=goal)
-    figure.update_xaxes(title_text=f"step of at most {view.total}", rangemode="tozero")
+    figure.add_hline(y=view.tolerance, line=goal)
+    theme.key(figure, "stopping tolerance", line=goal)
+    figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")
     figure.update_yaxes(
         title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"
     )
-    return plain(figure)
+    return to_dict(figure)
 
 
-def live(rows: Sequence[dict[str, Any]], late: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
-    """One quantity of a run that is going on."""
+def live(rows: Sequence[dict[str, Any]], lateness: Sequence[tuple[float, float]], kind: str, unit: str) -> Figure:
+    """Plot one quantity of the run in progress."""
     figure = theme.subplots(1, 1, 200)
-    rows = rows[:: len(rows) // _LIVE + 1]
+    rows = rows[:: len(rows) // _MAX_LIVE_CYCLES + 1]
     if kind == "lateness":
-        values = [[1e3 * value for _, value in late]]
-        times = [time for time, _ in late]
+        values = [[1e3 * value for _, value in lateness]]
+        times = [time for time, _ in lateness]
     else:
         times = [row["time"] for row in rows]
         values = [list(column) for column in zip(*(_values(row, kind) for row in rows), strict=True)]
@@ -148,7 +145,7 @@ def live(rows: Sequence[dict[str, Any]], late: Sequence[tuple[float, float]], ki
     figure.update_xaxes(title_text="time [s]")
     figure.update_yaxes(title_text=f"{kind}<br>[{unit}]")
     figure.update_layout(showlegend=kind == "position", margin={"t": 30, "b": 40})
-    return plain(figure)
+    return to_dict(figure)
 
 
 def _values(row: dict[str, Any], kind: str) -> list[float | None]:

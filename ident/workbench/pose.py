@@ -1,23 +1,23 @@
-"""Where the parts of a delta robot are at the instants of a recording."""
+"""Positions of the parts of a delta robot over the time of a recording."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.workbench.views import RecordingView, Series
+from ident.workbench.views import RecordingView, TorqueSeries
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
 
 _RATE = 20.0
-"""Postures per second [Hz]."""
-_CALM, _LOUD = (138, 148, 156), (213, 94, 0)
-"""Colours of a limb with the least residual and the largest."""
+"""Poses per second [Hz]."""
+_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR = (138, 148, 156), (213, 94, 0)
+"""RGB colours of a limb with the smallest and the largest residual."""
 
 
 @dataclass(frozen=True, eq=False)
-class Posture:
-    """n instants of three limbs."""
+class PoseSequence:
+    """Poses of the three limbs at n instants."""
 
     geometry: Geometry
     step: float
@@ -29,19 +29,19 @@ class Posture:
     """(3 limbs, 3) [m]."""
     elbows: Floats
     """(n, 3 limbs, 3) [m]."""
-    ends: Floats
-    """(n, 3 limbs, 3) where the forearms meet the platform [m]."""
-    share: Floats
-    """(n, 3 limbs) size of the residual, 0 to 1 of the largest that is usual."""
+    platform_joints: Floats
+    """(n, 3 limbs, 3) joints between forearms and platform [m]."""
+    residual_share: Floats
+    """(n, 3 limbs) magnitude of the residual relative to its 98 % quantile, 0 to 1."""
 
     def colour(self, i: int, limb: int) -> str:
-        """Of a limb at the instant `i`."""
-        share = float(self.share[i, limb])
-        return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in zip(_CALM, _LOUD, strict=True))
+        """Return the colour of `limb` (from 0) at the instant `i`."""
+        share = float(self.residual_share[i, limb])
+        return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in zip(_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR, strict=True))
 
     @staticmethod
-    def turned(start: Floats, end: Floats) -> list[list[float]]:
-        """Rotation that lays a cylinder, which stands along y, from `start` to `end` (3,)."""
+    def cylinder_rotation(start: Floats, end: Floats) -> list[list[float]]:
+        """Return the rotation matrix that turns a cylinder along y into the direction from `start` to `end` (3,)."""
         y = (end - start) / np.linalg.norm(end - start)
         x = np.cross(y, [0.0, 0.0, 1.0])
         x = x / np.linalg.norm(x) if np.linalg.norm(x) > 1e-9 else np.array([1.0, 0.0, 0.0])
@@ -49,8 +49,8 @@ class Posture:
         return turned
 
 
-def postures(view: RecordingView, series: Series | None) -> Posture:
-    """Of the delta robot in `view`; `series`: what a model leaves of it."""
+def pose_sequence(view: RecordingView, series: TorqueSeries | None) -> PoseSequence:
+    """Compute the poses of the delta robot in `view`; `series` gives the residuals that colour the limbs."""
     geometry = view.geometry
     assert geometry is not None
     position = view.signals["position"][1].astype(float)
@@ -63,19 +63,19 @@ def postures(view: RecordingView, series: Series | None) -> Posture:
     out = np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
     reach = (geometry.R + geometry.L1 * np.cos(theta))[:, :, None] * out
     reach[:, :, 2] = geometry.L1 * np.sin(theta)
-    return Posture(
+    return PoseSequence(
         geometry=geometry,
         step=1 / _RATE,
         time=view.time[rows],
         platform=platform,
         shoulders=geometry.R * out,
         elbows=reach,
-        ends=platform[:, None, :] + geometry.r * out,
-        share=_share(series, view.time[rows]),
+        platform_joints=platform[:, None, :] + geometry.r * out,
+        residual_share=_residual_share(series, view.time[rows]),
     )
 
 
-def _share(series: Series | None, time: Floats) -> Floats:
+def _residual_share(series: TorqueSeries | None, time: Floats) -> Floats:
     if series is None:
         return np.zeros((len(time), 3))
     size = np.abs(series.residual)

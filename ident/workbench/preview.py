@@ -1,25 +1,25 @@
-"""What each candidate would take away of the residual: its signature, made once, to be looked at in passing."""
+"""Preview of each candidate: the part of the residual that it would explain, and a figure of it."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from ident.diagnosis.effect_contribution import Remover
-from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.effect_contribution import EffectContribution
+from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.screening import Candidate
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import State
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import FittedModel
 from ident.output.figures.finding import signature
 from ident.workbench import plots
-from ident.workbench.views import Signatures
+from ident.workbench.views import CandidatePreviews
 
 
-def foretaste(material: Material, state: State, candidates: Mapping[str, Candidate], floor: Floor) -> Signatures:
-    """Of all `candidates` beyond the model `state`."""
-    remover = Remover(material, state.solution)
+def candidate_previews(material: SplitData, state: FittedModel, candidates: Mapping[str, Candidate], floor: NoiseFloor) -> CandidatePreviews:
+    """Compute the previews of all `candidates` for the model `state`."""
+    remover = EffectContribution(material, state.solution)
     removed, figures = {}, {}
     for name, one in candidates.items():
-        taken = remover.signature(one)
+        taken = remover.compute(one)
         removed[name] = tuple(part.astype(np.float32) for part in taken)
-        figures[name] = plots.plain(signature(material, state, one.term, taken, floor.rms))
-    return Signatures(removed, figures)
+        figures[name] = plots.to_dict(signature(material, state, one.term, taken, floor.rms))
+    return CandidatePreviews(removed, figures)

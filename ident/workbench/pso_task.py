@@ -1,4 +1,4 @@
-"""The paper's swarm, watched while it searches. It is what `ident fit` does, called with the same choices."""
+"""Particle swarm fit of the paper with progress reports; the same computation as `ident fit --method pso`."""
 
 import time
 from collections.abc import Callable, Sequence
@@ -8,52 +8,52 @@ from ident.estimation import estimators
 from ident.identification import identify
 from ident.residuals.phases import failures
 from ident.workbench.cli_equivalent import swarm_command
-from ident.workbench.views import Chosen, Descent, Swarmed
+from ident.workbench.views import SwarmRequest, SwarmProgress, SwarmResult
 
 METHOD = "pso"
-_PAUSE = 0.1
-"""Between two pictures of the search [s]."""
+_INTERVAL = 0.1
+"""Minimum time between two progress reports [s]."""
 
 
-def found(
+def run_swarm(
     train: Path,
     validate: Path | None,
-    chosen: Chosen,
+    request: SwarmRequest,
     effect_files: Sequence[Path],
-    tell: Callable[[Descent], None],
-) -> Swarmed:
-    """Let the swarm find the parameters; `tell` is called while it searches.
+    on_progress: Callable[[SwarmProgress], None],
+) -> SwarmResult:
+    """Fit the parameters by particle swarm; call `on_progress` while it searches.
 
     Raises:
-        BadInput: a recording cannot be used, or they are not of the same rig.
+        BadInput: a recording cannot be used, or the recordings come from different rigs.
     """
     settings = estimators.settings(METHOD, {})
     choices = identify.Choices(
-        METHOD, settings, chosen.seed, "parallel", chosen.cutoff, chosen.effects, tuple(effect_files)
+        METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, tuple(effect_files)
     )
-    watch = _Watch(settings.iterations, settings.tolerance, tell)
+    watch = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, choices, watch)
-    command = swarm_command(chosen, train.name, validate.name if validate else None)
-    return Swarmed(result.model, watch.descent, failures(result), command)
+    command = swarm_command(request, train.name, validate.name if validate else None)
+    return SwarmResult(result.model, watch.progress, failures(result), command)
 
 
-class _Watch:
-    """Tells of the search, but not of every single step."""
+class _ConvergenceLog:
+    """Records the excess of every step and reports it at most once per `_INTERVAL`."""
 
-    def __init__(self, total: int, goal: float, tell: Callable[[Descent], None]) -> None:
-        self._total, self._goal, self._tell = total, goal, tell
+    def __init__(self, max_steps: int, tolerance: float, on_progress: Callable[[SwarmProgress], None]) -> None:
+        self._max_steps, self._tolerance, self._on_progress = max_steps, tolerance, on_progress
         self._excess: list[float] = []
-        self._last = 0.0
+        self._last_call = 0.0
 
     @property
-    def descent(self) -> Descent:
-        return Descent(tuple(self._excess), self._total, self._goal)
+    def progress(self) -> SwarmProgress:
+        return SwarmProgress(tuple(self._excess), self._max_steps, self._tolerance)
 
     def __call__(self, done: int, total: int, excess: float | None = None, /) -> None:
         if excess is None:
             return
         self._excess.append(excess)
         now = time.monotonic()
-        if now - self._last > _PAUSE:
-            self._last = now
-            self._tell(self.descent)
+        if now - self._last_call > _INTERVAL:
+            self._last_call = now
+            self._on_progress(self.progress)

@@ -1,5 +1,6 @@
-"""Recording from the page: `daq` runs as a process of its own, is watched through its status lines, and is stopped by
-a signal. Nothing of it is imported.
+"""Recording from the page: run `daq` as a separate process, read its status lines, stop it by a signal.
+
+Nothing of `daq` is imported.
 """
 
 import json
@@ -16,70 +17,70 @@ from typing import Any
 
 from recordings.errors import BadInput
 
-_KEPT = 3000
-"""Cycles that the live plots show at most."""
-_LINES = 200
-_PATIENCE = 10.0
-"""How long drives may take to come to rest when the page closes [s]."""
+_MAX_CYCLES = 3000
+"""Cycles kept for the live plots, at most."""
+_MAX_LINES = 200
+_STOP_TIMEOUT = 10.0
+"""Time for the drives to come to rest when the page closes [s]."""
 
 
 @dataclass
-class Run:
-    """A recording that is going on, or the last one."""
+class RunStatus:
+    """Status of the recording in progress, or of the last one."""
 
     command: tuple[str, ...]
-    out: Path
+    file: Path
     status: dict[str, Any] = field(default_factory=dict)
-    rows: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=_KEPT))
+    rows: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=_MAX_CYCLES))
     """Cycles: time [s], command and position [rad], voltage [V]."""
-    lateness: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_KEPT))
-    """Time [s], and the worst lateness since the last one [s]."""
-    said: deque[str] = field(default_factory=lambda: deque(maxlen=_LINES))
-    """What the program writes for a person."""
-    stops: int = 0
-    """How often it was asked to stop."""
-    code: int | None = None
-    """None while it runs."""
+    lateness: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_MAX_CYCLES))
+    """Time [s], and worst lateness since the previous entry [s]."""
+    messages: deque[str] = field(default_factory=lambda: deque(maxlen=_MAX_LINES))
+    """Lines that `daq` wrote to standard error."""
+    stop_count: int = 0
+    """Number of stop requests."""
+    exit_code: int | None = None
+    """Exit status; None while the process runs."""
 
     @property
-    def rig_file(self) -> bool:
-        """Whether a rig file says where the drives are; without one they are simulated."""
+    def has_rig_file(self) -> bool:
+        """Whether a rig file was given; without one the drives are simulated."""
         return "--rig" in self.command
 
 
-class Recorder:
-    """At most one `daq record` at a time, in the folder `root`."""
+class RecordingProcess:
+    """Runs at most one `daq record` at a time in the folder `root`."""
 
     def __init__(
         self,
         root: Path,
-        told: Callable[[], None],
-        changed: Callable[[], None],
+        on_status: Callable[[], None],
+        on_change: Callable[[], None],
         attended: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`told`: called with every line of its status; `changed`: when a run begins and ends; `attended`: whether
-        somebody has a stop button before them.
+        """`on_status`: called on every status line; `on_change`: called when a run begins and ends; `attended`: whether
+        a browser shows the page with its stop button.
         """
-        self._root, self._told, self._changed, self._attended = root, told, changed, attended
+        self._root, self._told, self._changed, self._attended = root, on_status, on_change, attended
         self._process: subprocess.Popen[str] | None = None
-        self.run: Run | None = None
+        self.run: RunStatus | None = None
 
     @property
-    def going(self) -> bool:
-        """Whether drives may be moving."""
+    def running(self) -> bool:
+        """Whether the process runs, so that drives may be moving."""
         return self._process is not None and self._process.poll() is None
 
     def start(self, arguments: Sequence[str], out: Path) -> None:
-        """Begin `daq record` with these `arguments`, into the new file `out`.
+        """Start `daq record` with these `arguments` into the new file `out`.
 
         Raises:
-            BadInput: a run is going on, or the program `daq` is missing.
+            BadInput: a recording is in progress, or the program `daq` is missing.
         """
-        if self.going:
-            raise BadInput("one recording at a time expected, one is going on; stop it first")
-        command = [*program(), "record", *arguments, "--status", "--out", out.name]
-        self.run = run = Run(("daq", *command[-len(arguments) - 4 :]), out)
-        # A session of its own: Ctrl-C in the terminal must reach it once, from us, not twice.
+        if self.running:
+            raise BadInput("no other recording expected, one is in progress; stop it first")
+        command = [*daq_command(), "record", *arguments, "--status", "--out", out.name]
+        self.run = run = RunStatus(("daq", *command[-len(arguments) - 4 :]), out)
+        # A new session: Ctrl-C in the terminal must not reach the process directly, as it is stopped by `close`.
         self._process = process = subprocess.Popen(
             command,
             cwd=self._root,
@@ -95,23 +96,23 @@ class Recorder:
         self._changed()
 
     def stop(self) -> None:
-        """Once: ramp down along the motion and disable; again: quick stop at once."""
-        if self._process is not None and self.going and self.run:
-            self.run.stops += 1
+        """Ramp down along the motion and disable the drives; called again: quick stop."""
+        if self._process is not None and self.running and self.run:
+            self.run.stop_count += 1
             self._process.send_signal(signal.SIGTERM)
             self._told()
 
     def close(self) -> None:
-        """Bring the drives to rest before the page goes. If they are not by then, the closed pipe stops them."""
-        if self._process is None or not self.going:
+        """Bring the drives to rest before the server ends. After the timeout the closed pipe stops them."""
+        if self._process is None or not self.running:
             return
         self.stop()
         try:
-            self._process.wait(_PATIENCE)
+            self._process.wait(_STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
             self.stop()
 
-    def _watch(self, process: "subprocess.Popen[str]", run: Run, hearing: threading.Thread) -> None:
+    def _watch(self, process: "subprocess.Popen[str]", run: RunStatus, hearing: threading.Thread) -> None:
         assert process.stdout is not None
         for line in process.stdout:
             said = _parsed(line)
@@ -121,27 +122,27 @@ class Recorder:
                 if rows:
                     run.lateness.append((rows[-1]["time"], said["lateness"]))
             run.status = {**run.status, **said}
-            if not run.stops and not self._attended():
-                run.said.append("nobody has the page open any more: stopping")
+            if not run.stop_count and not self._attended():
+                run.messages.append("no browser shows the page any more: stopping")
                 self.stop()
             self._told()
         code = process.wait()
-        hearing.join()  # why it ended is said before that it has
-        run.code = code
+        hearing.join()  # all messages are read before the exit status is set
+        run.exit_code = code
         self._changed()
 
 
-def _hear(process: "subprocess.Popen[str]", run: Run) -> None:
+def _hear(process: "subprocess.Popen[str]", run: RunStatus) -> None:
     assert process.stderr is not None
     for line in process.stderr:
-        run.said.append(line.rstrip())
+        run.messages.append(line.rstrip())
 
 
-def program() -> list[str]:
-    """The start of a command line of `daq`: the one that was installed together with this program.
+def daq_command() -> list[str]:
+    """Return the command of the `daq` that was installed together with this program.
 
     Raises:
-        BadInput: there is none.
+        BadInput: it is not installed.
     """
     beside = Path(sys.executable).with_name("daq")
     found = str(beside) if beside.exists() else shutil.which("daq")
@@ -150,10 +151,10 @@ def program() -> list[str]:
     return [found]
 
 
-def ask(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """Let `daq` say something that takes a moment, such as a pre-flight check."""
+def run_daq(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a short `daq` command, such as a pre-flight check, and return its output."""
     return subprocess.run(
-        [*program(), *arguments], cwd=root, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120
+        [*daq_command(), *arguments], cwd=root, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120
     )
 
 

@@ -1,4 +1,4 @@
-"""A recording as it is, before anything is fitted: what it is, how good, and its signals."""
+"""View of a recording before any fit: metadata, quality and signals."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,38 +7,38 @@ import numpy as np
 
 from ident.data.samples import drive_signal, holds_torque
 from ident.identification.identify import refuse_different_rigs
-from ident.workbench.views import Mismatch, RecordingView, Small
+from ident.workbench.views import Mismatch, RecordingView, Float32s
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
-_NAMES = {"V": "voltage", "N": "force"}
-_LOUD = ("warning", "error", "fatal")
-BEGINNING = 12_000_000
-"""Bytes of a longer recording that are shown while the rest is read: about a minute at 500 Hz."""
+_SIGNAL_NAMES = {"V": "voltage", "N": "force"}
+_WARNING_LEVELS = ("warning", "error", "fatal")
+PREVIEW_BYTES = 12_000_000
+"""Bytes of a long recording that are shown while the rest is read: about a minute at 500 Hz."""
 
 
-def looks(path: Path) -> Iterator[RecordingView]:
-    """A recording; of a long one first its beginning.
+def recording_views(path: Path) -> Iterator[RecordingView]:
+    """Yield the view of a recording; for a long one first the view of its beginning.
 
     Raises:
-        BadInput: the file is no recording.
+        BadInput: the file is not a recording.
     """
-    if path.stat().st_size > 2 * BEGINNING:
-        yield _view(read(path, BEGINNING), ("The beginning; the rest is being read.",))
+    if path.stat().st_size > 2 * PREVIEW_BYTES:
+        yield _recording_view(read(path, PREVIEW_BYTES), ("Only the beginning is shown; the rest is being read.",))
     recording = read(path)
-    yield _view(recording, tuple(_warnings(recording)))
+    yield _recording_view(recording, tuple(_warnings(recording)))
 
 
-def mismatch(train: Path, check: Path) -> Iterator[Mismatch]:
-    """Why a model of `train` cannot be judged on `check`, if so."""
+def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:
+    """Yield the reason why a model of `train` cannot be validated on `validate`, if there is one."""
     try:
-        refuse_different_rigs([read(path, BEGINNING) for path in (train, check)])
+        refuse_different_rigs([read(path, PREVIEW_BYTES) for path in (train, validate)])
     except BadInput as error:
-        yield Mismatch(f"{check.name} cannot check a model of {train.name}: {error}")
+        yield Mismatch(f"{validate.name} cannot validate a model of {train.name}: {error}")
 
 
-def _view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
+def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
     rig = recording.rig
     unit = rig.effort_units[0] if holds_torque(recording) else "V"
     return RecordingView(
@@ -50,15 +50,15 @@ def _view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
         position_units=rig.position_units,
         time=recording.time,
         signals={
-            "position": (rig.position_units[0], _small(recording.position)),
-            "following error": (f"m{rig.position_units[0]}", _small(1e3 * (recording.command - recording.position))),
-            _NAMES.get(unit, "torque"): (unit, _small(drive_signal(recording))),
-            "lateness": ("ms", _small(1e3 * recording.lateness[:, None])),
+            "position": (rig.position_units[0], _float32(recording.position)),
+            "following error": (f"m{rig.position_units[0]}", _float32(1e3 * (recording.command - recording.position))),
+            _SIGNAL_NAMES.get(unit, "torque"): (unit, _float32(drive_signal(recording))),
+            "lateness": ("ms", _float32(1e3 * recording.lateness[:, None])),
         },
     )
 
 
-def _small(x: Floats) -> Small:
+def _float32(x: Floats) -> Float32s:
     return x.astype(np.float32)
 
 
@@ -84,11 +84,11 @@ def _quality(recording: Recording) -> Iterator[tuple[str, str]]:
 
 def _warnings(recording: Recording) -> Iterator[str]:
     if not recording.complete:
-        yield "The recording was interrupted; what it holds is intact."
+        yield "The recording was interrupted; the data up to there are intact."
     elif recording.run.exit_status:
         yield f"The run did not end as planned: {recording.run.reason}"
     if recording.gaps.any():
-        yield f"{int(recording.gaps.sum())} samples were lost; they are left out, nothing is invented."
-    found = [event for event in recording.events if event.level in _LOUD]
+        yield f"{int(recording.gaps.sum())} samples were lost; they are excluded, not interpolated."
+    found = [event for event in recording.events if event.level in _WARNING_LEVELS]
     if found:
-        yield f"{len(found)} warnings and errors while recording; see the events."
+        yield f"{len(found)} warnings and errors occurred while recording; see the events."

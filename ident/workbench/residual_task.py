@@ -1,10 +1,10 @@
-"""Where the present model fails: what `ident compare` says of it."""
+"""Residual analysis of the current model, as in `ident compare`."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import State
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
@@ -15,48 +15,48 @@ from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
 from ident.residuals.analysis import Comparison
 from ident.workbench import plots
-from ident.workbench.views import Failing
+from ident.workbench.views import ResidualView
 from recordings.recording import Floats
 
 
-def failing(
+def residual_view(
     files: tuple[Path, Path | None],
-    settled: tuple[Composition, Floats],
+    solution: tuple[Composition, Floats],
     bandwidth: float,
     library: Mapping[str, Effect],
-) -> Failing:
-    """The model fitted to the training recording, as `ident diagnose --apply` does it, on the other one."""
+) -> ResidualView:
+    """Fit the model to the training recording, as `ident diagnose --apply` does; analyse it on the validation recording."""
     train, validate = files
     choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
-    model = identify.identify([train], validate, choices, lambda *_: None, settled).model
-    return _told(model, analysis.compare(model, prediction.predict(model, [validate or train], library)))
+    model = identify.identify([train], validate, choices, lambda *_: None, solution).model
+    return _view(model, analysis.compare(model, prediction.predict(model, [validate or train], library)))
 
 
-def of_excerpts(material: Material, state: State) -> Failing:
-    """The model as the ladder has it, on those parts of long recordings that the ladder looks at."""
-    chosen = [i for i, held in enumerate(material.held) if held.any() or not material.other_motion]
+def residual_view_of_excerpts(material: SplitData, state: FittedModel) -> ResidualView:
+    """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
+    chosen = [i for i, held in enumerate(material.test) if held.any() or not material.other_motion]
     predictions = [Prediction(material.datasets[i], material.datasets[i].torque - state.residuals[i]) for i in chosen]
-    return _told(None, analysis.compare(None, predictions))
+    return _view(None, analysis.compare(None, predictions))
 
 
-def _told(model: Model | None, found: Comparison) -> Failing:
-    return Failing(
+def _view(model: Model | None, analysed: Comparison) -> ResidualView:
+    return ResidualView(
         model=model,
-        recordings=tuple(dict.fromkeys(one.dataset.recording.path.name for one in found.predictions)),
-        unit=found.joints[0].unit,
-        sentences=found.sentences,
-        windows=found.windows,
-        figures=_figures(found),
+        recordings=tuple(dict.fromkeys(one.dataset.recording.path.name for one in analysed.predictions)),
+        unit=analysed.joints[0].unit,
+        sentences=analysed.sentences,
+        windows=analysed.windows,
+        figures=_figures(analysed),
     )
 
 
-def _figures(found: Comparison) -> dict[str, plots.Figure]:
-    models = {"model": found}
+def _figures(analysed: Comparison) -> dict[str, plots.Figure]:
+    models = {"model": analysed}
     drawn = {
-        "In which phase of the motion": residuals.phases(models),
-        "Over what the residual depends on": residuals.curves(models),
-        "At which frequency": spectrum.densities(models),
+        "Residual by motion phase": residuals.phases(models),
+        "Residual over the quantities that it depends on": residuals.curves(models),
+        "Residual by frequency": spectrum.densities(models),
     }
-    if found.windows:
-        drawn["The worst stretches, closer"] = torque.worst(found)
-    return {title: plots.plain(figure) for title, figure in drawn.items()}
+    if analysed.windows:
+        drawn["Worst intervals in detail"] = torque.worst(analysed)
+    return {title: plots.to_dict(figure) for title, figure in drawn.items()}

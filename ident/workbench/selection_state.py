@@ -1,62 +1,62 @@
-"""Where a climb by hand is: its recordings, its ladder, and the rungs that need not be fitted again."""
+"""State of the manual stepwise selection: recordings, current ladder, and steps that need no refit."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ident.diagnosis.diagnosis import Question
-from ident.diagnosis.steps import Rung, State
-from ident.diagnosis.stepwise_selection import Climber
-from ident.workbench.views import Kept
+from ident.diagnosis.diagnosis import DiagnosisInputs
+from ident.diagnosis.steps import SelectionStep, FittedModel
+from ident.diagnosis.stepwise_selection import Selector
+from ident.workbench.views import ModelSpec
 
-_REMEMBERED = 16
-"""Rungs that need not be fitted again when the page goes back to them."""
+_MAX_KNOWN_STEPS = 16
+"""Steps kept for undo and redo without a refit."""
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
-    """A rung, and what was done to get there."""
+class LabelledStep:
+    """A step and the label of the change that led to it."""
 
     label: str
-    rung: Rung
+    step: SelectionStep
 
     @property
-    def kept(self) -> Kept:
-        """What it can be made again from."""
-        terms = tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in self.rung.state.terms)
-        return self.label, terms, tuple(self.rung.state.solution.x.tolist())
+    def spec(self) -> ModelSpec:
+        """Return the specification from which the model can be rebuilt."""
+        terms = tuple((term.name, tuple(joint + 1 for joint in term.joints)) for term in self.step.model.terms)
+        return self.label, terms, tuple(self.step.model.solution.x.tolist())
 
 
 @dataclass(eq=False)
-class Climb:
-    """Recordings, and the present ladder on them."""
+class SelectionState:
+    """Recordings and the current ladder."""
 
     files: tuple[Path, Path | None]
-    asked: Question
-    climber: Climber
-    steps: tuple[Step, ...] = ()
-    known: dict[tuple[Kept, ...], Step] = field(default_factory=dict)
-    """Rungs, by the ladder that leads there."""
-    diagnosed: State | None = None
-    """The model that the full diagnosis ended with."""
+    question: DiagnosisInputs
+    selector: Selector
+    steps: tuple[LabelledStep, ...] = ()
+    known_steps: dict[tuple[ModelSpec, ...], LabelledStep] = field(default_factory=dict)
+    """Steps by the specifications of the ladder that leads to them."""
+    diagnosed: FittedModel | None = None
+    """Final model of the full diagnosis."""
 
     @property
-    def state(self) -> State:
-        """The present model."""
-        return self.steps[-1].rung.state
+    def state(self) -> FittedModel:
+        """Return the current model."""
+        return self.steps[-1].step.model
 
     @property
-    def kept(self) -> tuple[Kept, ...]:
-        """The ladder, as it can be made again."""
-        return tuple(step.kept for step in self.steps)
+    def specs(self) -> tuple[ModelSpec, ...]:
+        """Return the specifications of all steps."""
+        return tuple(step.spec for step in self.steps)
 
-    def go(self, *steps: Step) -> None:
-        """To the ladder of these `steps`."""
+    def set_steps(self, *steps: LabelledStep) -> None:
+        """Make `steps` the current ladder."""
         self.steps = steps
         for number, step in enumerate(steps, start=1):
-            self.known[self.kept[:number]] = step
-        while len(self.known) > max(_REMEMBERED, len(steps)):
-            del self.known[next(iter(self.known))]
+            self.known_steps[self.specs[:number]] = step
+        while len(self.known_steps) > max(_MAX_KNOWN_STEPS, len(steps)):
+            del self.known_steps[next(iter(self.known_steps))]
 
-    def push(self, label: str, added: str | None, state: State) -> None:
-        """One step further, to `state`."""
-        self.go(*self.steps, Step(label, Rung(added, state, self.climber.gain(self.state, state))))
+    def push(self, label: str, added: str | None, state: FittedModel) -> None:
+        """Append `state` as a step; `added`: name of the added effect, None for a removal."""
+        self.set_steps(*self.steps, LabelledStep(label, SelectionStep(added, state, self.selector.improvement(self.state, state))))

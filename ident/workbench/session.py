@@ -1,4 +1,4 @@
-"""What the user is doing: one session, seen by every tab that shows the page, and found again after a reload."""
+"""State of the user's work: one session, shared by all browser tabs and kept when the page is reloaded."""
 
 import time
 from collections import Counter
@@ -10,301 +10,301 @@ from typing import Any
 from ident.dynamics.effects.library import library
 from ident.workbench import views
 from ident.workbench.branches import Branches
-from ident.workbench.cli_equivalent import of_fit
+from ident.workbench.cli_equivalent import effect_options
 from ident.workbench.folder import Folder
-from ident.workbench.recorder import Recorder
-from ident.workbench.topics import OF_A_LADDER, SHOWN_AS, Job, Part
-from ident.workbench.views import Chosen
-from ident.workbench.worker import Work
+from ident.workbench.recorder import RecordingProcess
+from ident.workbench.topics import LADDER_TOPICS, TOPIC_OF_VIEW, Job, Topic
+from ident.workbench.views import SwarmRequest
+from ident.workbench.worker import Worker
 from recordings.errors import BadInput
 
-UNATTENDED = 20.0
-"""So long no browser may show the page while drives move: time to load it again [s]."""
+UNATTENDED_TIMEOUT = 20.0
+"""Time without a browser after which moving drives are stopped; long enough to reload the page [s]."""
 
 
-class Session:
-    """The state behind the page. `versions` tells which part has changed since it was drawn."""
+class WorkbenchSession:
+    """State behind the page. `versions` counts the changes of each topic."""
 
     def __init__(self, folder: Folder, effect_files: Sequence[Path] = ()) -> None:
         self.folder = folder
         self.library = library(effect_files)
-        self.versions: Counter[Part] = Counter()
+        self.versions: Counter[Topic] = Counter()
         self.train: str | None = None
         self.validate: str | None = None
         self.tab = "data"
         self.joint = 0
         self.dark = False
-        self.wanted: tuple[str, float, float] | None = None
-        """Part of a recording that is to be shown next: its name, from and to [s]."""
+        self.requested_span: tuple[str, float, float] | None = None
+        """Span to be shown next: name of the recording, start and end [s]."""
         self.job: Job | None = None
         self.message = ""
         self.recording: views.RecordingView | None = None
         self.branches: Branches | None = None
-        self.series: tuple[views.Series, ...] = ()
-        self.choice: views.Choice | None = None
-        self.signatures: views.Signatures | None = None
-        self.failing: views.Failing | None = None
-        self.answer: views.Answer | None = None
-        self.descent: views.Descent | None = None
-        """Of the swarm that searches now."""
-        self.swarmed: views.Swarmed | None = None
-        self.saved: tuple[str, views.Failing] | None = None
-        """The model that was saved last, and where."""
-        self._seen = 0.0
-        self.recorder = Recorder(
-            folder.root, lambda: self.changed("run"), lambda: self.changed("run", "folder"), self._attended
+        self.series: tuple[views.TorqueSeries, ...] = ()
+        self.candidates: views.CandidateList | None = None
+        self.previews: views.CandidatePreviews | None = None
+        self.residuals: views.ResidualView | None = None
+        self.diagnosis: views.DiagnosisView | None = None
+        self.swarm_progress: views.SwarmProgress | None = None
+        """Progress of the running swarm."""
+        self.swarm_result: views.SwarmResult | None = None
+        self.saved_model: tuple[str, views.ResidualView] | None = None
+        """File name and view of the model that was saved last."""
+        self._last_seen = 0.0
+        self.recorder = RecordingProcess(
+            folder.root, lambda: self.mark_changed("run"), lambda: self.mark_changed("run", "folder"), self._is_attended
         )
-        self._work = Work(self._said, effect_files)
-        self._asked = 0
-        """Tasks that the working process has not finished."""
-        self._unfinished = False
-        """Whether something else was asked for before all was said of the present ladder."""
-        self._then: Callable[[views.LadderView], Branches] = Branches.begun
-        """What becomes of the branches when the ladder that was asked for is there."""
+        self._worker = Worker(self._on_message, effect_files)
+        self._pending_tasks = 0
+        """Number of tasks that the worker has not finished."""
+        self._analysis_interrupted = False
+        """Whether another task interrupted the analysis of the current ladder."""
+        self._update_branches: Callable[[views.LadderView], Branches] = Branches.start
+        """Maps the next ladder from the worker to the new branches."""
 
     @property
     def ladder(self) -> views.LadderView | None:
-        """The present one."""
-        return self.branches.present.ladder if self.branches else None
+        """Return the current ladder."""
+        return self.branches.current.ladder if self.branches else None
 
-    def changed(self, *parts: Part) -> None:
-        """Whoever shows one of `parts` shall draw it again."""
-        self.versions.update(parts)
+    def mark_changed(self, *topics: Topic) -> None:
+        """Mark `topics` as changed; the pages that show them redraw."""
+        self.versions.update(topics)
 
-    def seen(self) -> None:
-        """A browser shows the page now."""
-        self._seen = time.monotonic()
+    def mark_seen(self) -> None:
+        """Record that a browser shows the page now."""
+        self._last_seen = time.monotonic()
 
-    def _attended(self) -> bool:
-        return time.monotonic() - self._seen < UNATTENDED
+    def _is_attended(self) -> bool:
+        return time.monotonic() - self._last_seen < UNATTENDED_TIMEOUT
 
     def prepare(self) -> None:
-        """Get ready for the first click."""
-        self._work.prepare()
+        """Start the worker before the first click."""
+        self._worker.prepare()
 
     def close(self) -> None:
-        """Stop what runs."""
+        """Stop the recording and the worker."""
         self.recorder.close()
-        self._work.cancel()
+        self._worker.cancel()
 
     # Recordings
 
     def choose(self, train: str | None, validate: str | None) -> None:
-        """The recordings to work with; what was found from others goes."""
+        """Set the recordings to work with and discard all results of the previous ones."""
         for name in (train, validate):
             if name is not None:
-                self.folder.path(name)
+                self.folder.existing_file(name)
         if train is not None and train == validate:
             raise BadInput(
-                "another recording expected for validation: on the training data every model looks better than it is"
+                "another recording expected for validation, the training recording found; errors on training data are too optimistic"
             )
         self.train, self.validate = train, validate
         if self.job:
-            self._stop_work()
-        self.recording = self.answer = self.descent = self.swarmed = None
-        self._forget()
-        self.changed("folder", "job", "recording", "answer", "descent", "swarmed")
+            self._stop_worker()
+        self.recording = self.diagnosis = self.swarm_progress = self.swarm_result = None
+        self._clear_ladder()
+        self.mark_changed("folder", "job", "recording", "answer", "descent", "swarmed")
         if train is not None:
-            self._aside("reading", False, "look", *self._files())
+            self._submit_side_task("reading", False, "look", *self._files())
 
-    def _forget(self) -> None:
-        self.branches = self.choice = self.signatures = self.failing = None
+    def _clear_ladder(self) -> None:
+        self.branches = self.candidates = self.previews = self.residuals = None
         self.series = ()
-        self.changed(*OF_A_LADDER)
+        self.mark_changed(*LADDER_TOPICS)
 
-    def look(self, name: str) -> None:
-        """Show a recording as it is."""
-        path = self.folder.path(name)
-        self._refuse_while_paused()
-        self._aside("reading", False, "look", path)
+    def show_recording(self, name: str) -> None:
+        """Show a recording without a fit."""
+        path = self.folder.existing_file(name)
+        self._check_not_paused()
+        self._submit_side_task("reading", False, "look", path)
 
-    # The mission
+    # Model selection
 
     def fit(self) -> None:
-        """The base model."""
-        self._ask(Branches.begun, "fit", *self._files())
+        """Fit the base model."""
+        self._submit_ladder_task(Branches.start, "fit", *self._files())
 
     def add(self, name: str) -> None:
-        """One effect more."""
-        before = self._present()
-        self._ask(before.grown, "add", self._place(before), name)
+        """Add an effect."""
+        before = self._require_branches()
+        self._submit_ladder_task(before.extended, "add", self._ladder_spec(before), name)
 
     def remove(self, index: int) -> None:
-        """One effect less."""
-        before = self._present()
-        self._ask(before.grown, "remove", self._place(before), index)
+        """Remove effect `index` (from 0) of the current model."""
+        before = self._require_branches()
+        self._submit_ladder_task(before.extended, "remove", self._ladder_spec(before), index)
 
     def diagnose(self) -> None:
-        """Let the full diagnosis find all that is missing."""
-        before = self._present()
-        self._ask(before.grown, "diagnose", self._place(before))
+        """Run the full diagnosis."""
+        before = self._require_branches()
+        self._submit_ladder_task(before.extended, "diagnose", self._ladder_spec(before))
 
     def undo(self) -> None:
-        """As it was before the last change."""
-        self._go(self._present().undone())
+        """Undo the last change."""
+        self._show_branches(self._require_branches().undone())
 
     def redo(self) -> None:
-        """What was undone last, again."""
-        self._go(self._present().redone())
+        """Redo the change that was undone last."""
+        self._show_branches(self._require_branches().redone())
 
     def fork(self) -> None:
-        """Keep the present ladder as a branch, and go on in another one."""
-        self._refuse_while_busy()
-        self.branches = self._present().forked()
-        self.changed("ladder")
+        """Keep the current ladder as a branch and continue in a copy."""
+        self._check_not_busy()
+        self.branches = self._require_branches().forked()
+        self.mark_changed("ladder")
 
-    def switch(self, place: int) -> None:
-        """To another branch."""
-        self._go(self._present().switched(place))
+    def switch(self, index: int) -> None:
+        """Switch to another branch."""
+        self._show_branches(self._require_branches().switched(index))
 
-    def drop(self, place: int) -> None:
-        """Forget a branch."""
-        self._refuse_while_busy()
-        self.branches = self._present().dropped(place)
-        self.changed("ladder")
+    def drop(self, index: int) -> None:
+        """Drop a branch."""
+        self._check_not_busy()
+        self.branches = self._require_branches().dropped(index)
+        self.mark_changed("ladder")
 
-    def look_again(self) -> None:
-        """What was not finished, because it was cancelled."""
-        self._go(self._present())
+    def resume_analysis(self) -> None:
+        """Resume the analysis of the current ladder after it was cancelled or interrupted."""
+        self._show_branches(self._require_branches())
 
-    def whole(self) -> None:
-        """The present model, fitted to all of long recordings: what can be saved."""
-        self._refuse_while_busy()
-        place, ladder = self._place(self._present()), self._present().present.ladder
-        self._stop_work()  # a new process has the memory for it; who goes on with the ladder climbs it again
-        self._aside("whole", True, "whole", place, ladder.bandwidth)
+    def fit_whole_recording(self) -> None:
+        """Fit the current model to entire long recordings, so that it can be saved."""
+        self._check_not_busy()
+        place, ladder = self._ladder_spec(self._require_branches()), self._require_branches().current.ladder
+        self._stop_worker()  # a new process has enough memory; it rebuilds the ladder when needed
+        self._submit_side_task("whole", True, "whole", place, ladder.bandwidth)
 
     def swarm(self, seed: int) -> None:
-        """The parameters of the present model, or of the base model, by the swarm."""
-        self._refuse_while_busy()
-        effects = of_fit(self.ladder) if self.ladder else ()
+        """Fit the parameters of the current model, or of the base model, by particle swarm."""
+        self._check_not_busy()
+        effects = effect_options(self.ladder) if self.ladder else ()
         cutoff = self.ladder.bandwidth if self.ladder else None
-        self._aside("swarm", True, "swarm", *self._files(), Chosen(effects, cutoff, seed))
+        self._submit_side_task("swarm", True, "swarm", *self._files(), SwarmRequest(effects, cutoff, seed))
 
     def pause(self) -> None:
-        """Let the work stand still."""
-        with self._work.lock:
-            if self.job and self.job.paused is None:
-                self._work.pause()
+        """Pause the current job."""
+        with self._worker.lock:
+            if self.job and self.job.paused_at is None:
+                self._worker.pause()
                 self.job = replace(self.job, paused=time.monotonic())
-                self.changed("job")
+                self.mark_changed("job")
 
     def resume(self) -> None:
-        """Let it go on."""
-        with self._work.lock:
-            if self.job and self.job.paused is not None:
+        """Resume the paused job."""
+        with self._worker.lock:
+            if self.job and self.job.paused_at is not None:
                 self.job = replace(self.job, began=time.monotonic() - self.job.seconds, paused=None)
-                self._work.resume()
-                self.changed("job")
+                self._worker.resume()
+                self.mark_changed("job")
 
     def cancel(self) -> None:
-        """End what is being computed; what was found before stays."""
-        self._stop_work()
-        self._say("Cancelled; nothing has changed.")
-        self._ended()
+        """Cancel the current job; earlier results stay."""
+        self._stop_worker()
+        self._set_message("Cancelled; nothing has changed.")
+        self._end_job()
 
-    def _present(self) -> Branches:
+    def _require_branches(self) -> Branches:
         if self.branches is None:
             raise BadInput("a fitted base model expected, none found; press Fit first")
         return self.branches
 
-    def _place(self, branches: Branches) -> views.Place:
-        return views.Place(*self._files(), tuple(rung.kept for rung in branches.present.ladder.rungs))
+    def _ladder_spec(self, branches: Branches) -> views.LadderSpec:
+        return views.LadderSpec(*self._files(), tuple(rung.spec for rung in branches.current.ladder.steps))
 
-    def _go(self, branches: Branches) -> None:
-        """To the present ladder of `branches`."""
-        self._ask(lambda ladder: branches, "show", self._place(branches))
+    def _show_branches(self, branches: Branches) -> None:
+        """Show the current ladder of `branches`."""
+        self._submit_ladder_task(lambda ladder: branches, "show", self._ladder_spec(branches))
 
     def _files(self) -> tuple[Path, Path | None]:
         if self.train is None:
-            raise BadInput("a recording to train on expected, none chosen; choose one with Train")
-        return self.folder.path(self.train), self.folder.path(self.validate) if self.validate else None
+            raise BadInput("a training recording expected, none chosen; choose one with Train")
+        return self.folder.existing_file(self.train), self.folder.existing_file(self.validate) if self.validate else None
 
-    def _ask(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
-        with self._work.lock:
-            self._refuse_while_busy()
-            self._then = then
-            self._begin(task, urgent=True)
-            self._send(task, *arguments)
+    def _submit_ladder_task(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
+        with self._worker.lock:
+            self._check_not_busy()
+            self._update_branches = then
+            self._begin_job(task, urgent=True)
+            self._submit(task, *arguments)
 
-    def _aside(self, what: str, urgent: bool, task: str, *arguments: Any) -> None:
-        """A task that leaves the ladder alone, but may come before all was said of it."""
-        with self._work.lock:
-            self._unfinished = self.ladder is not None and self.failing is None
-            self._begin(what, urgent)
-            self._send(task, *arguments)
+    def _submit_side_task(self, what: str, urgent: bool, task: str, *arguments: Any) -> None:
+        """Submit a task that leaves the ladder unchanged but may interrupt its analysis."""
+        with self._worker.lock:
+            self._analysis_interrupted = self.ladder is not None and self.residuals is None
+            self._begin_job(what, urgent)
+            self._submit(task, *arguments)
 
-    def _refuse_while_busy(self) -> None:
-        self._refuse_while_paused()
-        if self.job and self.job.urgent:
-            raise BadInput(f"one thing at a time: {self.job.what} is going on; wait for it, or cancel it")
+    def _check_not_busy(self) -> None:
+        self._check_not_paused()
+        if self.job and self.job.blocking:
+            raise BadInput(f"no other job expected, '{self.job.text}' is in progress; wait for it, or cancel it")
 
-    def _refuse_while_paused(self) -> None:
-        if self.job and self.job.paused is not None:
-            raise BadInput(f"work that goes on expected, {self.job.what} is paused; let it go on, or cancel it")
+    def _check_not_paused(self) -> None:
+        if self.job and self.job.paused_at is not None:
+            raise BadInput(f"no paused job expected, '{self.job.text}' is paused; resume or cancel it")
 
-    def _send(self, task: str, *arguments: Any) -> None:
-        self._asked += 1
-        self._work.ask(task, *arguments)
+    def _submit(self, task: str, *arguments: Any) -> None:
+        self._pending_tasks += 1
+        self._worker.submit(task, *arguments)
 
-    def _stop_work(self) -> None:
-        with self._work.lock:
-            self._work.cancel()
-            self._asked, self.job, self._unfinished = 0, None, False
+    def _stop_worker(self) -> None:
+        with self._worker.lock:
+            self._worker.cancel()
+            self._pending_tasks, self.job, self._analysis_interrupted = 0, None, False
 
-    def _begin(self, what: str, urgent: bool) -> None:
+    def _begin_job(self, what: str, urgent: bool) -> None:
         self.message = ""
         self.job = Job(what, time.monotonic(), urgent)
-        self.changed("job", "message")
+        self.mark_changed("job", "message")
 
-    def _ended(self) -> None:
-        """What was still awaited will not come; what is there stays as it is, and is not drawn again."""
-        self.descent = None
-        awaited: tuple[Part, ...] = ("choice", "failing")
-        self.changed("job", "descent", *(part for part in awaited if getattr(self, part) is None))
+    def _end_job(self) -> None:
+        """Redraw the views that will not arrive any more; existing ones stay."""
+        self.swarm_progress = None
+        awaited: tuple[Topic, ...] = ("choice", "failing")
+        self.mark_changed("job", "descent", *(part for part in awaited if getattr(self, part) is None))
 
-    # What the working process says
+    # Messages from the worker
 
-    def _said(self, kind: str, value: Any) -> None:
+    def _on_message(self, kind: str, value: Any) -> None:
         if kind == "progress" and self.job:
             self.job = replace(self.job, what=value)
         elif kind == "shown":
-            self._shown(value)
+            self._store_view(value)
         elif kind in ("idle", "failed"):
-            self._asked -= 1
-            if self._asked <= 0:
-                self._asked, self.job = 0, None
-                self._work.resume()  # it may have been paused just after its last word
+            self._pending_tasks -= 1
+            if self._pending_tasks <= 0:
+                self._pending_tasks, self.job = 0, None
+                self._worker.resume()  # it may have been paused just after its last message
             if kind == "failed":
-                self._say(value)
-                self._ended()
-            elif self.job is None and self._unfinished:
-                self._unfinished = False
-                self.look_again()
-        self.changed("job")
+                self._set_message(value)
+                self._end_job()
+            elif self.job is None and self._analysis_interrupted:
+                self._analysis_interrupted = False
+                self.resume_analysis()
+        self.mark_changed("job")
 
-    def _shown(self, value: Any) -> None:
+    def _store_view(self, value: Any) -> None:
         if isinstance(value, views.LadderView):
-            self.branches = self._then(value)
-            self.choice = self.signatures = self.failing = None
-            self.changed("ladder", "choice", "signatures", "failing")
+            self.branches = self._update_branches(value)
+            self.candidates = self.previews = self.residuals = None
+            self.mark_changed("ladder", "choice", "signatures", "failing")
         elif isinstance(value, views.Mismatch):
             self.validate = None
-            self.changed("folder")
-            self._say(value.why)
+            self.mark_changed("folder")
+            self._set_message(value.reason)
         elif isinstance(value, tuple):
             self.series = value
             if self.job:
                 self.job = replace(self.job, urgent=False)
-            self.changed("series")
+            self.mark_changed("series")
         else:
-            part = SHOWN_AS[type(value)]
+            part = TOPIC_OF_VIEW[type(value)]
             setattr(self, part, value)
-            self.changed(part)
-        if isinstance(value, views.Swarmed):
-            self.descent = None
-            self.changed("descent")
+            self.mark_changed(part)
+        if isinstance(value, views.SwarmResult):
+            self.swarm_progress = None
+            self.mark_changed("descent")
 
-    def _say(self, text: str) -> None:
+    def _set_message(self, text: str) -> None:
         self.message = text
-        self.changed("message")
+        self.mark_changed("message")

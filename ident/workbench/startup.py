@@ -1,32 +1,32 @@
-"""From what was typed to a session."""
+"""Creation of a session from the arguments of `ident workbench`."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
 from ident.workbench.folder import SUFFIX, Folder
-from ident.workbench.session import Session
+from ident.workbench.session import WorkbenchSession
 from recordings.errors import BadInput
 
 
-def opened(places: Sequence[Path], effect_files: Sequence[Path] = ()) -> Session:
-    """The session of one folder, or of the folder of one or two recordings, which are then chosen.
+def open_session(paths: Sequence[Path], effect_files: Sequence[Path] = ()) -> WorkbenchSession:
+    """Open a session on one folder, or on the folder of one or two recordings and choose these.
 
     Raises:
-        BadInput: they are not there, or not in one folder.
+        BadInput: a path does not exist, or the recordings are not in one folder.
     """
-    if not places:
-        return Session(Folder.at(Path()), effect_files)
-    if len(places) == 1 and places[0].is_dir():
-        return Session(Folder.at(places[0]), effect_files)
-    for place in places:
+    if not paths:
+        return WorkbenchSession(Folder.at(Path()), effect_files)
+    if len(paths) == 1 and paths[0].is_dir():
+        return WorkbenchSession(Folder.at(paths[0]), effect_files)
+    for place in paths:
         if not place.is_file() or place.suffix != SUFFIX:
             raise BadInput(f"a folder, or existing recordings ({SUFFIX}), expected, {place} found; check the path")
-    folders = {place.absolute().parent.resolve() for place in places}
-    if len(places) > 2 or len(folders) > 1:
+    folders = {place.absolute().parent.resolve() for place in paths}
+    if len(paths) > 2 or len(folders) > 1:
         raise BadInput(
-            f"one folder, or a recording to fit and one to validate on in the same folder, expected, {len(places)} "
+            f"one folder, or a recording to fit and one to validate on in the same folder, expected, {len(paths)} "
             f"files in {len(folders)} folders found; open their folder"
         )
-    session = Session(Folder.at(folders.pop()), effect_files)
-    session.choose(places[0].name, places[1].name if len(places) == 2 else None)
+    session = WorkbenchSession(Folder.at(folders.pop()), effect_files)
+    session.choose(paths[0].name, paths[1].name if len(paths) == 2 else None)
     return session

@@ -1,4 +1,4 @@
-"""The parts of a session that a page follows, and the work that is going on for it."""
+"""Topics of a session whose changes the page follows, and the current job of the worker."""
 
 import time
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from typing import Literal
 
 from ident.workbench import views
 
-Part = Literal[
+Topic = Literal[
     "folder",
     "job",
     "recording",
@@ -21,32 +21,32 @@ Part = Literal[
     "run",
     "message",
 ]
-SHOWN_AS: dict[type, Part] = {
+TOPIC_OF_VIEW: dict[type, Topic] = {
     views.RecordingView: "recording",
-    views.Choice: "choice",
-    views.Signatures: "signatures",
-    views.Failing: "failing",
-    views.Answer: "answer",
-    views.Descent: "descent",
-    views.Swarmed: "swarmed",
+    views.CandidateList: "choice",
+    views.CandidatePreviews: "signatures",
+    views.ResidualView: "failing",
+    views.DiagnosisView: "answer",
+    views.SwarmProgress: "descent",
+    views.SwarmResult: "swarmed",
 }
-"""What the working process hands over, by the part that it is kept as."""
-OF_A_LADDER: tuple[Part, ...] = ("ladder", "series", "choice", "signatures", "failing")
-"""What changes when the ladder does."""
+"""Topic, and attribute of the session, under which each view of the worker is stored."""
+LADDER_TOPICS: tuple[Topic, ...] = ("ladder", "series", "choice", "signatures", "failing")
+"""Topics that change with the ladder."""
 
 
 @dataclass(frozen=True)
 class Job:
-    """What the working process does."""
+    """The job that the worker executes."""
 
-    what: str
-    began: float
-    urgent: bool
-    """Somebody waits for it: nothing else can be asked for meanwhile."""
-    paused: float | None = None
-    """Since when."""
+    text: str
+    start_time: float
+    blocking: bool
+    """Whether no other job can be started before it ends."""
+    paused_at: float | None = None
+    """Monotonic time of the pause [s]; None while it runs."""
 
     @property
     def seconds(self) -> float:
-        """How long it has taken so far, without pauses [s]."""
-        return (self.paused or time.monotonic()) - self.began
+        """Return the time taken so far without pauses [s]."""
+        return (self.paused_at or time.monotonic()) - self.start_time

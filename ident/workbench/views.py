@@ -1,4 +1,4 @@
-"""What the working process hands to the page: plain numbers and words, ready to be shown."""
+"""Data that the worker sends to the page: numbers, texts and figures ready to be shown."""
 
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -7,38 +7,38 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.diagnosis.document import RungEntry
+from ident.diagnosis.document import StepEntry
 from ident.identification.model import Model
 from ident.residuals.windows import Window
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
 
-Small = NDArray[np.float32]
-"""An hour at 500 Hz of it does not fill the memory."""
+Float32s = NDArray[np.float32]
+"""Single precision keeps the memory for an hour at 500 Hz small."""
 
 
 @dataclass(frozen=True, eq=False)
 class RecordingView:
-    """A recording before anything is fitted."""
+    """A recording before any fit."""
 
     name: str
     quality: tuple[tuple[str, str], ...]
-    """What it is and how good, as label and value."""
+    """Metadata and quality, as label and value."""
     warnings: tuple[str, ...]
     events: tuple[tuple[float, str, str, str], ...]
     """Time [s], level, source, message."""
     geometry: Geometry | None
-    """Of a delta robot."""
+    """None unless the mechanism is a delta robot."""
     position_units: tuple[str, ...]
     time: Floats
     """(n,) [s]."""
-    signals: dict[str, tuple[str, Small]]
+    signals: dict[str, tuple[str, Float32s]]
     """By name: unit, and (n, dof)."""
 
 
 @dataclass(frozen=True, eq=False)
-class Series:
-    """What a model says of one recording, at the rate of the analysis: m instants of dof joints."""
+class TorqueSeries:
+    """Measured and computed torque of one recording at the rate of the analysis: m instants, dof joints."""
 
     name: str
     held_out: bool
@@ -48,119 +48,119 @@ class Series:
     velocity: Floats
     position: Floats
     phase: NDArray[np.str_]
-    """(m, dof) what each joint does."""
+    """(m, dof) motion phase of each joint."""
     cycle: Ints
-    """(m,) repetition of the motion, from 1; 0 outside of all."""
-    counted: Bools
-    """(m, dof) which rows are judged."""
+    """(m,) cycle of the motion, from 1; 0 outside of the cycles."""
+    scored: Bools
+    """(m, dof) rows that enter the error."""
 
     @property
     def residual(self) -> Floats:
-        """(m, dof) measured minus computed; NaN where a row does not count."""
-        left: Floats = np.where(self.counted, self.measured - self.computed, np.nan)
+        """Return measured minus computed torque (m, dof); NaN where a row is not scored."""
+        left: Floats = np.where(self.scored, self.measured - self.computed, np.nan)
         return left
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """An effect that could be added."""
+class CandidateCard:
+    """An effect that can be added to the current model."""
 
     name: str
     joints: tuple[int, ...]
-    """From 1; empty for the whole robot."""
-    gain: float
-    """Share of the squared error that it would take away at first sight, 0 to 1."""
+    """Numbers from 1; empty for the whole robot."""
+    improvement: float
+    """Estimated share of the squared error that it would remove, 0 to 1."""
 
 
 @dataclass(frozen=True, eq=False)
-class Signatures:
-    """What each candidate would take away of the residual, in the order of `Series`."""
+class CandidatePreviews:
+    """Part of the residual that each candidate would explain, for each series in order."""
 
-    removed: dict[str, tuple[Small, ...]]
-    """By name: (m, dof) of each recording; NaN where it is not known."""
+    contributions: dict[str, tuple[Float32s, ...]]
+    """By name: (m, dof) of each recording; NaN where unknown."""
     figures: dict[str, dict[str, Any]]
-    """By name: the same over what the effect depends on, above the residual, as a figure for Plotly."""
+    """By name: Plotly figure of residual and contribution over the variable of the effect."""
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What the swarm is to fit, and how."""
+class SwarmRequest:
+    """Model and settings of a swarm fit."""
 
     effects: tuple[str, ...] = ()
-    """As `ident fit --with` takes them."""
+    """Values of `ident fit --with`."""
     cutoff: float | None = None
-    """[Hz]; None: chosen from the spectra."""
+    """Cutoff frequency [Hz]; None: chosen from the spectra."""
     seed: int = 0
 
 
 @dataclass(frozen=True)
-class Descent:
-    """A swarm on its way to the minimum of (33)."""
+class SwarmProgress:
+    """Convergence of the swarm to the minimum of objective (33)."""
 
     excess: tuple[float, ...]
-    """Of the objective above its certified minimum, relative, after each step."""
-    total: int
-    """Steps that it may take."""
-    goal: float
-    """The excess at which it stops."""
+    """Relative excess of the objective over its certified minimum after each step."""
+    max_steps: int
+    """Largest number of steps."""
+    tolerance: float
+    """Excess at which the swarm stops."""
 
 
 @dataclass(frozen=True, eq=False)
-class Swarmed:
-    """What the swarm found."""
+class SwarmResult:
+    """Result of the swarm fit."""
 
     model: Model
-    descent: Descent
+    progress: SwarmProgress
     sentences: tuple[str, ...]
-    """Where the model fails."""
+    """Results of the residual analysis."""
     command: str
-    """That does the same in a terminal."""
+    """Equivalent terminal command."""
 
 
-Kept = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
-"""A rung by its label, its effects with their joints from 1, and all its parameters."""
+ModelSpec = tuple[str, tuple[tuple[str, tuple[int, ...]], ...], tuple[float, ...]]
+"""Specification of a model: label, effects with their joints from 1, and all parameters."""
 
 
 @dataclass(frozen=True)
-class Place:
-    """Where a task begins: recordings, and a ladder, which any process can climb again."""
+class LadderSpec:
+    """Start of a task: recordings, and a ladder that any process can rebuild."""
 
     train: Path
     validate: Path | None
-    rungs: tuple[Kept, ...]
+    steps: tuple[ModelSpec, ...]
 
 
 @dataclass(frozen=True)
-class RungView:
+class StepView:
     """One model of the ladder."""
 
     label: str
-    """What was done to the one before."""
-    entry: RungEntry
+    """Change from the model before."""
+    entry: StepEntry
     terms: tuple[tuple[str, tuple[int, ...]], ...]
     """Effects, with their joints from 1."""
     x: tuple[float, ...]
-    """All parameters, from which the model can be made again."""
-    gain: float | None
-    """Share of the held-out error above the noise that the last change took away."""
-    gain_ci95: tuple[float, float] | None
+    """All parameters, from which the model can be rebuilt."""
+    improvement: float | None
+    """Share of the held-out error above the noise floor that the last change removed."""
+    improvement_ci95: tuple[float, float] | None
 
     @property
-    def kept(self) -> Kept:
-        """What it can be made again from."""
+    def spec(self) -> ModelSpec:
+        """Return the specification from which the model can be rebuilt."""
         return self.label, self.terms, self.x
 
 
 @dataclass(frozen=True)
 class LadderView:
-    """The models so far, the last one being the present one."""
+    """The models so far; the last one is the current one."""
 
     train: str
     validate: str | None
     """Names of the recordings."""
-    rungs: tuple[RungView, ...]
+    steps: tuple[StepView, ...]
     noise_rms: tuple[float, ...]
-    """Per joint: the line to reach."""
+    """Noise floor of each joint."""
     torque_rms: tuple[float, ...]
     joints: tuple[str, ...]
     units: tuple[str, ...]
@@ -171,55 +171,55 @@ class LadderView:
     bandwidth: float
     """[Hz]"""
     held_out: str
-    """On what the models are validated."""
+    """Description of the validation data."""
     excerpt: float | None
-    """Share of the recordings that is looked at, where they are too long for all."""
-    always: tuple[str, ...]
-    """Effects that are true of any such machine."""
+    """Share of the recordings that is analysed where they are too long; None for all."""
+    mandatory: tuple[str, ...]
+    """Names of the mandatory effects."""
     diagnosed: bool
-    """Whether the present model is the one that the full diagnosis ended with."""
+    """Whether the current model is the final model of the full diagnosis."""
 
 
 @dataclass(frozen=True)
 class Mismatch:
-    """Two recordings that do not go together."""
+    """Two recordings that cannot be used together."""
 
-    why: str
+    reason: str
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What could be added to the present model."""
+class CandidateList:
+    """Effects that can be added to the current model."""
 
-    candidates: tuple[Candidate, ...]
-    """The most promising first."""
-    unseen: tuple[str, ...]
-    """Effects that this motion does not show."""
+    cards: tuple[CandidateCard, ...]
+    """In descending order of improvement."""
+    not_excited: tuple[str, ...]
+    """Effects that this motion does not excite, or only with an inadmissible sign."""
     unobservable: dict[str, str]
-    """Effects that such a recording cannot show, and why."""
+    """Effects that such a recording cannot show, with the reason."""
 
 
 @dataclass(frozen=True)
-class Failing:
-    """Where the present model fails."""
+class ResidualView:
+    """Residual analysis of the current model."""
 
     model: Model | None
-    """The present model as `ident fit` would describe it; None for long recordings, until it is asked for."""
+    """The current model as written by `ident fit`; None for long recordings until the fit to all of them."""
     recordings: tuple[str, ...]
     unit: str
-    """Of the efforts."""
+    """Unit of the efforts."""
     sentences: tuple[str, ...]
     windows: tuple[Window, ...]
-    """The worst stretches."""
+    """Intervals with the largest residuals."""
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Title: a figure for Plotly."""
+    """Plotly figures by title."""
 
 
 @dataclass(frozen=True)
-class Answer:
-    """What the full diagnosis says."""
+class DiagnosisView:
+    """Result of the full diagnosis."""
 
     document: dict[str, Any]
-    """As `ident diagnose --json` prints it."""
+    """Document of `ident diagnose --json`."""
     figures: dict[str, dict[str, Any]] = field(default_factory=dict)
-    """Effect: what it changed, as a figure for Plotly."""
+    """By effect: Plotly figure of the residual before and after."""

@@ -1,7 +1,7 @@
-"""Work beside the page: one process that has the recordings and fits, asked through a pipe.
+"""Worker process: holds the recordings, executes the fits, and is controlled through a pipe.
 
-The page never waits for it, and may end it at any time. What it was asked last comes first: looks that nobody waits
-for any more are left out.
+The page never waits for it and can end it at any time. A new task interrupts the current one: the views that are still
+due are skipped.
 """
 
 import multiprocessing
@@ -13,54 +13,54 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
-Kind = Literal["progress", "shown", "failed", "idle"]
-Said = Callable[[Kind, Any], None]
-"""Called from a thread of its own with what the work says."""
+MessageKind = Literal["progress", "shown", "failed", "idle"]
+MessageHandler = Callable[[MessageKind, Any], None]
+"""Called from a separate thread with every message of the worker."""
 
 
-class Work:
-    """The process, started when there is something to do."""
+class Worker:
+    """The worker process; started with the first task."""
 
-    def __init__(self, said: Said, effect_files: Sequence[Path]) -> None:
-        self._said, self._effect_files = said, tuple(effect_files)
+    def __init__(self, on_message: MessageHandler, effect_files: Sequence[Path]) -> None:
+        self._said, self._effect_files = on_message, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
         self.lock = threading.RLock()
-        """Held while something is said, so that who asks, pauses or cancels does not meet it halfway."""
+        """Held while a message is handled, so that submitting, pausing and cancelling see a consistent state."""
 
     @property
-    def fresh(self) -> bool:
-        """Whether the process, if there is any, knows nothing of what was done before."""
+    def needs_start(self) -> bool:
+        """Whether no process is alive; the next one starts without any state."""
         return self._process is None or not self._process.is_alive()
 
-    def ask(self, task: str, *arguments: Any) -> None:
-        """Let the engine do `task`; what comes of it is said."""
+    def submit(self, task: str, *arguments: Any) -> None:
+        """Send `task` to the engine; results arrive as messages."""
         with self.lock:
-            if self.fresh:
+            if self.needs_start:
                 self._start()
             assert self._connection is not None
             self._connection.send((task, arguments))
 
     def prepare(self) -> None:
-        """Start the process before it is needed: its libraries take a moment."""
+        """Start the process early, because importing its libraries takes time."""
         with self.lock:
-            if self.fresh:
+            if self.needs_start:
                 self._start()
 
     def pause(self) -> None:
-        """Let it stand still, whatever it does."""
+        """Suspend the process."""
         self._signal(signal.SIGSTOP)
 
     def resume(self) -> None:
-        """Let it go on where it stood."""
+        """Continue the suspended process."""
         self._signal(signal.SIGCONT)
 
     def cancel(self) -> None:
-        """End it, whatever it does."""
+        """Kill the process."""
         with self.lock:
             process, self._process, self._connection = self._process, None, None
         if process is not None:
-            process.kill()  # one that stands still hears nothing else
+            process.kill()  # a suspended process handles no other signal
             process.join()
 
     def _signal(self, number: signal.Signals) -> None:
@@ -83,17 +83,17 @@ class Work:
             while True:
                 self._say(process, *connection.recv())
         except (EOFError, OSError):
-            self._say(process, "failed", "The process that computes has ended by itself; is the memory full?")
+            self._say(process, "failed", "The worker process has ended unexpectedly; check the free memory.")
 
-    def _say(self, process: multiprocessing.process.BaseProcess, kind: Kind, value: Any) -> None:
+    def _say(self, process: multiprocessing.process.BaseProcess, kind: MessageKind, value: Any) -> None:
         with self.lock:
             if self._process is process:  # not cancelled meanwhile
                 self._said(kind, value)
 
 
 def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
-    """In the process: do what is asked until the other side has gone."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server, which ends this process
+    """Execute tasks in the worker process until the pipe is closed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the server, which ends this process
     from ident.workbench.engine import Engine
     from recordings.errors import BadInput
 
@@ -113,7 +113,7 @@ def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
                 connection.send(("idle", None))
             except BadInput as error:
                 connection.send(("failed", str(error)))
-            except Exception as error:  # whatever a recording or a user's effect makes of it: the page goes on
+            except Exception as error:  # errors caused by a recording or a user's effect must not end the page
                 connection.send(("failed", f"{type(error).__name__}: {error}"))
     except (EOFError, BrokenPipeError):
         return

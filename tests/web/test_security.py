@@ -31,7 +31,7 @@ async def talk(socket: WebSocket) -> None:
 
 
 ROUTES = [Route("/{path:path}", echo, methods=["GET", "POST"]), WebSocketRoute("/socket", talk)]
-GUARDED = Guard(Starlette(routes=ROUTES), TOKEN, PORT, longest=1000)
+GUARDED = Guard(Starlette(routes=ROUTES), TOKEN, PORT, max_body_bytes=1000)
 
 
 @pytest.fixture
@@ -131,7 +131,7 @@ def test_an_upload_that_is_longer_than_it_says_is_cut_off() -> None:
 
     headers = {"host": f"127.0.0.1:{PORT}", "origin": HERE, **COOKIE}
     heard = {"type": "http.request", "body": b"x" * 600, "more_body": True}
-    told = spoken(Guard(app, TOKEN, PORT, longest=1000), {"type": "http", "method": "POST"}, headers, heard)
+    told = spoken(Guard(app, TOKEN, PORT, max_body_bytes=1000), {"type": "http", "method": "POST"}, headers, heard)
     assert told[0]["status"] == 413
 
 

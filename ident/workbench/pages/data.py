@@ -3,13 +3,13 @@
 from nicegui import ui
 
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, name
-from ident.workbench.pages.zoom import Zoomed
+from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.pages.zoom import ZoomablePlot
 
 
 def draw(page: Page) -> None:
     """The recording that was chosen."""
-    page.follow(lambda: _draw(page), "recording")
+    page.draw_on_change(lambda: _draw(page), "recording")
 
 
 def _draw(page: Page) -> None:
@@ -21,7 +21,7 @@ def _draw(page: Page) -> None:
         ui.label(view.name).classes("head")
         for other in (session.train, session.validate):
             if other and other != view.name:
-                ui.button(f"show {other}", on_click=page.does(session.look, other)).props("flat dense no-caps")
+                ui.button(f"show {other}", on_click=page.handler(session.show_recording, other)).props("flat dense no-caps")
     for warning in view.warnings:
         with ui.row().classes("items-center no-wrap"):
             ui.icon("warning", color="warning")
@@ -29,10 +29,10 @@ def _draw(page: Page) -> None:
     with ui.grid(columns="max-content 1fr max-content 1fr").classes("w-full gap-x-4 gap-y-1"):
         for label, value in view.quality:
             ui.label(label).classes("quiet")
-            name(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
+            set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     whole = (float(view.time[0]), float(view.time[-1]))
     choice = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
-    shown = Zoomed(
+    shown = ZoomablePlot(
         lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
     )
     choice.on_value_change(lambda: shown.show())

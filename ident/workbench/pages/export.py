@@ -7,46 +7,46 @@ from nicegui import run as background
 from nicegui import ui
 
 from ident.identification import model
-from ident.workbench.cli_equivalent import report_command, script
-from ident.workbench.pages.page import Page, name
-from ident.workbench.session import Session
+from ident.workbench.cli_equivalent import report_command, shell_script
+from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.session import WorkbenchSession
 from recordings.errors import BadInput
 
 
 def draw(page: Page) -> None:
     """Of the present model."""
-    page.follow(lambda: _draw(page), "failing", "ladder")
+    page.draw_on_change(lambda: _draw(page), "failing", "ladder")
 
 
 def _draw(page: Page) -> None:
     session = page.session
-    if session.ladder is None or session.failing is None:
+    if session.ladder is None or session.residuals is None:
         fitted = "The model is being looked at; it can then be saved here." if session.ladder else None
         ui.label(fitted or "Fit a model first; it can then be saved here.").classes("quiet")
         return
     file = f"{session.ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")
-    if session.failing.model is None:
-        _whole(page)
+    if session.residuals.model is None:
+        _fit_whole_button(page)
     else:
         _files(page, file)
     ui.label("The same in a terminal").classes("head q-mt-md")
     ui.label(
         "To run beside the recordings. It overwrites nothing: where a model of that name was saved, give another one."
     ).classes("quiet")
-    text = script(session.ladder, file)
-    name(ui.code(text, language="bash").classes("w-full"), "script")
+    text = shell_script(session.ladder, file)
+    set_test_id(ui.code(text, language="bash").classes("w-full"), "script")
     _parameters(session)
 
 
-def _whole(page: Page) -> None:
+def _fit_whole_button(page: Page) -> None:
     """Of long recordings only parts were looked at."""
     ui.label("The ladder looks at parts of these long recordings; a model to keep is fitted to all of them.")
-    fit = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.does(page.session.whole))
+    fit = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.handler(page.session.fit_whole_recording))
     fit.props("no-caps").tooltip(
         "For an hour at 500 Hz about a minute; the ladder is then climbed again when you go on with it"
     )
-    name(fit, "whole")
+    set_test_id(fit, "whole")
 
 
 def _files(page: Page, file: str) -> None:
@@ -54,28 +54,28 @@ def _files(page: Page, file: str) -> None:
     with ui.row().classes("items-center gap-3"):
         out = ui.input("file", value=file).props("dense outlined").classes("min-w-64")
         save = ui.button("Save beside the recording", icon="save").props("no-caps")
-        save.on_click(page.does(lambda: _save(session, out.value)))
-        name(save, "save")
+        save.on_click(page.handler(lambda: _save(session, out.value)))
+        set_test_id(save, "save")
         report = ui.button("Save, and make the report", icon="description").props("no-caps outline")
         report.tooltip("One HTML file to send to a colleague; takes a minute or two")
-        name(report, "report")
+        set_test_id(report, "report")
     told = ui.label().classes("quiet")
-    name(told, "report-state")
+    set_test_id(told, "report-state")
 
     async def make() -> None:
         told.text = "making the report …"
-        told.text = await background.io_bound(_report, session, str(out.value)) or ""
+        told.text = await background.io_bound(_make_report, session, str(out.value)) or ""
 
     report.on_click(make)
 
 
-def _report(session: Session, wanted: str) -> str:
+def _make_report(session: WorkbenchSession, file_name: str) -> str:
     """Let `ident report` make it, as anybody would; what came of it."""
     assert session.ladder is not None
     try:
-        if session.saved is None or session.saved[0] != wanted or session.saved[1] is not session.failing:
-            _keep(session, wanted)
-        command = report_command(session.ladder, session.folder.path(wanted).name)
+        if session.saved_model is None or session.saved_model[0] != file_name or session.saved_model[1] is not session.residuals:
+            _save_model(session, file_name)
+        command = report_command(session.ladder, session.folder.existing_file(file_name).name)
     except (BadInput, OSError) as error:
         return str(error)
     done = subprocess.run(
@@ -89,20 +89,20 @@ def _report(session: Session, wanted: str) -> str:
     return f"Made {command[-1]} beside the recording." if done.returncode == 0 else " ".join(errors)
 
 
-def _save(session: Session, wanted: str) -> None:
-    _keep(session, wanted)
-    ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="bottom")
+def _save(session: WorkbenchSession, file_name: str) -> None:
+    _save_model(session, file_name)
+    ui.notify(f"Saved {file_name} beside the recording.", type="positive", position="bottom")
 
 
-def _keep(session: Session, wanted: str) -> None:
-    assert session.failing is not None
-    assert session.failing.model is not None
-    model.save(session.failing.model, session.folder.new(wanted, ".json"))
-    session.saved = wanted, session.failing
-    session.changed("folder")
+def _save_model(session: WorkbenchSession, file_name: str) -> None:
+    assert session.residuals is not None
+    assert session.residuals.model is not None
+    model.save(session.residuals.model, session.folder.new_file(file_name, ".json"))
+    session.saved_model = file_name, session.residuals
+    session.mark_changed("folder")
 
 
-def _parameters(session: Session) -> None:
+def _parameters(session: WorkbenchSession) -> None:
     assert session.ladder is not None
     ui.label("Parameters of the present model").classes("head q-mt-md")
     with ui.element("table").classes("figures"):
@@ -110,10 +110,10 @@ def _parameters(session: Session) -> None:
             for title in ("name", "value", "95 % interval", "unit", "what it is"):
                 with ui.element("th").classes("words" if title in ("unit", "what it is") else ""):
                     ui.label(title)
-        for key, value in session.ladder.rungs[-1].entry.parameters.items():
+        for key, value in session.ladder.steps[-1].entry.parameters.items():
             limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not known from these data"
             with ui.element("tr"):
-                for text in (key, "never" if value.never else f"{value.value:.4g}", limits):
+                for text in (key, "never" if value.infinite else f"{value.value:.4g}", limits):
                     with ui.element("td"):
                         ui.label(text)
                 for text in (value.unit, value.meaning):

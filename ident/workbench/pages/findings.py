@@ -4,24 +4,24 @@ from typing import Any
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, name, picture
+from ident.workbench.pages.page import Page, set_test_id, draw_figure
 
 
 def draw(page: Page) -> None:
     """Nothing, before the diagnosis was asked for."""
-    if page.session.answer is None:
+    if page.session.diagnosis is None:
         return
-    document = page.session.answer.document
+    document = page.session.diagnosis.document
     ui.label("Full diagnosis").classes("head q-mt-sm")
-    name(ui.label(document["sentence"]), "verdict")
+    set_test_id(ui.label(document["sentence"]), "verdict")
     library = page.session.library
     news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].always_true]
     for number, finding in enumerate(document["findings"]):
         with ui.expansion(value=number in news[:1]).classes("w-full") as box:
             _finding(finding, number)
-            figure = page.session.answer.figures.get(finding["effect"])
+            figure = page.session.diagnosis.figures.get(finding["effect"])
             if figure:
-                picture(figure, f"residual without and with {finding['effect']}", page.session.dark)
+                draw_figure(figure, f"residual without and with {finding['effect']}", page.session.dark)
         with box.add_slot("header"):
             _header(finding, number)
     if document["remaining"]["why"]:
@@ -38,7 +38,7 @@ def draw(page: Page) -> None:
 def _header(finding: dict[str, Any], number: int) -> None:
     low, high = (100 * end for end in finding["gain_ci95"])
     with ui.row().classes("w-full items-center gap-3"):
-        name(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
+        set_test_id(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
         ui.label(f"joint {', '.join(map(str, finding['joints']))}").classes("quiet")
         share = f"{100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f})"
         ui.label(f"takes away {share} of the held-out error above the noise")
@@ -55,4 +55,4 @@ def _finding(finding: dict[str, Any], number: int) -> None:
     ):
         with ui.row().classes("no-wrap gap-3 q-py-xs"):
             ui.label(label).classes("quiet w-32 shrink-0")
-            name(ui.label(text), f"finding-{number}-{label.lower().replace(' ', '-')}")
+            set_test_id(ui.label(text), f"finding-{number}-{label.lower().replace(' ', '-')}")

@@ -9,12 +9,12 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages.page import Page, name, picture
-from ident.workbench.recorder import Run, ask
+from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.recorder import RunStatus, run_daq
 from recordings.errors import BadInput
 from trajectories.library import names
 
-SIMULATED, NOTHING = "simulated", "nothing hidden"
+SIMULATED, NO_SIM_FILE = "simulated", "nothing hidden"
 UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
 _SAFETY = {
     True: "Simulated drives: no real robot moves.",
@@ -32,13 +32,13 @@ def draw(page: Page) -> None:
         motion = ui.select([*names(), *files], value="fig5a", label="motion")
         motion.props("dense outlined").classes("min-w-28")
         rig = ui.select([SIMULATED, *files], value=SIMULATED, label="rig").props("dense outlined").classes("min-w-36")
-        sim = ui.select([NOTHING, *files], value=NOTHING, label="simulated machine")
+        sim = ui.select([NO_SIM_FILE, *files], value=NO_SIM_FILE, label="simulated machine")
         sim.props("dense outlined").classes("min-w-36")
         paces = {"": "as the rig", "lockstep": "lockstep", "realtime": "real time"}
         pace = ui.select(paces, value="", label="pace").props("dense outlined").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").props("dense outlined").classes("w-20")
-        out = ui.input("file", value=_free(page, "fig5a")).props("dense outlined")
-        motion.on_value_change(lambda: out.set_value(_free(page, Path(str(motion.value)).stem)))
+        out = ui.input("file", value=_free_name(page, "fig5a")).props("dense outlined")
+        motion.on_value_change(lambda: out.set_value(_free_name(page, Path(str(motion.value)).stem)))
         for element, what in (
             (motion, "motion"),
             (rig, "rig"),
@@ -47,65 +47,65 @@ def draw(page: Page) -> None:
             (out, "out"),
             (sim, "sim"),
         ):
-            name(element, f"record-{what}")
+            set_test_id(element, f"record-{what}")
 
     def arguments() -> list[str]:
         given = {
             "--traj": motion.value,
             "--rig": rig.value if rig.value != SIMULATED else None,
-            "--sim": sim.value if sim.value != NOTHING else None,
+            "--sim": sim.value if sim.value != NO_SIM_FILE else None,
             "--pace": pace.value,
             "--cycles": int(cycles.value) if cycles.value else None,
         }
         return [str(part) for option, value in given.items() if value for part in (option, value)]
 
     def start() -> None:
-        session.recorder.start(arguments(), session.folder.new(str(out.value), SUFFIX))
+        session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX))
 
     checked = ui.column().classes("gap-0")
     with ui.row().classes("items-center gap-3"):
         check = ui.button("Pre-flight check", icon="checklist", on_click=lambda: _check(page, arguments(), checked))
         check.props("outline no-caps")
-        name(check, "preflight")
-        begin = ui.button("Record", icon="fiber_manual_record", on_click=page.does(start)).props("no-caps")
-        name(begin, "record")
+        set_test_id(check, "preflight")
+        begin = ui.button("Record", icon="fiber_manual_record", on_click=page.handler(start)).props("no-caps")
+        set_test_id(begin, "record")
         safety = ui.label(_SAFETY[True]).classes("quiet")
-        name(safety, "safety")
+        set_test_id(safety, "safety")
         rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == SIMULATED]))
-    _live(page)
+    _draw_live(page)
 
 
-def _free(page: Page, stem: str) -> str:
+def _free_name(page: Page, stem: str) -> str:
     taken = set(page.session.folder.recordings())
     candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
     return next(one for one in candidates if one not in taken)
 
 
-async def _check(page: Page, arguments: list[str], place: ui.column) -> None:
+async def _check(page: Page, arguments: list[str], column: ui.column) -> None:
     """`daq check`, and a rehearsal of all but power."""
     rig = arguments[arguments.index("--rig") : arguments.index("--rig") + 2] if "--rig" in arguments else []
-    place.clear()
-    with place:
+    column.clear()
+    with column:
         ui.label("checking …").classes("quiet")
     root = page.session.folder.root
     rehearsal = ("record", *arguments, "--dry-run", "--json", "--out", "preflight.mcap")
     try:
-        checked = await background.io_bound(ask, root, "check", "--json", *rig)
-        tried = await background.io_bound(ask, root, *rehearsal)
+        checked = await background.io_bound(run_daq, root, "check", "--json", *rig)
+        tried = await background.io_bound(run_daq, root, *rehearsal)
     except (BadInput, OSError, TimeoutExpired) as error:
         ui.notify(str(error), type="warning")
         return
     if checked is None or tried is None:  # the page is being closed
         return
-    place.clear()
-    with place:
-        for line in _told(checked, "drives and bus"):
-            name(ui.label(line), "preflight-check")
-        for line in _told(tried, "dry run: all but power"):
-            name(ui.label(line), "preflight-dry-run")
+    column.clear()
+    with column:
+        for line in _check_lines(checked, "drives and bus"):
+            set_test_id(ui.label(line), "preflight-check")
+        for line in _check_lines(tried, "dry run: all but power"):
+            set_test_id(ui.label(line), "preflight-dry-run")
 
 
-def _told(done: "CompletedProcess[str]", what: str) -> list[str]:
+def _check_lines(done: "CompletedProcess[str]", what: str) -> list[str]:
     found = json.loads(done.stdout or "{}")
     problems = [f"{one['where']}: {one['what']}" for one in found.get("findings", []) if one["verdict"] == "problem"]
     if done.returncode:
@@ -113,58 +113,58 @@ def _told(done: "CompletedProcess[str]", what: str) -> list[str]:
     return [f"✓ {what}{': ' + found['bus'] if 'bus' in found else ''}"]
 
 
-def _live(page: Page) -> None:
+def _draw_live(page: Page) -> None:
     """In place, so that nothing jumps about under the hand."""
     session = page.session
     state = ui.label().classes("font-medium q-mt-sm")
-    name(state, "run-state")
+    set_test_id(state, "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
     figures = ui.label().classes("quiet")
     with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
-        shown = {kind: picture(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
+        shown = {kind: draw_figure(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
     said = ui.column().classes("gap-0 font-mono text-sm")
 
     def look() -> None:
         run = session.recorder.run
-        state.text, bar.visible = progress(run), run is not None
+        state.text, bar.visible = run_summary(run), run is not None
         for kind, plot in shown.items():
-            plot.update_figure(plots.shown(_plot(run, kind), session.dark))
+            plot.update_figure(plots.with_theme(_plot(run, kind), session.dark))
         if run is None:
             return
         bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
         figures.text = _figures(run)
         said.clear()
         with said:
-            for line in list(run.said)[-6:]:
+            for line in list(run.messages)[-6:]:
                 ui.label(line)
 
     look()
-    page.watch(look, "run", pause=0.5)
+    page.call_on_change(look, "run", min_interval=0.5)
 
 
-def progress(run: Run | None) -> str:
+def run_summary(run: RunStatus | None) -> str:
     """How the run goes, or how it ended."""
     if run is None:
         return "No run yet."
-    if run.code is None:
-        word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stops, "quick stop")
-        return f"{run.out.name}: {word}"
-    if run.code == 0:
-        return f"{run.out.name}: done. Choose it with Train or Check on the left."
-    if run.code < 0:
+    if run.exit_code is None:
+        word = {0: run.status.get("status", "starting"), 1: "stopping"}.get(run.stop_count, "quick stop")
+        return f"{run.file.name}: {word}"
+    if run.exit_code == 0:
+        return f"{run.file.name}: done. Choose it with Train or Check on the left."
+    if run.exit_code < 0:
         left = (
-            "LOOK AT THE DRIVES: only their watchdogs act now." if run.rig_file else "The simulated drives with it."
+            "LOOK AT THE DRIVES: only their watchdogs act now." if run.has_rig_file else "The simulated drives with it."
         )
-        return f"{run.out.name}: daq was killed (signal {-run.code}). {left}"
-    why = next((line for line in reversed(run.said) if line.startswith("error")), f"exit status {run.code}")
-    if run.code == 2:
-        return f"{run.out.name}: did not begin. {why}"
-    drives = "drives" if run.rig_file else "simulated drives"
+        return f"{run.file.name}: daq was killed (signal {-run.exit_code}). {left}"
+    why = next((line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}")
+    if run.exit_code == 2:
+        return f"{run.file.name}: did not begin. {why}"
+    drives = "drives" if run.has_rig_file else "simulated drives"
     disabled = "" if "NOT CONFIRMED" in why else f" The {drives} were disabled and the file closed."
-    return f"{run.out.name}: ended early, {why}.{disabled}"
+    return f"{run.file.name}: ended early, {why}.{disabled}"
 
 
-def _figures(run: Run) -> str:
+def _figures(run: RunStatus) -> str:
     status = run.status
     if "cycles" not in status:
         return ""
@@ -175,6 +175,6 @@ def _figures(run: Run) -> str:
     )
 
 
-def _plot(run: Run | None, kind: str) -> plots.Figure:
+def _plot(run: RunStatus | None, kind: str) -> plots.Figure:
     rows, late = ([], []) if run is None else (list(run.rows), list(run.lateness))
     return plots.live(rows, late, kind, UNITS[kind])

@@ -5,16 +5,16 @@ from collections.abc import Callable
 from nicegui import ui
 
 from ident.residuals.windows import Window
-from ident.workbench.pages.page import Page, name, picture
+from ident.workbench.pages.page import Page, set_test_id, draw_figure
 
 
 def draw(page: Page) -> None:
     """Sentences, the worst stretches, and figures."""
-    page.follow(lambda: _draw(page), "failing")
+    page.draw_on_change(lambda: _draw(page), "failing")
 
 
 def _draw(page: Page) -> None:
-    found = page.session.failing
+    found = page.session.residuals
     if found is None:
         fitted = "Looking where the model fails …" if page.session.ladder else None
         ui.label(fitted or "Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
@@ -22,16 +22,16 @@ def _draw(page: Page) -> None:
     ui.label(f"On {', '.join(found.recordings)}").classes("head")
     with ui.column().classes("gap-1"):
         for number, sentence in enumerate(found.sentences):
-            name(ui.label(sentence), f"where-{number}")
+            set_test_id(ui.label(sentence), f"where-{number}")
     ui.label("The worst stretches").classes("head")
     _windows(page)
     for title, figure in found.figures.items():
         ui.label(title).classes("head q-mt-md")
-        picture(figure, title, page.session.dark)
+        draw_figure(figure, title, page.session.dark)
 
 
 def _windows(page: Page) -> None:
-    found = page.session.failing
+    found = page.session.residuals
     assert found is not None
     with ui.element("table").classes("figures"):
         with ui.element("tr"):
@@ -59,14 +59,14 @@ def _windows(page: Page) -> None:
                     with ui.element("td"):
                         ui.label(text)
                 with ui.element("td"):
-                    ui.button("show", on_click=_shows(page, window)).props("flat dense size=sm no-caps")
+                    ui.button("show", on_click=_show_handler(page, window)).props("flat dense size=sm no-caps")
 
 
-def _shows(page: Page, window: Window) -> Callable[[], None]:
+def _show_handler(page: Page, window: Window) -> Callable[[], None]:
     def show() -> None:
         page.session.joint = window.joint - 1
-        page.session.wanted = (window.recording, window.start - 0.5, window.end + 0.5)
-        page.session.changed("series")
-        page.show("model")
+        page.session.requested_span = (window.recording, window.start - 0.5, window.end + 0.5)
+        page.session.mark_changed("series")
+        page.show_tab("model")
 
     return show

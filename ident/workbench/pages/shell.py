@@ -6,10 +6,10 @@ from nicegui import events, ui
 
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages import data, export, missing, model, record, residuals, robot, swarm
-from ident.workbench.pages.page import Page, name
-from ident.workbench.session import Session
+from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.session import WorkbenchSession
 from ident.workbench.topics import Job
-from web.security import LONGEST_BODY
+from web.security import MAX_BODY_BYTES
 
 TABS = (
     ("data", "Recording", "show_chart", data.draw),
@@ -46,7 +46,7 @@ _STYLE = """
 """
 
 
-def build(session: Session) -> None:
+def build(session: WorkbenchSession) -> None:
     """The whole page for one tab of a browser."""
     page = Page(session)
     ui.colors(
@@ -64,19 +64,19 @@ def build(session: Session) -> None:
         _recordings(page)
     with ui.tabs().props("dense inline-label align=left no-caps").classes("w-full") as tabs:
         for key, label, icon, _ in TABS:
-            name(ui.tab(key, label, icon), f"tab-{key}")
+            set_test_id(ui.tab(key, label, icon), f"tab-{key}")
     tabs.set_value(session.tab)
     tabs.on_value_change(lambda change: setattr(session, "tab", change.value))
-    page.show = lambda tab: _turn(tabs, tab)
+    page.show_tab = lambda tab: _turn_to(tabs, tab)
     with ui.tab_panels(tabs, value=session.tab, animated=False, keep_alive=False).classes("w-full"):
         for key, _, _, draw in TABS:
             with ui.tab_panel(key):
                 draw(page)
-    page.watch(lambda: _announce(session), "message")
+    page.call_on_change(lambda: _notify(session), "message")
     ui.timer(0.2, page.poll)
 
 
-def _turn(tabs: ui.tabs, tab: str) -> None:
+def _turn_to(tabs: ui.tabs, tab: str) -> None:
     tabs.set_value(tab)
 
 
@@ -85,60 +85,60 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
     with ui.header().classes("items-center q-py-xs gap-3 no-wrap").style("height: 64px"):
         ui.label("delta-workbench").classes("text-lg font-medium")
         job = ui.label().classes("ellipsis").props('role=status aria-live="polite"')
-        name(job, "job")
+        set_test_id(job, "job")
         spinner = ui.spinner(color="white", size="1.3em")
-        cancel = ui.button("Cancel", on_click=page.does(session.cancel)).props("outline dense color=white")
-        name(cancel, "cancel")
-        pause = ui.button("Pause", on_click=page.does(session.pause)).props("outline dense color=white")
-        resume = ui.button("Go on", on_click=page.does(session.resume)).props("outline dense color=white")
-        name(pause, "pause")
-        name(resume, "resume")
+        cancel = ui.button("Cancel", on_click=page.handler(session.cancel)).props("outline dense color=white")
+        set_test_id(cancel, "cancel")
+        pause = ui.button("Pause", on_click=page.handler(session.pause)).props("outline dense color=white")
+        resume = ui.button("Go on", on_click=page.handler(session.resume)).props("outline dense color=white")
+        set_test_id(pause, "pause")
+        set_test_id(resume, "resume")
         ui.space()
-        stop = ui.button("STOP", icon="dangerous", on_click=page.does(session.recorder.stop))
+        stop = ui.button("STOP", icon="dangerous", on_click=page.handler(session.recorder.stop))
         stop.props("color=negative size=lg push").tooltip(
             "Ramp down and disable the drives; again: quick stop. Key: Esc"
         )
-        name(stop, "stop")
+        set_test_id(stop, "stop")
 
         def darken() -> None:
             session.dark = not session.dark
             dark.set_value(session.dark)
-            session.changed("recording", "ladder", "series", "signatures", "failing", "answer", "descent", "run")
+            session.mark_changed("recording", "ladder", "series", "signatures", "failing", "answer", "descent", "run")
 
         contrast = ui.button(icon="contrast", on_click=darken).tooltip("Dark or light")
         contrast.props('flat round color=white aria-label="Dark or light"')
-        name(contrast, "contrast")
+        set_test_id(contrast, "contrast")
 
     def look() -> None:
         going = session.job is not None
-        paused = session.job is not None and session.job.paused is not None
-        job.text = _going(session.job) if session.job else _about(session)
+        paused = session.job is not None and session.job.paused_at is not None
+        job.text = _job_text(session.job) if session.job else _status_text(session)
         spinner.visible = pause.visible = going and not paused
         resume.visible, cancel.visible = paused, going
-        stop.visible = session.recorder.going
+        stop.visible = session.recorder.running
 
     def stops(pressed: events.KeyEventArguments) -> None:
-        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.going:
+        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.running:
             session.recorder.stop()
 
     ui.keyboard(stops, ignore=[])  # also while something is being typed
     look()
-    page.acted = look
+    page.after_action = look
     ui.timer(0.3, look)
 
 
-def _going(job: Job) -> str:
-    return f"{job.what}: paused after {job.seconds:.0f} s" if job.paused else f"{job.what} … {job.seconds:.0f} s"
+def _job_text(job: Job) -> str:
+    return f"{job.text}: paused after {job.seconds:.0f} s" if job.paused_at else f"{job.text} … {job.seconds:.0f} s"
 
 
-def _about(session: Session) -> str:
+def _status_text(session: WorkbenchSession) -> str:
     if session.train is None:
         return "choose a recording on the left"
     simulated = " · simulated" if session.ladder and session.ladder.simulated else ""
     return f"train {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
 
 
-def _announce(session: Session) -> None:
+def _notify(session: WorkbenchSession) -> None:
     if session.message:
         ui.notify(session.message, type="info", position="bottom", timeout=8000, close_button=True)
 
@@ -148,32 +148,32 @@ def _recordings(page: Page) -> None:
     ui.label("Recordings").classes("head")
     root = session.folder.root
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
-    page.follow(lambda: _list(page), "folder")
+    page.draw_on_change(lambda: _draw_list(page), "folder")
     ui.label("Train: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
 
     async def add(upload: events.UploadEventArguments) -> None:
-        await _keep(page, upload)
+        await _save_upload(page, upload)
         box.run_method("removeUploadedFiles")  # the list above is where they are now
 
-    box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=LONGEST_BODY)
+    box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
     box.on("rejected", lambda: ui.notify("Only .mcap files of up to 256 MiB; copy larger ones into the folder."))
-    name(box, "upload")
+    set_test_id(box, "upload")
 
 
-async def _keep(page: Page, upload: events.UploadEventArguments) -> None:
+async def _save_upload(page: Page, upload: events.UploadEventArguments) -> None:
     from recordings.errors import BadInput
 
     session = page.session
     try:
-        path = session.folder.new(upload.file.name, SUFFIX)
+        path = session.folder.new_file(upload.file.name, SUFFIX)
         await upload.file.save(path)
     except BadInput as error:
         ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
-    session.changed("folder")
+    session.mark_changed("folder")
 
 
-def _list(page: Page) -> None:
+def _draw_list(page: Page) -> None:
     session = page.session
     names = session.folder.recordings()
     if not names:
@@ -182,18 +182,18 @@ def _list(page: Page) -> None:
         with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
             ui.label(each).classes("ellipsis col").tooltip(each)
             for text, chosen, act in (
-                ("Train", each == session.train, _train_on(session, each)),
-                ("Check", each == session.validate, _check_on(session, each)),
+                ("Train", each == session.train, _train_handler(session, each)),
+                ("Check", each == session.validate, _check_handler(session, each)),
             ):
-                button = ui.button(text, on_click=page.does(act)).props("dense size=sm no-caps")
+                button = ui.button(text, on_click=page.handler(act)).props("dense size=sm no-caps")
                 button.props("unelevated" if chosen else "outline")
                 button.props(f"aria-pressed={'true' if chosen else 'false'}")
-                name(button, f"{text.lower()}-{number}")
+                set_test_id(button, f"{text.lower()}-{number}")
 
 
-def _train_on(session: Session, chosen: str) -> Callable[[], None]:
-    return lambda: session.choose(chosen, None if session.validate == chosen else session.validate)
+def _train_handler(session: WorkbenchSession, file_name: str) -> Callable[[], None]:
+    return lambda: session.choose(file_name, None if session.validate == file_name else session.validate)
 
 
-def _check_on(session: Session, chosen: str) -> Callable[[], None]:
-    return lambda: session.choose(session.train, None if session.validate == chosen else chosen)
+def _check_handler(session: WorkbenchSession, file_name: str) -> Callable[[], None]:
+    return lambda: session.choose(session.train, None if session.validate == file_name else file_name)

@@ -5,8 +5,8 @@ from nicegui import ui
 from ident.identification import model as file
 from ident.identification.model import FittedParameter, Model
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, name, picture
-from ident.workbench.views import Swarmed
+from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.views import SwarmResult
 
 _ABOUT = (
     "Lets 300 particles look for the parameters with the smallest sum of absolute residuals, objective (33), until "
@@ -20,37 +20,37 @@ def draw(page: Page) -> None:
     session = page.session
     with ui.row().classes("items-center gap-3"):
         begin = ui.button("Fit with the swarm", icon="bubble_chart").props("no-caps")
-        name(begin, "swarm")
+        set_test_id(begin, "swarm")
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")
-        begin.on_click(page.does(lambda: session.swarm(int(seed.value or 0))))
+        begin.on_click(page.handler(lambda: session.swarm(int(seed.value or 0))))
     ui.label(_ABOUT).classes("quiet")
 
     def allow() -> None:
-        begin.enabled = session.train is not None and (session.job is None or not session.job.urgent)
+        begin.enabled = session.train is not None and (session.job is None or not session.job.blocking)
 
     allow()
-    page.watch(allow, "job", "folder")
-    page.follow(lambda: _search(page), "descent")
-    page.follow(lambda: _result(page), "swarmed")
+    page.call_on_change(allow, "job", "folder")
+    page.draw_on_change(lambda: _draw_progress(page), "descent")
+    page.draw_on_change(lambda: _draw_result(page), "swarmed")
 
 
-def _search(page: Page) -> None:
+def _draw_progress(page: Page) -> None:
     session = page.session
-    descent = session.descent or (session.swarmed.descent if session.swarmed else None)
+    descent = session.swarm_progress or (session.swarm_result.progress if session.swarm_result else None)
     if descent is None:
         return
-    name(ui.label(f"{len(descent.excess)} steps").classes("font-medium q-mt-sm"), "swarm-steps")
-    picture(plots.descent(descent), "objective above its certified minimum, step by step", session.dark)
+    set_test_id(ui.label(f"{len(descent.excess)} steps").classes("font-medium q-mt-sm"), "swarm-steps")
+    draw_figure(plots.swarm_convergence(descent), "objective above its certified minimum, step by step", session.dark)
 
 
-def _result(page: Page) -> None:
-    found = page.session.swarmed
+def _draw_result(page: Page) -> None:
+    found = page.session.swarm_result
     if found is None:
         return
     model = found.model
     proof = model.method.certified
     if proof:
-        name(
+        set_test_id(
             ui.label(
                 f"Objective (33): {model.method.objective:.7g} {model.effort_units[0]}, at most {proof.excess:.1e} "
                 "(relative) above its certified minimum."
@@ -60,8 +60,8 @@ def _result(page: Page) -> None:
     _errors(model)
     _parameters(model)
     ui.label("The same in a terminal").classes("head q-mt-md")
-    name(ui.code(found.command, language="bash").classes("w-full"), "swarm-command")
-    _keep(page, found)
+    set_test_id(ui.code(found.command, language="bash").classes("w-full"), "swarm-command")
+    _save_row(page, found)
 
 
 def _errors(model: Model) -> None:
@@ -82,8 +82,8 @@ def _parameters(model: Model) -> None:
             _row(one.name, f"{one.value:.4g}", _interval(one), one.unit, "yes" if one.at_bound else "")
 
 
-def _interval(one: FittedParameter) -> str:
-    return f"{one.ci95[0]:.4g} to {one.ci95[1]:.4g}" if one.ci95 else "not known"
+def _interval(parameter: FittedParameter) -> str:
+    return f"{parameter.ci95[0]:.4g} to {parameter.ci95[1]:.4g}" if parameter.ci95 else "not known"
 
 
 def _row(*cells: str, cell: str = "td") -> None:
@@ -93,16 +93,16 @@ def _row(*cells: str, cell: str = "td") -> None:
                 ui.label(text)
 
 
-def _keep(page: Page, found: Swarmed) -> None:
+def _save_row(page: Page, swarm_result: SwarmResult) -> None:
     with ui.row().classes("items-center gap-3 q-mt-sm"):
-        stem = found.model.train.recordings[0].name.removesuffix(".mcap")
+        stem = swarm_result.model.train.recordings[0].name.removesuffix(".mcap")
         out = ui.input("file", value=f"{stem}.pso.model.json").props("dense outlined").classes("min-w-64")
         save = ui.button("Save beside the recording", icon="save").props("no-caps")
-        save.on_click(page.does(lambda: _save(page, str(out.value), found.model)))
-        name(save, "swarm-save")
+        save.on_click(page.handler(lambda: _save(page, str(out.value), swarm_result.model)))
+        set_test_id(save, "swarm-save")
 
 
-def _save(page: Page, wanted: str, model: Model) -> None:
-    file.save(model, page.session.folder.new(wanted, ".json"))
-    page.session.changed("folder")
-    ui.notify(f"Saved {wanted} beside the recording.", type="positive", position="bottom")
+def _save(page: Page, file_name: str, model: Model) -> None:
+    file.save(model, page.session.folder.new_file(file_name, ".json"))
+    page.session.mark_changed("folder")
+    ui.notify(f"Saved {file_name} beside the recording.", type="positive", position="bottom")

@@ -4,7 +4,7 @@ from typing import Any, cast
 
 import pytest
 
-from ident.workbench.branches import MOST, Branches
+from ident.workbench.branches import MAX_BRANCHES, Branches
 from ident.workbench.views import LadderView
 from recordings.errors import BadInput
 
@@ -29,41 +29,41 @@ def ladder(*added: str) -> LadderView:
 
 def test_back_and_forth() -> None:
     base, one, two = ladder(), ladder("stribeck"), ladder("stribeck", "cogging")
-    grown = Branches.begun(base).grown(one).grown(two)
-    assert grown.undone().present.ladder is one
-    assert grown.undone().undone().redone().present.ladder is one
-    assert grown.undone().redone().present.ladder is two
-    assert not grown.undone().grown(ladder("backlash")).present.future, "another way was taken"
+    grown = Branches.start(base).extended(one).extended(two)
+    assert grown.undone().current.ladder is one
+    assert grown.undone().undone().redone().current.ladder is one
+    assert grown.undone().redone().current.ladder is two
+    assert not grown.undone().extended(ladder("backlash")).current.undone, "another way was taken"
     with pytest.raises(BadInput, match="began"):
-        Branches.begun(base).undone()
+        Branches.start(base).undone()
     with pytest.raises(BadInput, match="redo"):
         grown.redone()
 
 
 def test_side_by_side() -> None:
-    one = Branches.begun(ladder()).grown(ladder("stribeck")).grown(ladder("stribeck", "cogging"))
-    both = one.forked().undone().undone().grown(ladder("joint_spring"))
+    one = Branches.start(ladder()).extended(ladder("stribeck")).extended(ladder("stribeck", "cogging"))
+    both = one.forked().undone().undone().extended(ladder("joint_spring"))
     assert [branch.title for branch in both.all] == ["A: stribeck + cogging", "B: joint_spring"]
-    assert both.place == 1
+    assert both.index == 1
     back = both.switched(0)
-    assert back.present.title == "A: stribeck + cogging"
+    assert back.current.title == "A: stribeck + cogging"
     assert back.undone().all[1].title == "B: joint_spring", "what is undone here stays there"
     assert [branch.name for branch in back.dropped(1).all] == ["A"]
-    assert both.dropped(0).present.title == "B: joint_spring"
-    assert both.dropped(0).forked().present.name == "A", "a name that is free again"
+    assert both.dropped(0).current.title == "B: joint_spring"
+    assert both.dropped(0).forked().current.name == "A", "a name that is free again"
 
 
 def test_impossible_branches() -> None:
-    branches = Branches.begun(ladder())
+    branches = Branches.start(ladder())
     with pytest.raises(BadInput, match="number 2"):
         branches.switched(1)
     with pytest.raises(BadInput, match="present one"):
         branches.dropped(0)
-    for _ in range(MOST - 1):
+    for _ in range(MAX_BRANCHES - 1):
         branches = branches.forked()
     with pytest.raises(BadInput, match="drop one"):
         branches.forked()
 
 
 def test_without_effects_a_branch_is_called_by_its_rung() -> None:
-    assert Branches.begun(ladder()).present.title == "A: base model"
+    assert Branches.start(ladder()).current.title == "A: base model"

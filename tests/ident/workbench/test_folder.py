@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
-from ident.workbench.startup import opened
+from ident.workbench.startup import open_session
 from recordings.errors import BadInput
 
 
@@ -45,7 +45,7 @@ def test_only_recordings_of_the_folder_itself_are_listed(folder: Folder) -> None
 )
 def test_a_name_that_leads_elsewhere_is_refused(name: str, folder: Folder) -> None:
     with pytest.raises(BadInput):
-        folder.path(name)
+        folder.existing_file(name)
 
 
 @pytest.mark.parametrize(
@@ -53,18 +53,18 @@ def test_a_name_that_leads_elsewhere_is_refused(name: str, folder: Folder) -> No
 )
 def test_nothing_is_written_elsewhere_or_over_something(name: str, folder: Folder) -> None:
     with pytest.raises(BadInput):
-        folder.new(name, SUFFIX)
+        folder.new_file(name, SUFFIX)
 
 
 def test_a_new_file(folder: Folder) -> None:
-    assert folder.new("new.mcap", SUFFIX) == folder.root / "new.mcap"
-    assert folder.path("a.mcap") == folder.root / "a.mcap"
+    assert folder.new_file("new.mcap", SUFFIX) == folder.root / "new.mcap"
+    assert folder.existing_file("a.mcap") == folder.root / "a.mcap"
 
 
 def test_what_is_opened_must_be_one_folder(folder: Folder, tmp_path: Path) -> None:
     for places in ([tmp_path / "nothing"], [tmp_path / "secret.mcap", folder.root / "a.mcap"], [Path(__file__)]):
         with pytest.raises(BadInput):
-            opened(places)
-    session = opened([folder.root])
+            open_session(places)
+    session = open_session([folder.root])
     assert session.train is None
     session.close()

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.session import Session
-from ident.workbench.worker import Work
+from ident.workbench.session import WorkbenchSession
+from ident.workbench.worker import Worker
 from recordings.recording import Recording
 from tests.ident.workbench.conftest import Browser, Serve
-from web.security import LONGEST_BODY
+from web.security import MAX_BODY_BYTES
 
 IMAGE = "<img src=x onerror=window.hacked=1>"
 SCRIPT = "<script>window.hacked=1</script>"
@@ -51,29 +51,29 @@ def test_names_and_metadata_are_text(folder: Path, serve: Serve, browser: Browse
 def test_what_the_process_that_reads_says_of_a_huge_file(folder: Path) -> None:
     """It neither fills the memory nor takes the page with it."""
     said: list[tuple[str, object]] = []
-    work = Work(lambda kind, value: said.append((kind, value)), ())
-    work.ask("look", folder / "huge.mcap")
+    work = Worker(lambda kind, value: said.append((kind, value)), ())
+    work.submit("look", folder / "huge.mcap")
     for _ in range(600):
         if any(kind == "failed" for kind, _ in said):
             break
         time.sleep(0.1)
     assert "is not an MCAP file" in str(said[-1][1])
-    assert not work.fresh
+    assert not work.needs_start
     work.cancel()
-    assert work.fresh
+    assert work.needs_start
 
 
 def test_a_session_refuses_names_from_elsewhere(folder: Path) -> None:
-    session = Session(Folder.at(folder))
+    session = WorkbenchSession(Folder.at(folder))
     for name in ("../evil.mcap", "/etc/passwd", NAME, "missing.mcap"):
         with pytest.raises(ValueError, match="expected"):
             session.choose(name, None)
         with pytest.raises(ValueError, match="expected"):
-            session.look(name)
+            session.show_recording(name)
     with pytest.raises(ValueError, match="another recording"):
         session.choose("evil.mcap", "evil.mcap")
     with pytest.raises(ValueError, match="none chosen"):
         session.fit()
     assert session.train is None
-    assert LONGEST_BODY < 2**30
+    assert MAX_BODY_BYTES < 2**30
     session.close()

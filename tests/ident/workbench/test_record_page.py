@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from ident.workbench.pages.record import progress
-from ident.workbench.recorder import Run
+from ident.workbench.pages.record import run_summary
+from ident.workbench.recorder import RunStatus
 
 SIMULATED = ("daq", "record", "--traj", "fig5a")
 REAL = (*SIMULATED, "--rig", "bench.toml")
@@ -22,6 +22,6 @@ REAL = (*SIMULATED, "--rig", "bench.toml")
     ],
 )
 def test_how_a_run_ended(command: tuple[str, ...], code: int, said: str, expected: str) -> None:
-    run = Run(command, Path("run.mcap"), code=code)
-    run.said.append(said)
-    assert expected in progress(run)
+    run = RunStatus(command, Path("run.mcap"), exit_code=code)
+    run.messages.append(said)
+    assert expected in run_summary(run)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import Folder
-from ident.workbench.session import Session
+from ident.workbench.session import WorkbenchSession
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 
@@ -16,12 +16,12 @@ SAMPLES = Path("recordings/samples").resolve()
 
 
 @pytest.fixture
-def session() -> Iterator[Session]:
+def session() -> Iterator[WorkbenchSession]:
     """With a fitted base model."""
-    made = Session(Folder.at(SAMPLES))
+    made = WorkbenchSession(Folder.at(SAMPLES))
     made.choose("fig5a.mcap", "fig5b.mcap")
     made.fit()
-    wait(lambda: made.failing is not None and made.job is None)
+    wait(lambda: made.residuals is not None and made.job is None)
     yield made
     made.close()
 
@@ -33,25 +33,25 @@ def wait(done: Callable[[], bool], patience: float = 120.0) -> None:
         time.sleep(0.02)
 
 
-def state(session: Session) -> list[str]:
+def state(session: WorkbenchSession) -> list[str]:
     """What the kernel says of the working process, from its third figure on; see proc(5)."""
-    process = session._work._process
+    process = session._worker._process
     assert process is not None
     return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
 
 
-def stopped(session: Session) -> bool:
+def stopped(session: WorkbenchSession) -> bool:
     """Whether the working process stands still."""
     return state(session)[0] == "T"
 
 
-def used(session: Session) -> float:
+def used(session: WorkbenchSession) -> float:
     """Processor time of the working process so far, in ticks."""
     return sum(map(float, state(session)[11:13]))
 
 
 @pytest.mark.slow
-def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
+def test_paused_work_stands_still_and_goes_on(session: WorkbenchSession) -> None:
     session.diagnose()
     wait(lambda: session.job is not None)
     session.pause()
@@ -63,24 +63,24 @@ def test_paused_work_stands_still_and_goes_on(session: Session) -> None:
     assert used(session) == before, "it does not compute"
     assert session.job.seconds == waited, "nor does it count"
     with pytest.raises(BadInput, match="paused"):
-        session.look("fig5a.mcap")
+        session.show_recording("fig5a.mcap")
     with pytest.raises(BadInput, match="paused"):
         session.fit()
-    assert session.answer is None
+    assert session.diagnosis is None
     session.resume()
-    wait(lambda: session.answer is not None)
+    wait(lambda: session.diagnosis is not None)
 
 
 def test_work_that_ends_just_when_it_is_paused_is_followed_by_other_work() -> None:
-    session = Session(Folder.at(SAMPLES))
+    session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", None)
     wait(lambda: session.job is None)
-    session.look("fig5b.mcap")
+    session.show_recording("fig5b.mcap")
     session.pause()
-    session._said("idle", None)  # its last word was on its way
+    session._on_message("idle", None)  # its last word was on its way
     assert session.job is None
     session.recording = None
-    session.look("fig5a.mcap")
+    session.show_recording("fig5a.mcap")
     wait(lambda: session.recording is not None)
     session.close()
 
@@ -88,7 +88,7 @@ def test_work_that_ends_just_when_it_is_paused_is_followed_by_other_work() -> No
 def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
     write(tmp_path / "slide.mcap", 0)
-    session = Session(Folder.at(tmp_path))
+    session = WorkbenchSession(Folder.at(tmp_path))
     session.choose("fig5a.mcap", "slide.mcap")
     wait(lambda: session.recording is not None and session.job is None)
     assert session.train == "fig5a.mcap"
@@ -98,7 +98,7 @@ def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_cancelled_work_leaves_all_as_it_was(session: Session) -> None:
+def test_cancelled_work_leaves_all_as_it_was(session: WorkbenchSession) -> None:
     ladder = session.ladder
     session.add("torque_offset")
     wait(lambda: session.ladder is not ladder and session.job is None)
@@ -110,26 +110,26 @@ def test_cancelled_work_leaves_all_as_it_was(session: Session) -> None:
         session.pause()
         session.cancel()
         assert session.job is None
-        assert session.descent is None
+        assert session.swarm_progress is None
         assert session.branches is before
     assert session.branches
-    assert len(session.branches.present.future) == 1
+    assert len(session.branches.current.undone) == 1
     session.redo()
     wait(lambda: session.job is None)
     assert session.ladder
-    assert session.ladder.rungs[-1].label == "+ torque_offset"
-    assert session.failing, "another process went on from there"
+    assert session.ladder.steps[-1].label == "+ torque_offset"
+    assert session.residuals, "another process went on from there"
 
 
 @pytest.mark.slow
-def test_what_was_left_out_for_something_else_is_looked_at_afterwards(session: Session) -> None:
+def test_what_was_left_out_for_something_else_is_looked_at_afterwards(session: WorkbenchSession) -> None:
     session.add("torque_offset")
-    wait(lambda: session.choice is None)
-    wait(lambda: bool(session.ladder and len(session.ladder.rungs) == 3 and session.job and not session.job.urgent))
+    wait(lambda: session.candidates is None)
+    wait(lambda: bool(session.ladder and len(session.ladder.steps) == 3 and session.job and not session.job.blocking))
     session.swarm(0)
-    wait(lambda: session.swarmed is not None and session.failing is not None)
-    assert session.swarmed
-    assert session.swarmed.model.effects == ("rod_inertia", "torque_offset")
-    assert session.choice
+    wait(lambda: session.swarm_result is not None and session.residuals is not None)
+    assert session.swarm_result
+    assert session.swarm_result.model.effects == ("rod_inertia", "torque_offset")
+    assert session.candidates
     assert session.ladder
-    assert len(session.ladder.rungs) == 3
+    assert len(session.ladder.steps) == 3
