@@ -37,7 +37,7 @@ def viewers(order: Order, page: bool, foxglove: int | None, say: Callable[[str],
 
 def _page(order: Order) -> tuple[Viewer, str]:
     token = secrets.token_urlsafe(24)
-    with local.bound() as listening:
+    with local.listen() as listening:
         first = {"listening": listening.fileno(), "token": token, "run": _run(order)}
         return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
 
@@ -48,7 +48,7 @@ def _foxglove(order: Order, port: int) -> Viewer:
             "--foxglove needs the package foxglove-sdk, which is not installed; install it with "
             "`pip install 'delta-workbench[foxglove]'`, or use --live"
         )
-    local.bound(port).close()
+    local.listen(port).close()
     return Viewer("daq.live.foxglove", {"port": port, "run": _run(order)})
 
 

@@ -106,7 +106,7 @@ def command(
     from rich.console import Console
 
     from ident.diagnosis import answer
-    from ident.diagnosis.diagnosis import Choices, diagnose
+    from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
     from ident.dynamics.effects.library import library
     from ident.identification import model
     from ident.output.console import diagnosis as console_table
@@ -117,15 +117,15 @@ def command(
     begin = model.load(model_file) if model_file else None
     known = library(effect_files)
     with spinner() as progress:
-        found = diagnose(files, validate, known, Choices(preprocess, cutoff, only), progress, begin)
-        document = answer.document(found)
+        found = diagnose(files, validate, known, DiagnosisOptions(preprocess, cutoff, only), progress, begin)
+        document = answer.to_document(found)
         if plots:
             progress("drawing")
             with whole(plots, plots_of.NAMES) as folder:
                 plots_of.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")
-            document = document.model_copy(update={"stand_in": answer.stand_in(found, stand_in)})
+            document = document.model_copy(update={"stand_in": answer.write_learned_curve(found, stand_in)})
         if apply:
             progress("fitting the model with all that was found")
             model.save(_improved(found, files, validate[0] if validate else None, preprocess), out)
@@ -174,8 +174,8 @@ def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, pr
     from ident.estimation import estimators
     from ident.identification import identify
 
-    top = found.ladder.rungs[-1].state.solution
-    bandwidth = found.material.datasets[0].bandwidth
+    top = found.selection.steps[-1].model.solution
+    bandwidth = found.split.datasets[0].bandwidth
     choices = identify.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
     settled = top.composition, top.x
     return identify.identify(files, validate, choices, lambda *_: None, settled).model

@@ -12,7 +12,7 @@ from ident.dynamics.effects.library import names as built_in
 
 def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:
     """The motion that tells the `news` from what they may be confused with, or confirms them."""
-    material = found.material
+    material = found.split
     files = list(dict.fromkeys(str(data.recording.path) for data in material.datasets))
     beside = [f"--recording {shlex.quote(file)}" for file in files]
     for one in news:
@@ -36,17 +36,17 @@ def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:
     return None
 
 
-def with_curves(found: Diagnosis, path: Path, joints: Sequence[int]) -> str:
+def fit_command(found: Diagnosis, path: Path, joints: Sequence[int]) -> str:
     """The command that fits the model with the curves in `path`, as they were learned beside its effects."""
-    material, terms = found.material, found.ladder.rungs[-1].state.terms
+    material, terms = found.split, found.selection.steps[-1].model.terms
     specified = [
         term.name if term.effect.whole_robot else f"{term.name}:{_listed(joint + 1 for joint in term.joints)}"
         for term in terms
     ]
     own = {term.name for term in terms} - set(built_in())
-    files = [str(material.datasets[i].recording.path) for i in material.fitting]
+    files = [str(material.datasets[i].recording.path) for i in material.train_indices]
     held = [
-        str(data.recording.path) for data, rows in zip(material.datasets, material.held, strict=True) if rows.any()
+        str(data.recording.path) for data, rows in zip(material.datasets, material.test, strict=True) if rows.any()
     ]
     parts = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
     parts += [f"--validate {shlex.quote(held[0])}"] if material.other_motion else []

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis.advice import next_motion, with_curves
+from ident.diagnosis.advice import next_motion, fit_command
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import (
     Document,
@@ -15,16 +15,16 @@ from ident.diagnosis.document import (
     FindingStatus,
     RejectedEntry,
     Remaining,
-    RungEntry,
-    StandInEntry,
-    Value,
+    StepEntry,
+    LearnedCurveEntry,
+    ParameterValue,
     Verdict,
 )
-from ident.diagnosis.intervals import intervals
-from ident.diagnosis.split_data import Material, rms
-from ident.diagnosis.steps import Finding, Rung
-from ident.diagnosis.stepwise_selection import holds
-from ident.diagnosis.warnings import doubts, names
+from ident.diagnosis.intervals import confidence_intervals
+from ident.diagnosis.split_data import SplitData, rms
+from ident.diagnosis.steps import Finding, SelectionStep
+from ident.diagnosis.stepwise_selection import is_supported
+from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import source
 from recordings.recording import Floats
 
@@ -34,56 +34,56 @@ _ABSORBED = 0.05
 """An effect that would have gained this share of the loss at first, and nothing at the end, is in others."""
 
 
-def document(found: Diagnosis) -> Document:
+def to_document(found: Diagnosis) -> Document:
     """All that the diagnosis says."""
-    material, ladder = found.material, found.ladder
-    rig = material.evaluators[0].course.path.rig
+    material, ladder = found.split, found.selection
+    rig = material.predictors[0].course.path.rig
     verdict = _verdict(found)
     return Document(
         schema=1,
         verdict=verdict,
         sentence=_sentence(found, verdict),
         bandwidth_hz=material.datasets[0].bandwidth,
-        noise_rms=_numbers(ladder.floor.rms),
+        noise_rms=_numbers(ladder.noise_floor.rms),
         torque_rms=_numbers(material.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         simulated=any(data.recording.run.simulated for data in material.datasets),
-        held_out=held_out(material),
-        rungs=tuple(rung_entry(material, rung) for rung in ladder.rungs),
-        findings=tuple(_finding(found, finding) for finding in named(ladder.findings)),
+        held_out=describe_test_data(material),
+        rungs=tuple(step_entry(material, rung) for rung in ladder.steps),
+        findings=tuple(_finding(found, finding) for finding in merge_repeated(ladder.findings)),
         rejected=tuple(_rejected(found)),
         remaining=Remaining(
-            structured_share=found.remainder.share,
-            depends_on=found.remainder.variables,
-            why=found.remainder.sentence,
-            structured_rms=_numbers(found.remainder.rms),
+            structured_share=found.unexplained.share,
+            depends_on=found.unexplained.variables,
+            why=found.unexplained.sentence,
+            structured_rms=_numbers(found.unexplained.rms),
         ),
         next_motion=next_motion(found, _news(found)),
         cautions=(
             *_beside_unknown(found),
-            *doubts(material, ladder.rungs[-1].state, ladder.floor, found.library.get("torque_offset")),
+            *data_warnings(material, ladder.steps[-1].model, ladder.noise_floor, found.library.get("torque_offset")),
         ),
-        recordings=tuple(names(material, range(len(material.datasets)))),
+        recordings=tuple(file_names(material, range(len(material.datasets)))),
     )
 
 
-def stand_in(found: Diagnosis, path: Path) -> StandInEntry | None:
+def write_learned_curve(found: Diagnosis, path: Path) -> LearnedCurveEntry | None:
     """Write the curves that stand in for what remains to the effect file `path`; None if there are none that hold."""
-    learned = found.stand_in
-    if learned is None or not learned.holds:
+    learned = found.learned
+    if learned is None or not learned.supported:
         return None
-    about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.material.datasets))
+    about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.split.datasets))
     path.write_text(source(learned.curves, about))
     joints = tuple(sorted({curve.joint for curve in learned.curves}))
-    return StandInEntry(
+    return LearnedCurveEntry(
         file=str(path),
-        command=with_curves(found, path, joints),
+        command=fit_command(found, path, joints),
         joints=joints,
         over=tuple(sorted({curve.variable for curve in learned.curves})),
-        validate_rms=_numbers(rms(learned.after.residuals, found.material.held)),
-        gain=learned.gain.share,
-        gain_ci95=learned.gain.interval,
+        validate_rms=_numbers(rms(learned.model.residuals, found.split.test)),
+        gain=learned.improvement.share,
+        gain_ci95=learned.improvement.interval,
     )
 
 
@@ -96,45 +96,45 @@ def _news(found: Diagnosis) -> list[Finding]:
     begun = _begun(found)
     return [
         one
-        for one in named(found.ladder.findings)
+        for one in merge_repeated(found.selection.findings)
         if not one.term.effect.always_true and one.term.name not in begun and _borne_out(found, one)
     ]
 
 
 def _borne_out(found: Diagnosis, finding: Finding) -> bool:
     """Whether rows that no fit saw speak for it, which has to be asked where it was added whatever it explains."""
-    return not found.by_hand or holds(finding.gain)
+    return not found.forced or is_supported(finding.improvement)
 
 
 def _begun(found: Diagnosis) -> set[str]:
     """Names of the effects with which it began."""
-    return {term.name for term in found.ladder.rungs[0].state.terms}
+    return {term.name for term in found.selection.steps[0].model.terms}
 
 
-def named(findings: Sequence[Finding]) -> list[Finding]:
+def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
     """Each effect once: of several lines of a spectrum the one that is worth most, on the joints of all of them."""
     merged: dict[str, Finding] = {}
     for one in findings:
         other = merged.setdefault(one.term.name, one)
         joints = tuple(sorted({*one.term.joints, *other.term.joints}))
-        most = max(one, other, key=lambda finding: finding.gain.share)
+        most = max(one, other, key=lambda finding: finding.improvement.share)
         merged[one.term.name] = replace(most, term=replace(most.term, joints=joints))
     return list(merged.values())
 
 
 def _verdict(found: Diagnosis) -> Verdict:
-    if found.remainder.unexplained:
+    if found.unexplained.significant:
         return "unknown-structure"
     return "missing-effect" if _news(found) else "adequate"
 
 
 def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     names = ", ".join(_called(one) for one in _news(found))
-    if found.by_hand:
+    if found.forced:
         left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
         if not names:
-            return f"What was asked for explains nothing. {left.capitalize()} without it: {found.remainder.sentence}"
-        return f"With {names}, as asked for, {left}: {found.remainder.sentence}"
+            return f"What was asked for explains nothing. {left.capitalize()} without it: {found.unexplained.sentence}"
+        return f"With {names}, as asked for, {left}: {found.unexplained.sentence}"
     begun = ", ".join(sorted(_begun(found)))
     model = f"The model with {begun}" if begun else "The base model"
     if verdict == "adequate":
@@ -142,12 +142,12 @@ def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     if verdict == "missing-effect":
         return f"{model} lacks {names}; with it, nothing structured is left above the noise."
     partly = f"{model} lacks {names}, but something else repeats" if names else "Something repeats"
-    return f"{partly} that no effect of the library explains: {found.remainder.sentence}"
+    return f"{partly} that no effect of the library explains: {found.unexplained.sentence}"
 
 
 def _beside_unknown(found: Diagnosis) -> Iterator[str]:
     """That values are not to be trusted while something else is missing."""
-    if found.remainder.unexplained and found.ladder.findings:
+    if found.unexplained.significant and found.selection.findings:
         yield (
             "Values and intervals hold if nothing else is missing, but something is: they may be off by more than "
             "their intervals until that is found."
@@ -161,34 +161,34 @@ def _called(finding: Finding) -> str:
     return f"{term.name}{joints}{other}"
 
 
-def held_out(material: Material) -> str:
+def describe_test_data(material: SplitData) -> str:
     """On what models are validated."""
     if material.other_motion:
-        files = names(material, [i for i, held in enumerate(material.held) if held.any()])
+        files = file_names(material, [i for i, held in enumerate(material.test) if held.any()])
         return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
 
 
-def rung_entry(material: Material, rung: Rung) -> RungEntry:
+def step_entry(material: SplitData, rung: SelectionStep) -> StepEntry:
     """One model of the ladder in numbers."""
-    state = rung.state
-    return RungEntry(
+    state = rung.model
+    return StepEntry(
         added=rung.added,
         effects=tuple(term.name for term in state.terms),
-        train_rms=_numbers(rms(state.residuals, material.seen)),
-        validate_rms=_numbers(rms(state.residuals, material.held)),
+        train_rms=_numbers(rms(state.residuals, material.train)),
+        validate_rms=_numbers(rms(state.residuals, material.test)),
         parameters=_parameters(material, rung),
     )
 
 
-def _parameters(material: Material, rung: Rung) -> dict[str, Value]:
-    solution = rung.state.solution
+def _parameters(material: SplitData, rung: SelectionStep) -> dict[str, ParameterValue]:
+    solution = rung.model.solution
     recording = material.datasets[0].recording
     gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
     named = solution.composition.named
-    limits = intervals(material, solution, gain)
+    limits = confidence_intervals(material, solution, gain)
     return {
-        one.name: Value(
+        one.name: ParameterValue(
             value=float(value),
             unit=one.unit,
             ci95=(float(low), float(high)) if np.isfinite([low, high]).all() else None,
@@ -201,7 +201,7 @@ def _parameters(material: Material, rung: Rung) -> dict[str, Value]:
 
 
 def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
-    effect, gain = finding.term.effect, finding.gain
+    effect, gain = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
     why = f"It takes away {gain.share:.0%} of the error above the noise on motion that the fit did not see"
     if not _borne_out(found, finding):
@@ -227,14 +227,14 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
 def _status(found: Diagnosis, finding: Finding) -> FindingStatus:
     if not _borne_out(found, finding):
         return "not-supported"
-    return "asked-for" if found.by_hand else "supported"
+    return "asked-for" if found.forced else "supported"
 
 
 def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
-    ladder = found.ladder
+    ladder = found.selection
     present = {one.term.name for one in ladder.findings}
     contained = {name: one.term.name for one in ladder.findings for name in one.term.effect.contains}
-    mechanism = found.material.evaluators[0].course.path.rig.mechanism
+    mechanism = found.split.predictors[0].course.path.rig.mechanism
     for name, effect in found.library.items():
         if name in present:
             continue
@@ -247,10 +247,10 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in contained:
             why = f"It is a part of {contained[name]}, which has been added."
             yield RejectedEntry(effect=name, status="absorbed", why=why)
-        elif ladder.last.unseen.get(name) == "imitated":
+        elif ladder.last_extensions.excluded.get(name) == "imitated":
             why = "This motion does not show it: other parameters can imitate all that it would change."
             yield RejectedEntry(effect=name, status="not-tested", why=why)
-        elif name in ladder.last.unseen:
+        elif name in ladder.last_extensions.excluded:
             why = "Looked for, and not there: it would need a sign that it cannot have."
             yield RejectedEntry(effect=name, status="not-supported", why=why)
         else:
@@ -258,8 +258,8 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
 
 
 def _not_added(found: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
-    first, last = (options.gains.get(name, 0.0) for options in (found.ladder.first, found.ladder.last))
-    if found.by_hand:
+    first, last = (options.loss_reductions.get(name, 0.0) for options in (found.selection.first_extensions, found.selection.last_extensions))
+    if found.forced:
         why = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
         return RejectedEntry(effect=name, status="not-supported", why=why)
     if first > _ABSORBED and last < first / 2:

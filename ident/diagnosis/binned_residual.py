@@ -16,7 +16,7 @@ _LEAST = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Binned:
+class BinnedResidual:
     """Samples, thinned out, and the mean in bins of equal width."""
 
     x: Floats
@@ -29,7 +29,7 @@ class Binned:
     """(b,) mean of y in the bin."""
 
 
-def over(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joint: int) -> tuple[Floats, str]:
+def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joint: int) -> tuple[Floats, str]:
     """The quantity `axis` of a joint in all rows (m,) of all recordings, and its name with its unit."""
     unit = datasets[0].recording.rig.position_units[joint]
     effort = datasets[0].recording.rig.effort_units[joint]
@@ -45,7 +45,7 @@ def over(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joi
     return np.concatenate(values), label
 
 
-def binned(x: Floats, y: Floats) -> Binned:
+def bin_means(x: Floats, y: Floats) -> BinnedResidual:
     """`y` (m,) over `x` (m,), without gaps."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
@@ -56,4 +56,4 @@ def binned(x: Floats, y: Floats) -> Binned:
     mean = np.bincount(number, y, BINS)[enough] / count[enough]
     centre = np.bincount(number, x, BINS)[enough] / count[enough]
     thin = slice(None, None, max(1, len(x) // SAMPLES))
-    return Binned(x[thin], y[thin], centre, mean)
+    return BinnedResidual(x[thin], y[thin], centre, mean)

@@ -12,12 +12,12 @@ from ident.data import cutoff
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import Course, prepare
 from ident.data.samples import holds_torque, sample
-from ident.diagnosis.misspecification_check import without_imitations
-from ident.diagnosis.nonparametric_fit import StandIn, learn
-from ident.diagnosis.split_data import Material, gather
-from ident.diagnosis.steps import Ladder
-from ident.diagnosis.stepwise_selection import Climber
-from ident.diagnosis.unexplained_residual import Remainder, remainder
+from ident.diagnosis.misspecification_check import remove_imitations
+from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
+from ident.diagnosis.split_data import SplitData, split_recordings
+from ident.diagnosis.steps import Selection
+from ident.diagnosis.stepwise_selection import Selector
+from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition
 from ident.identification.identify import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
@@ -27,20 +27,20 @@ from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
-TOLERATED = 0.004
+MAX_ENCODER_NOISE = 0.004
 """Encoder noise in the torque, over the torque: the smallest effects that matter are not much larger."""
-LEAST_BANDWIDTH = 10.0
+MIN_BANDWIDTH = 10.0
 """Where coarse encoders ask for less than this, friction at reversals counts for more [Hz]."""
 
 _TINY = 1e-12
-RICH = 0.1
+MAX_TORQUE_LOSS = 0.1
 """Share of the torque, in RMS, that a low-pass must not take away because of encoder noise: ripple would be gone."""
 
-Progress = Callable[[str], None]
+StatusCallback = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Choices:
+class DiagnosisOptions:
     """What the user chose."""
 
     preprocessing: str = "parallel"
@@ -51,27 +51,27 @@ class Choices:
 
 
 @dataclass(frozen=True, eq=False)
-class Question:
+class DiagnosisInputs:
     """What a diagnosis begins with."""
 
-    material: Material
-    offered: Mapping[str, Effect]
+    split: SplitData
+    observable: Mapping[str, Effect]
     unobservable: Mapping[str, str]
     """Effects that such recordings cannot show, and why."""
-    excerpt: float | None
+    excerpt_share: float | None
     """Share of the recordings that is looked at, where they are too long for all."""
 
-    def beginning(self, library: Mapping[str, Effect], model: Model | None = None) -> tuple[Composition, Floats]:
+    def initial_model(self, library: Mapping[str, Effect], model: Model | None = None) -> tuple[Composition, Floats]:
         """The bare mechanism, or `model`, with where to begin its parameters (K,).
 
         Raises:
             BadInput: the model is of another rig.
         """
-        path = self.material.evaluators[0].course.path
+        path = self.split.predictors[0].course.path
         if model is None:
             bare = Composition(path.mechanism, path.rig)
             return bare, np.zeros(len(bare.named))
-        refuse_other_rig(model, self.material.datasets[0].recording)
+        refuse_other_rig(model, self.split.datasets[0].recording)
         return composition_of(model, path.rig, library)
 
 
@@ -79,17 +79,17 @@ class Question:
 class Diagnosis:
     """The answer, with all that it was found from."""
 
-    material: Material
+    split: SplitData
     library: Mapping[str, Effect]
     unobservable: Mapping[str, str]
     """Effects that such recordings cannot show, and why."""
-    ladder: Ladder
-    remainder: Remainder
-    stand_in: StandIn | None
+    selection: Selection
+    unexplained: UnexplainedResidual
+    learned: NonparametricFit | None
     """Curves for the remainder, where there are any."""
-    excerpt: float | None
+    excerpt_share: float | None
     """Share of the recordings that was looked at, where they were too long for all."""
-    by_hand: bool = False
+    forced: bool = False
     """Whether the effects were asked for, and no others were tried."""
 
 
@@ -97,9 +97,9 @@ def diagnose(
     files: Sequence[Path],
     validate: Sequence[Path],
     library: Mapping[str, Effect],
-    choices: Choices,
-    progress: Progress = lambda what: None,
-    model: Model | None = None,
+    options: DiagnosisOptions,
+    progress: StatusCallback = lambda what: None,
+    initial_model: Model | None = None,
 ) -> Diagnosis:
     """Find out which effects of the `library` the base model lacks in the recordings `files`.
 
@@ -110,25 +110,25 @@ def diagnose(
         BadInput: a recording cannot be used, they are not of the same rig, or an effect that was asked for does not
             exist or show.
     """
-    _refuse(choices.only, library, {})
-    asked = question(files, validate, library, choices)
-    _refuse(choices.only, library, asked.unobservable)
-    material, climber = asked.material, Climber(asked.material, asked.offered, progress)
-    beginning = asked.beginning(library, model)
-    ladder = _ladder(climber, beginning, choices)
-    told = material.faithful(ladder.rungs[-1].state.solution, ladder.floor.rms)
+    _refuse(options.only, library, {})
+    asked = prepare_inputs(files, validate, library, options)
+    _refuse(options.only, library, asked.unobservable)
+    material, climber = asked.split, Selector(asked.split, asked.observable, progress)
+    beginning = asked.initial_model(library, initial_model)
+    ladder = _ladder(climber, beginning, options)
+    told = material.without_saturated_rows(ladder.steps[-1].model.solution, ladder.noise_floor.rms)
     if told is not material:
-        material, climber = told, Climber(told, asked.offered, progress)
-        ladder = _ladder(climber, beginning, choices)
+        material, climber = told, Selector(told, asked.observable, progress)
+        ladder = _ladder(climber, beginning, options)
     progress("what remains")
-    left = remainder(material, ladder.rungs[-1].state, ladder.floor)
+    left = estimate_unexplained(material, ladder.steps[-1].model, ladder.noise_floor)
     stand_in = None
-    if left.unexplained:
-        ladder = ladder if choices.only else without_imitations(material, climber, ladder)
-        stand_in = learn(material, ladder.rungs[-1].state)
-        known = stand_in.dependences if stand_in and stand_in.holds else None
-        left = remainder(material, ladder.rungs[-1].state, ladder.floor, known)
-    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt, bool(choices.only))
+    if left.significant:
+        ladder = ladder if options.only else remove_imitations(material, climber, ladder)
+        stand_in = fit_curves(material, ladder.steps[-1].model)
+        known = stand_in.dependences if stand_in and stand_in.supported else None
+        left = estimate_unexplained(material, ladder.steps[-1].model, ladder.noise_floor, known)
+    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt_share, bool(options.only))
 
 
 def _refuse(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
@@ -141,13 +141,13 @@ def _refuse(names: Sequence[str], library: Mapping[str, Effect], unobservable: M
             )
 
 
-def _ladder(climber: Climber, beginning: tuple[Composition, Floats], choices: Choices) -> Ladder:
-    return climber.by_hand(*beginning, choices.only) if choices.only else climber.climb(*beginning)
+def _ladder(climber: Selector, beginning: tuple[Composition, Floats], choices: DiagnosisOptions) -> Selection:
+    return climber.select_forced(*beginning, choices.only) if choices.only else climber.select(*beginning)
 
 
-def question(
-    files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], choices: Choices
-) -> Question:
+def prepare_inputs(
+    files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], options: DiagnosisOptions
+) -> DiagnosisInputs:
     """What there is to work with: recordings as `diagnose` takes them.
 
     Raises:
@@ -157,13 +157,13 @@ def question(
     recordings = [read(path) for path in (*files, *validate)]
     refuse_different_rigs(recordings)
     refuse_overlap(recordings)
-    courses, share = _courses(recordings, choices)
+    courses, share = _courses(recordings, options)
     train, held = courses[: len(files)], courses[len(files) :]
-    material = gather(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
-    return Question(material, *_offered(recordings[0], library), share)
+    material = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
+    return DiagnosisInputs(material, *_offered(recordings[0], library), share)
 
 
-def _courses(recordings: Sequence[Recording], choices: Choices) -> tuple[list[list[Course]], float | None]:
+def _courses(recordings: Sequence[Recording], choices: DiagnosisOptions) -> tuple[list[list[Course]], float | None]:
     """The courses of each recording, all at the lowest cut-off that any of them asks for."""
     cut = [excerpts(recording) for recording in recordings]
     choices = replace(choices, cutoff=choices.cutoff or _cutoff(recordings))
@@ -194,8 +194,8 @@ def _cutoff(recordings: Sequence[Recording]) -> float:
         position, torque = samples.position, samples.torque
         spectra = cutoff.spectra(position, torque, samples.rate)
         usual = cutoff.decide(spectra, samples.rate).hz
-        fine = min(max(cutoff.decide(spectra, samples.rate, TOLERATED).hz, LEAST_BANDWIDTH), usual)
-        found.append(usual if _between(torque, samples.rate, fine, usual) > RICH else fine)
+        fine = min(max(cutoff.decide(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
+        found.append(usual if _between(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
     return min(found)
 
 

@@ -13,7 +13,7 @@ Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
 Numbers = tuple[float, ...]
 
 
-class Value(Section):
+class ParameterValue(Section):
     """One parameter."""
 
     value: float
@@ -26,12 +26,12 @@ class Value(Section):
     upper: float | None
 
     @property
-    def never(self) -> bool:
+    def infinite(self) -> bool:
         """Whether it is an instant that does not come."""
         return is_never(self.value, self.unit)
 
 
-class RungEntry(Section):
+class StepEntry(Section):
     """A model of the ladder."""
 
     added: str | None
@@ -39,7 +39,7 @@ class RungEntry(Section):
     train_rms: Numbers
     """Per joint [N m]."""
     validate_rms: Numbers
-    parameters: dict[str, Value]
+    parameters: dict[str, ParameterValue]
 
 
 def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
@@ -100,7 +100,7 @@ class Remaining(Section):
     """Per joint [N m]."""
 
 
-class StandInEntry(Section):
+class LearnedCurveEntry(Section):
     """Curves in an effect file that take the place of what is not known."""
 
     file: str
@@ -140,12 +140,12 @@ class Document(Section):
     """Whether any of the recordings is of a simulated machine."""
     held_out: str
     """On what the models were validated."""
-    rungs: tuple[RungEntry, ...]
+    rungs: tuple[StepEntry, ...]
     findings: tuple[FindingEntry, ...]
     rejected: tuple[RejectedEntry, ...]
     remaining: Remaining
     next_motion: NextMotion | None
-    stand_in: StandInEntry | None = None
+    stand_in: LearnedCurveEntry | None = None
     cautions: tuple[str, ...] = ()
     """What these recordings tell less well than their length promises."""
     recordings: tuple[str, ...] = ()

@@ -7,7 +7,7 @@ from all rows that fits may see, while all parameters of the model follow on a s
 import numpy as np
 
 from ident.diagnosis.screening import Candidate
-from ident.diagnosis.split_data import Material
+from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
@@ -18,14 +18,14 @@ _NOTHING = 1e-12
 """Singular values of the model's derivatives below this share of the largest."""
 
 
-class Remover:
+class EffectContribution:
     """A model, ready for any number of candidates."""
 
-    def __init__(self, material: Material, solution: Solution) -> None:
+    def __init__(self, material: SplitData, solution: Solution) -> None:
         self._material, self._solution = material, solution
         x, composition = solution.x, solution.composition
         self._rigid = composition.load(x)
-        linear = [one.linearised(composition, x) for one in material.evaluators]
+        linear = [one.linearised(composition, x) for one in material.predictors]
         self._computed = [computed for computed, _ in linear]
         self._derivatives = [derivatives for _, derivatives in linear]
         regressor, _ = solution.rows()
@@ -33,13 +33,13 @@ class Remover:
         size[size == 0] = 1.0
         self._inverse = np.linalg.pinv(regressor / size, rcond=_NOTHING) / size[:, None]
 
-    def signature(self, candidate: Candidate) -> tuple[Floats, ...]:
+    def compute(self, candidate: Candidate) -> tuple[Floats, ...]:
         """(m, dof) what `candidate` would take away of the residual of each recording [N m]; NaN where not known."""
         added = [
             self._added(evaluator, computed, candidate)
-            for evaluator, computed in zip(self._material.evaluators, self._computed, strict=True)
+            for evaluator, computed in zip(self._material.predictors, self._computed, strict=True)
         ]
-        pairs = zip(self._material.fitting, self._solution.weights, strict=True)
+        pairs = zip(self._material.train_indices, self._solution.weights, strict=True)
         rows = np.concatenate([(weight * added[i])[weight > 0] for i, weight in pairs])
         follows = self._inverse @ np.nan_to_num(rows)
         return tuple(one - slopes @ follows for one, slopes in zip(added, self._derivatives, strict=True))

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from ident.diagnosis.improvement import BLOCK
-from ident.diagnosis.noise_floor import Floor
-from ident.diagnosis.split_data import Material, rms
-from ident.diagnosis.steps import State
+from ident.diagnosis.improvement import BLOCK_SECONDS
+from ident.diagnosis.noise_floor import NoiseFloor
+from ident.diagnosis.split_data import SplitData, rms
+from ident.diagnosis.steps import FittedModel
 from recordings.recording import Bools, Floats
 
 _FAILS = 1.25
@@ -34,7 +34,7 @@ _TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
-class Range:
+class TrainingRange:
     """Of a quantity of one joint, as the fits have seen it."""
 
     joint: int
@@ -45,11 +45,11 @@ class Range:
     """(m,) of each recording."""
 
 
-def beyond(material: Material, state: State, floor: Floor) -> Iterator[str]:
+def extrapolation_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
     """A sentence for each range that held-out recordings leave, and where the model `state` fails for it."""
     if not material.other_motion:
         return
-    failing = np.flatnonzero(rms(state.residuals, material.held) > _FAILS * floor.rms)
+    failing = np.flatnonzero(rms(state.residuals, material.test) > _FAILS * floor.rms)
     ranges = list(_ranges(material)) if len(failing) else []
     blamed: dict[str, list[tuple[int, float]]] = {}
     for joint in map(int, failing):
@@ -67,7 +67,7 @@ def beyond(material: Material, state: State, floor: Floor) -> Iterator[str]:
         )
 
 
-def _ranges(material: Material) -> Iterator[Range]:
+def _ranges(material: SplitData) -> Iterator[TrainingRange]:
     rig = material.datasets[0].recording.rig
     for name, of in (
         ("torque", [data.torque for data in material.datasets]),
@@ -77,12 +77,12 @@ def _ranges(material: Material) -> Iterator[Range]:
         for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
             values = [one[:, joint] for one in of]
-            seen = np.concatenate([values[i][material.seen[i][:, joint]] for i in material.fitting])
+            seen = np.concatenate([values[i][material.train[i][:, joint]] for i in material.train_indices])
             if len(seen):  # it does not stand still all the time
                 yield _range(material, values, seen, joint, f"{name} of joint {joint + 1}", unit)
 
 
-def _range(material: Material, values: Sequence[Floats], seen: Floats, joint: int, name: str, unit: str) -> Range:
+def _range(material: SplitData, values: Sequence[Floats], seen: Floats, joint: int, name: str, unit: str) -> TrainingRange:
     low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
     margin = _MARGIN * (high - low)
     outside = tuple(
@@ -90,7 +90,7 @@ def _range(material: Material, values: Sequence[Floats], seen: Floats, joint: in
         for one, data in zip(values, material.datasets, strict=True)
     )
     text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
-    return Range(joint, text, outside)
+    return TrainingRange(joint, text, outside)
 
 
 def _spread(rows: Bools, by: float) -> Bools:
@@ -99,15 +99,15 @@ def _spread(rows: Bools, by: float) -> Bools:
     return around
 
 
-def _share(material: Material, state: State, floor: Floor, outside: Sequence[Bools], joint: int) -> float:
+def _share(material: SplitData, state: FittedModel, floor: NoiseFloor, outside: Sequence[Bools], joint: int) -> float:
     """Of the mean square above the floor that a `joint` leaves held out, that of the rows `outside`."""
     squares, far, most, size = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
-    for data, residual, held, away in zip(material.datasets, state.residuals, material.held, outside, strict=True):
+    for data, residual, held, away in zip(material.datasets, state.residuals, material.test, outside, strict=True):
         known = held[:, joint] & np.isfinite(residual[:, joint])
         squares.append((residual[known, joint] / size) ** 2 - 1)
         far.append(away[known])
         if known.any():
-            most = max(most, float(np.bincount((data.time[known] // BLOCK).astype(int), squares[-1].clip(0)).max()))
+            most = max(most, float(np.bincount((data.time[known] // BLOCK_SECONDS).astype(int), squares[-1].clip(0)).max()))
     above, there = np.concatenate(squares), np.concatenate(far)
     if not there.any() or there.mean() > 1 - _WITHIN or most > _ONE * above.sum():
         return 0.0

@@ -7,22 +7,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnosis.intervals import errors
-from ident.diagnosis.split_data import Material
+from ident.diagnosis.intervals import parameter_uncertainty
+from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Composition, Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
-RARE = 0.25
+MAX_RARE_SHARE = 0.25
 """Share of the moving time below which a direction is rare."""
 _OFFSET = "torque_offset"
 
 
-def cautions(material: Material, solution: Solution, offset: Effect | None) -> Iterator[str]:
+def confounding_warnings(material: SplitData, solution: Solution, offset: Effect | None) -> Iterator[str]:
     """A sentence for each joint with a rare direction: both values and intervals with the `offset` in the model."""
-    shares = rarer_direction(material)
-    for joint in np.flatnonzero(shares < RARE):
+    shares = rarer_direction_share(material)
+    for joint in np.flatnonzero(shares < MAX_RARE_SHARE):
         if not shares[joint]:
             yield (
                 f"Joint {joint + 1} moves in one direction only, so Coulomb friction and a constant offset cannot be "
@@ -32,12 +32,12 @@ def cautions(material: Material, solution: Solution, offset: Effect | None) -> I
             yield _caution(material, _with(material, solution, offset, int(joint)), int(joint), float(shares[joint]))
 
 
-def rarer_direction(material: Material) -> Floats:
+def rarer_direction_share(material: SplitData) -> Floats:
     """(dof,) share of the rows seen, among those that move, that move in the rarer direction."""
     forwards, backwards = (
         sum(
             (seen & (sign * evaluator.course.dataset.motion.velocity > 0)).sum(axis=0)
-            for evaluator, seen in zip(material.evaluators, material.seen, strict=True)
+            for evaluator, seen in zip(material.predictors, material.train, strict=True)
         )
         for sign in (1.0, -1.0)
     )
@@ -45,19 +45,19 @@ def rarer_direction(material: Material) -> Floats:
     return share
 
 
-def _with(material: Material, solution: Solution, offset: Effect, joint: int) -> Solution:
+def _with(material: SplitData, solution: Solution, offset: Effect, joint: int) -> Solution:
     """The model with an offset of that joint, which it may have already."""
     composition: Composition = solution.composition
     if any(term.name == _OFFSET and joint in term.joints for term in composition.terms):
         return solution
-    return material.solve(composition.plus(Term(_OFFSET, offset, (joint,))), np.append(solution.x, 0.0))
+    return material.fit(composition.plus(Term(_OFFSET, offset, (joint,))), np.append(solution.x, 0.0))
 
 
-def _caution(material: Material, solution: Solution, joint: int, share: float) -> str:
+def _caution(material: SplitData, solution: Solution, joint: int, share: float) -> str:
     named = solution.composition.named
     friction = next(i for i, one in enumerate(named) if one.name == f"c_c{joint + 1}")
     constant = next(i for i, one in enumerate(named) if one.name == f"{_OFFSET}.a{joint + 1}")
-    found = errors(material, solution)
+    found = parameter_uncertainty(material, solution)
     width, rho = found.half_width(), found.correlation[friction, constant]
     said = [f"{solution.x[i]:.3g} ± {width[i]:.2g} {named[i].unit}" for i in (friction, constant)]
     return (

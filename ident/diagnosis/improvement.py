@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.split_data import Material
+from ident.diagnosis.split_data import SplitData
 from recordings.recording import Bools, Floats
 
-BLOCK = 0.25
+BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are judged together [s]."""
 _RESAMPLES = 400
 _SEED = 0
@@ -16,33 +16,33 @@ _SEED = 0
 
 
 @dataclass(frozen=True)
-class Gain:
+class Improvement:
     """Fall of the mean square, over what of it is above the floor."""
 
     share: float
     interval: tuple[float, float]
     """95 %, from resampled blocks."""
-    t: float
+    t_statistic: float
     """Student's t of the fall over the blocks."""
-    fall: float
+    reduction: float
     """Of the mean square, in units of the squared floor."""
-    left: float
+    remaining: float
     """Mean square above the floor that is left, in the same units."""
 
 
-def gain(
-    material: Material,
+def measure_improvement(
+    material: SplitData,
     before: Sequence[Floats],
     after: Sequence[Floats],
     floor: Floats,
     rows: Sequence[Bools] | None = None,
-) -> Gain:
+) -> Improvement:
     """From the residuals (m, dof) of every recording, `before` and `after`, and the `floor` (dof,) [N m].
 
     Each joint counts by its squared floor, or by its smallest residual: noise is to weigh the same in all.
     rows: (m, dof) of every recording, on which they are compared; those held out if not said.
     """
-    size, rows = np.maximum(floor, 1e-12), material.held if rows is None else rows
+    size, rows = np.maximum(floor, 1e-12), material.test if rows is None else rows
     # An effect may know less of the recording than the model without it: both are judged where both say something.
     pairs = zip(rows, before, after, strict=True)
     rows = [judged & np.isfinite(old) & np.isfinite(new) for judged, old, new in pairs]
@@ -50,7 +50,7 @@ def gain(
     fall = first - second
     count = len(fall)
     if count < 3:
-        return Gain(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
+        return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     spread = float(fall.std(ddof=1)) / np.sqrt(count)
     excess = first - 1.0
     drawn = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
@@ -58,19 +58,19 @@ def gain(
     low, high = np.percentile(shares, [2.5, 97.5])
     share = _share(fall.mean(), excess.mean())
     t = float(fall.mean() / spread) if spread else 0.0
-    return Gain(float(share), (float(low), float(high)), t, float(fall.mean()), float(second.mean()) - 1.0)
+    return Improvement(float(share), (float(low), float(high)), t, float(fall.mean()), float(second.mean()) - 1.0)
 
 
 def _share(fall: Floats, excess: Floats) -> Floats:
     return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
 
 
-def _blocks(material: Material, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
+def _blocks(material: SplitData, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the floor, of stretches of about BLOCK seconds."""
     found = []
     for dataset, known, residual in zip(material.datasets, rows, residuals, strict=True):
         squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)
-        number = np.floor(dataset.time / BLOCK).astype(int)
+        number = np.floor(dataset.time / BLOCK_SECONDS).astype(int)
         count = np.bincount(number, known.sum(axis=1))
         sums = np.bincount(number, squares)
         found.append(sums[count > 0] / count[count > 0])

@@ -4,36 +4,36 @@ Something unknown is often imitated, more or less, by several known effects toge
 them leaves less on rows that no fit has seen, and none of them belongs in the model.
 """
 
-from ident.diagnosis.improvement import gain
-from ident.diagnosis.nonparametric_fit import learn
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import Ladder, State
-from ident.diagnosis.stepwise_selection import Climber, holds
+from ident.diagnosis.improvement import measure_improvement
+from ident.diagnosis.nonparametric_fit import fit_curves
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import Selection, FittedModel
+from ident.diagnosis.stepwise_selection import Selector, is_supported
 
 
-def without_imitations(material: Material, climber: Climber, ladder: Ladder) -> Ladder:
+def remove_imitations(material: SplitData, climber: Selector, ladder: Selection) -> Selection:
     """The `ladder`, or as much of its beginning as a learned curve does not do better without."""
-    top = ladder.rungs[-1].state
-    first = max(i for i, rung in enumerate(ladder.rungs) if all(one.effect.always_true for one in rung.state.terms))
-    if first == len(ladder.rungs) - 1:
+    top = ladder.steps[-1].model
+    first = max(i for i, rung in enumerate(ladder.steps) if all(one.effect.always_true for one in rung.model.terms))
+    if first == len(ladder.steps) - 1:
         return ladder
-    with_curves = [_with_curve(material, rung.state) for rung in ladder.rungs[first:]]
+    with_curves = [_with_curve(material, rung.model) for rung in ladder.steps[first:]]
     best = min(with_curves, key=lambda state: _held_out(material, state, ladder))
     for number, state in enumerate(with_curves[:-1], start=first):
         if _better(material, top, state, ladder) and not _better(material, state, best, ladder):
-            return climber.stopped(ladder, number)
+            return climber.truncated(ladder, number)
     return ladder
 
 
-def _with_curve(material: Material, state: State) -> State:
-    learned = learn(material, state)
-    return learned.after if learned else state
+def _with_curve(material: SplitData, state: FittedModel) -> FittedModel:
+    learned = fit_curves(material, state)
+    return learned.model if learned else state
 
 
-def _held_out(material: Material, state: State, ladder: Ladder) -> float:
+def _held_out(material: SplitData, state: FittedModel, ladder: Selection) -> float:
     nothing = [data.torque * 0.0 for data in material.datasets]
-    return -gain(material, nothing, state.residuals, ladder.floor.rms).fall
+    return -measure_improvement(material, nothing, state.residuals, ladder.noise_floor.rms).reduction
 
 
-def _better(material: Material, before: State, after: State, ladder: Ladder) -> bool:
-    return holds(gain(material, before.residuals, after.residuals, ladder.floor.rms))
+def _better(material: SplitData, before: FittedModel, after: FittedModel, ladder: Selection) -> bool:
+    return is_supported(measure_improvement(material, before.residuals, after.residuals, ladder.noise_floor.rms))

@@ -17,7 +17,7 @@ from ident.data import cycle_statistics, noise
 from ident.data.cycle_statistics import Trend
 from ident.data.cycles import by_cycle
 from ident.data.spectral_lines import Line, lines
-from ident.diagnosis.split_data import Material, rms
+from ident.diagnosis.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import Evaluator
 from recordings.recording import Bools, Floats
@@ -34,7 +34,7 @@ _TINY = 1e-24
 
 
 @dataclass(frozen=True, eq=False)
-class Floor:
+class NoiseFloor:
     """Of each joint, within the analysis bandwidth."""
 
     noise: Floats
@@ -53,7 +53,7 @@ class Floor:
         return together
 
 
-def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -> Floor:
+def estimate_noise_floor(material: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The floor under the `residuals` (m, dof) of a `solution`."""
     splits = cycle_statistics.of(material.datasets, residuals)
     if splits:
@@ -69,25 +69,25 @@ def floor(material: Material, solution: Solution, residuals: Sequence[Floats]) -
             np.stack([own.torque_std(data.volt_sensitivity[:, j]) for j, own in enumerate(measured)], axis=1)
             for data in material.datasets
         ]
-        level = rms(std, [one.course.usable for one in material.evaluators])
+        level = rms(std, [one.course.usable for one in material.predictors])
     kept, refitted = _misread(material, solution)
-    judged = material.judged
+    judged = material.scored
     parts = [
         _encoder(
             evaluator,
-            material.disturbed[i],
+            material.perturbed[i],
             judged[i],
-            material.repeating[i],
+            material.repeating_share[i],
             kept[i],
             refitted[i],
             solution,
         )
-        for i, evaluator in enumerate(material.evaluators)
+        for i, evaluator in enumerate(material.predictors)
     ]
-    return Floor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
+    return NoiseFloor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
 
 
-def _misread(material: Material, solution: Solution) -> tuple[list[Floats], list[Floats]]:
+def _misread(material: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:
     """What other steps of the encoders would change, by the mechanism alone: (m, dof) of each recording [N m].
 
     Once with the parameters of the `solution`, and once with those that a fit to the readings with other steps gives.
@@ -95,7 +95,7 @@ def _misread(material: Material, solution: Solution) -> tuple[list[Floats], list
     composition = solution.composition
     always = tuple(term for term in composition.terms if term.effect.always_true)
     own = composition.load(solution.x)
-    columns, misled = material.misread(replace(composition, terms=always))
+    columns, misled = material.perturbed_regressors(replace(composition, terms=always))
     kept = [(other - one) @ own for one, other in columns]
     return kept, [same + other @ (misled @ own) for same, (_, other) in zip(kept, columns, strict=True)]
 

@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.diagnosis.improvement import Gain, gain
-from ident.diagnosis.noise_floor import floor
+from ident.diagnosis.improvement import Improvement, measure_improvement
+from ident.diagnosis.noise_floor import estimate_noise_floor
 from ident.diagnosis.residual_dependence import Dependence
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import State
-from ident.diagnosis.stepwise_selection import holds
-from ident.diagnosis.unexplained_residual import remainder
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.stepwise_selection import is_supported
+from ident.diagnosis.unexplained_residual import estimate_unexplained
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.learned_curve import Curve, effect_of
 from ident.dynamics.structure import Term
@@ -22,28 +22,28 @@ from recordings.recording import Bools, Floats
 KNOTS = 17
 SMOOTHNESS = tuple(10.0**power for power in range(-4, 5))
 """Weights of the second difference that are tried, over the mean square of a column."""
-BLOCK = 1.0
+BLOCK_SECONDS = 1.0
 """Of every two stretches this long [s], one tells how smooth a curve that is learned from the other should be."""
 _SHRUNK = 1e-3
 _TINY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class StandIn:
+class NonparametricFit:
     """Curves, and what they are worth."""
 
     curves: tuple[Curve, ...]
     dependences: tuple[Dependence, ...]
     """What they are over."""
-    after: State
+    model: FittedModel
     """The last model with them."""
-    gain: Gain
+    improvement: Improvement
     """On rows that no fit has seen."""
 
     @property
-    def holds(self) -> bool:
+    def supported(self) -> bool:
         """Whether those rows bear the curves out."""
-        return holds(self.gain)
+        return is_supported(self.improvement)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,18 +82,18 @@ class _Rows:
         return total
 
 
-def learn(material: Material, top: State) -> StandIn | None:
+def fit_curves(material: SplitData, top: FittedModel) -> NonparametricFit | None:
     """The curves that stand in for what the model `top` leaves; None where it depends on nothing that has one.
 
     One joint comes after the other, the one with most of it first, and before all what changes with time: only once a
     joint has its curve is seen what the others lack themselves.
     """
-    reached = floor(material, top.solution, top.residuals)
+    reached = estimate_noise_floor(material, top.solution, top.residuals)
     used: list[Dependence] = []
     curves: list[Curve] = []
     after = top
     for _ in range(top.residuals[0].shape[1]):
-        left = remainder(material, after, floor(material, after.solution, after.residuals))
+        left = estimate_unexplained(material, after, estimate_noise_floor(material, after.solution, after.residuals))
         share = left.rms / material.torque_rms
         more = [one for one in left.dependences if one.joint not in {other.joint for other in used}]
         if not more:
@@ -103,26 +103,26 @@ def learn(material: Material, top: State) -> StandIn | None:
         after = _beside(material, top, curves)
     if not curves:
         return None
-    held_out = gain(material, top.residuals, after.residuals, reached.rms)
-    return StandIn(tuple(curves), tuple(used), after, held_out)
+    held_out = measure_improvement(material, top.residuals, after.residuals, reached.rms)
+    return NonparametricFit(tuple(curves), tuple(used), after, held_out)
 
 
-def _beside(material: Material, top: State, curves: Sequence[Curve]) -> State:
+def _beside(material: SplitData, top: FittedModel, curves: Sequence[Curve]) -> FittedModel:
     """The model `top` with `curves`, refitted."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
     composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
-    solution = material.solve(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
-    return State(solution, material.residuals(solution))
+    solution = material.fit(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
+    return FittedModel(solution, material.residuals(solution))
 
 
 def _blank(one: Dependence) -> list[Curve]:
     """Curves without knots over what was found."""
-    return [Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ()) for own in one.sources]
+    return [Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ()) for own in one.inputs]
 
 
-def _learned(material: Material, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
+def _learned(material: SplitData, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
     """All together, while the model's own parameters move along."""
-    views = [_view(material.evaluators[i], solution) for i in material.fitting]
+    views = [_view(material.predictors[i], solution) for i in material.train_indices]
     curves = [replace(curve, knots=_knots(curve, views)) for curve in blank]
     rows = _rows(material, solution, views, curves)
     best = min(SMOOTHNESS, key=rows.error)
@@ -152,16 +152,16 @@ def _bend(knots: Sequence[float]) -> Floats:
     return change
 
 
-def _rows(material: Material, solution: Solution, views: Sequence[View], curves: Sequence[Curve]) -> _Rows:
+def _rows(material: SplitData, solution: Solution, views: Sequence[View], curves: Sequence[Curve]) -> _Rows:
     from scipy.linalg import block_diag
 
     parts = []
-    pairs = zip(material.fitting, views, solution.derivatives, solution.residuals, strict=True)
+    pairs = zip(material.train_indices, views, solution.derivatives, solution.residuals, strict=True)
     for index, view, derivatives, residual in pairs:
-        hats = material.evaluators[index].course.condition(_hats(curves, view))
-        seen = material.seen[index] & np.isfinite(residual)
+        hats = material.predictors[index].course.condition(_hats(curves, view))
+        seen = material.train[index] & np.isfinite(residual)
         seen &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
-        first = np.floor(material.datasets[index].time / BLOCK) % 2 == 0
+        first = np.floor(material.datasets[index].time / BLOCK_SECONDS) % 2 == 0
         first = np.repeat(first[:, None], seen.shape[1], axis=1)
         parts.append((hats[seen], derivatives[seen], residual[seen], first[seen]))
     hats, model, residual, first = (np.concatenate(part) for part in zip(*parts, strict=True))

@@ -10,23 +10,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.diagnosis.split_data import Material
+from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.learned_curve import Times, Variable
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 
 KNOTS = 8
 """Pieces of a curve, each with as many samples as the others."""
-ENOUGH = 0.85
+MIN_RELATIVE_SHARE = 0.85
 """Share of what the best curve explains that a simpler one must reach."""
-LEAST = 0.2
+MIN_EXPLAINED = 0.2
 """Share of the remainder that a curve must explain on held-out rows to be named at all."""
 _RIDGE = 1e-3
 """Of the mean square of a column; keeps pieces that were hardly visited from swinging."""
 
 
 @dataclass(frozen=True)
-class Source:
+class CurveInput:
     """What a curve is over."""
 
     variable: Variable
@@ -42,7 +42,7 @@ class Dependence:
 
     joint: int
     """From 0."""
-    sources: tuple[Source, ...]
+    inputs: tuple[CurveInput, ...]
     """A sum of a curve over each."""
     variables: tuple[str, ...]
     explained: float
@@ -66,17 +66,17 @@ class _Rows:
     """(m, dof)"""
 
 
-def dependences(
-    material: Material, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
+def find_dependences(
+    material: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
 ) -> list[Dependence]:
     """What the residuals (m, dof) of `joints` depend on; nothing where no curve explains any of it."""
     rows = _rows(material, solution, residuals)
     return [found for joint in joints if (found := _of(rows, joint))]
 
 
-def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
+def _rows(material: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
     datasets = material.datasets
-    derivatives = [one.linearised(solution.composition, solution.x)[1] for one in material.evaluators]
+    derivatives = [one.linearised(solution.composition, solution.x)[1] for one in material.predictors]
     computed = [data.torque - left for data, left in zip(datasets, residuals, strict=True)]
     dof = residuals[0].shape[1]
     signals: dict[Variable, list[Floats]] = {
@@ -90,7 +90,7 @@ def _rows(material: Material, solution: Solution, residuals: Sequence[Floats]) -
     regressor, residual = np.concatenate(derivatives), np.concatenate(residuals)
     everything: Bools = np.all([np.isfinite(values).all(axis=1) for values in joined.values()], axis=0)
     known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & everything[:, None]
-    seen, held = (np.concatenate(part) & known for part in (material.seen, material.held))
+    seen, held = (np.concatenate(part) & known for part in (material.train, material.test))
     direction = np.concatenate([data.motion.direction for data in datasets])
     factors: dict[Times, Floats] = {
         "one": np.ones_like(direction),
@@ -105,37 +105,37 @@ def _of(rows: _Rows, joint: int) -> Dependence | None:
         (sources, _explained(rows, joint, _columns(rows, joint, sources))) for sources in _candidates(rows, joint)
     ]
     best = max(share for _, share in tried)
-    if best < LEAST:
+    if best < MIN_EXPLAINED:
         return None
-    enough = [one for one in tried if one[1] >= ENOUGH * best]
+    enough = [one for one in tried if one[1] >= MIN_RELATIVE_SHARE * best]
     sources, share = min(enough, key=lambda one: (len(_variables(joint, one[0])), -one[1]))
     return Dependence(joint, sources, _variables(joint, sources), share)
 
 
-def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[Source, ...]]:
+def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:
     """What sums of curves may be over."""
     for name in rows.signals:
-        yield (Source(name, joint),)
+        yield (CurveInput(name, joint),)
     for name in rows.signals:
         if name != "velocity":
-            yield (Source(name, joint, "direction"),)
-    yield (Source("position", joint, "velocity"),)
+            yield (CurveInput(name, joint, "direction"),)
+    yield (CurveInput("position", joint, "velocity"),)
     others = [other for other in range(rows.residual.shape[1]) if other != joint]
     moving: tuple[Variable, ...] = ("position", "velocity", "acceleration")
     for name in moving:
-        yield from ((Source(name, other),) for other in others)
+        yield from ((CurveInput(name, other),) for other in others)
         if len(others) > 1:
-            yield tuple(Source(name, other) for other in others)
+            yield tuple(CurveInput(name, other) for other in others)
 
 
-def _variables(joint: int, sources: Sequence[Source]) -> tuple[str, ...]:
+def _variables(joint: int, sources: Sequence[CurveInput]) -> tuple[str, ...]:
     """As a diagnosis names them."""
     turned = ["velocity"] if any(one.times != "one" for one in sources) else []
     others = [f"joint_{one.joint + 1}" for one in sources if one.joint != joint]
     return sources[0].variable, *turned, *others
 
 
-def _columns(rows: _Rows, joint: int, sources: Sequence[Source]) -> Floats:
+def _columns(rows: _Rows, joint: int, sources: Sequence[CurveInput]) -> Floats:
     """(m, c) of a curve over each of the `sources`."""
     curves = [
         _curve(rows.signals[one.variable][:, one.joint], rows.seen[:, joint])

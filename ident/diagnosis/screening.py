@@ -11,14 +11,14 @@ from itertools import combinations, product
 
 import numpy as np
 
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import Unseen
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import Exclusion
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
-SEEN = 1e-3
+MIN_EXCITATION = 1e-3
 """Below this share of its size that no parameter of the model imitates, a column counts as not excited."""
 _SUBSETS_UP_TO = 4
 """Joints up to which all their subsets are tried."""
@@ -37,12 +37,12 @@ class Candidate:
     """An effect on some joints, and where the search for its parameters begins."""
 
     term: Term
-    starts: tuple[Floats, ...]
+    initial_guesses: tuple[Floats, ...]
     """(own + shapes,) its entries of the parameter vector: as far as a straight line tells, and where it was looked
     at, if that is elsewhere."""
     loss: float
     """Weighted sum of squares that it is expected to leave."""
-    own: int
+    parameter_count: int
     """How many own parameters it has, in all, with its searched shapes."""
     coefficients: Floats
     """(owners * c,) of its columns, as far as a straight line tells."""
@@ -64,24 +64,24 @@ class _Block:
     """(c,) +1 where only a positive coefficient is meant, else 0."""
 
 
-class Screen:
+class Screener:
     """A model so far, ready to look at candidates."""
 
-    def __init__(self, material: Material, solution: Solution) -> None:
+    def __init__(self, material: SplitData, solution: Solution) -> None:
         self._material, self._solution = material, solution
         regressor, self._residual = solution.rows()
         size = np.sqrt((regressor**2).sum(axis=0))
         self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
         self.loss = solution.loss
-        self._evaluators = [material.evaluators[i] for i in material.fitting]
+        self._evaluators = [material.predictors[i] for i in material.train_indices]
 
-    def look(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Unseen]]:
+    def screen(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Exclusion]]:
         """The best start of every effect, the most promising first, and why the others have none.
 
         Of what may be there several times, several.
         """
         found: list[Candidate] = []
-        unseen: dict[str, Unseen] = {}
+        unseen: dict[str, Exclusion] = {}
         for name, effect in library.items():
             judged = [self._judged(name, effect, block) for block in self._blocks(name, effect)]
             candidates = [one for one in judged if isinstance(one, Candidate)]
@@ -163,13 +163,13 @@ class Screen:
         rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
         return rows
 
-    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | Unseen:
+    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | Exclusion:
         """The best joints for `block`, or why there are none."""
         c = block.scale.shape[1]
         size = np.sqrt((block.columns**2).sum(axis=0))
         rest = block.columns - self._basis @ (self._basis.T @ block.columns)
         rest -= self._basis @ (self._basis.T @ rest)
-        seen = np.sqrt((rest**2).sum(axis=0)) > SEEN * size
+        seen = np.sqrt((rest**2).sum(axis=0)) > MIN_EXCITATION * size
         gram, right = rest.T @ rest, rest.T @ self._residual
         owners = [owner for owner in range(len(size) // c) if seen[owner * c : owner * c + c].any() and size.any()]
         subsets = {subset: self._gain(gram, right, subset, block, c) for subset in _subsets(owners)}
@@ -222,7 +222,7 @@ def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | N
 def _together(candidates: Sequence[Candidate]) -> Candidate:
     """The first of the `candidates`, with the starts of those that are on the same joints."""
     best = candidates[0]
-    starts = [start for one in candidates if one.term == best.term for start in one.starts]
+    starts = [start for one in candidates if one.term == best.term for start in one.initial_guesses]
     return replace(best, starts=tuple(starts))
 
 

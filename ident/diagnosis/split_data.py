@@ -20,11 +20,11 @@ SEGMENTS = 15
 """Into so many parts a cycle is cut where there is no other recording to validate on; each third one is held out."""
 _GUARDS = 5
 """A segment is so many times as long as what the filter makes its neighbours know of it, at least."""
-STILL = 0.25
+MAX_STANDSTILL = 0.25
 """Rows with more standstill than this behind them are left out."""
-AMPLIFIED = 2.0
+MAX_AMPLIFICATION = 2.0
 """What is reported tells little of the torque where it makes an error of it larger than so many times."""
-MENTIONED = 0.01
+MIN_REPORTED_SHARE = 0.01
 """Share of rows up to which leaving them out is not worth a word, and those near saturation are judged as well."""
 _DEVIATIONS = 3.0
 """Speeds within so many standard deviations of what encoder steps make of it are standstill."""
@@ -43,21 +43,21 @@ _SAME = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class SplitData:
     """Recordings, each row of which is seen by fits, or held out, or neither."""
 
-    evaluators: tuple[Evaluator, ...]
-    seen: tuple[Bools, ...]
+    predictors: tuple[Evaluator, ...]
+    train: tuple[Bools, ...]
     """(m, dof) of each recording."""
-    held: tuple[Bools, ...]
+    test: tuple[Bools, ...]
     """(m, dof) of each recording."""
     weights: tuple[Floats, ...]
     """(m, dof) of each recording [1 / (N m)]; 0 where it is not seen."""
     other_motion: bool
     """Whether what is held out is another recording; else phase segments of the same."""
-    still: float = 0.0
+    standstill_share: float = 0.0
     """Share of the rows that neither fits see nor are judged, as a joint stands still there."""
-    silent: float = 0.0
+    insensitive_share: float = 0.0
     """Share of the rows that are not judged, as what is reported there tells little of the torque."""
     _misread: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
         default_factory=dict, repr=False
@@ -67,30 +67,30 @@ class Material:
     @property
     def datasets(self) -> tuple[Dataset, ...]:
         """The measured rows."""
-        return tuple(one.course.dataset for one in self.evaluators)
+        return tuple(one.course.dataset for one in self.predictors)
 
     @property
-    def judged(self) -> tuple[Bools, ...]:
+    def scored(self) -> tuple[Bools, ...]:
         """(m, dof) of each recording: rows that are seen or held out."""
-        return tuple(seen | held for seen, held in zip(self.seen, self.held, strict=True))
+        return tuple(seen | held for seen, held in zip(self.train, self.test, strict=True))
 
     @cached_property
-    def disturbed(self) -> tuple[Evaluator, ...]:
+    def perturbed(self) -> tuple[Evaluator, ...]:
         """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
-        return tuple(Evaluator(_disturbed(one.course)) for one in self.evaluators)
+        return tuple(Evaluator(_disturbed(one.course)) for one in self.predictors)
 
     @cached_property
-    def misreadings(self) -> tuple[tuple[Evaluator, ...], ...]:
+    def perturbed_draws(self) -> tuple[tuple[Evaluator, ...], ...]:
         """Several such readings of the recordings of which fits see something."""
-        courses = [self.evaluators[i].course for i in self.fitting]
+        courses = [self.predictors[i].course for i in self.train_indices]
         return tuple(tuple(Evaluator(_disturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
 
     @cached_property
-    def repeating(self) -> tuple[Floats, ...]:
+    def repeating_share(self) -> tuple[Floats, ...]:
         """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
-        return tuple(repeating(one.course) for one in self.evaluators)
+        return tuple(repeating(one.course) for one in self.predictors)
 
-    def misread(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
+    def perturbed_regressors(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
         """Columns (m, dof, K) of a `bare` composition for each recording, as it was read and as it might have been,
         and (K, K) what a fit to the second makes of parameters: so much more of each per unit of its own.
 
@@ -99,7 +99,7 @@ class Material:
         names = tuple(term.name for term in bare.terms)
         if names not in self._misread:
             x = np.zeros(len(bare.named))
-            both = zip(self.evaluators, self.disturbed, strict=True)
+            both = zip(self.predictors, self.perturbed, strict=True)
             pairs = [(one.linearised(bare, x)[1], other.linearised(bare, x)[1]) for one, other in both]
             self._misread[names] = pairs, self._misled(pairs)
         return self._misread[names]
@@ -118,44 +118,44 @@ class Material:
         return misled
 
     @cached_property
-    def fitting(self) -> tuple[int, ...]:
+    def train_indices(self) -> tuple[int, ...]:
         """Recordings of which fits see something."""
-        return tuple(i for i, seen in enumerate(self.seen) if seen.any())
+        return tuple(i for i, seen in enumerate(self.train) if seen.any())
 
     @cached_property
     def independent_rows(self) -> float:
         """How many independent rows the seen ones are worth: a low-pass makes neighbours alike."""
         return sum(
-            float(self.seen[i].sum()) * min(1.0, 2 * self.datasets[i].bandwidth / self.datasets[i].rate)
-            for i in self.fitting
+            float(self.train[i].sum()) * min(1.0, 2 * self.datasets[i].bandwidth / self.datasets[i].rate)
+            for i in self.train_indices
         )
 
     @cached_property
     def torque_rms(self) -> Floats:
         """(dof,) measured torque [N m] over all rows."""
-        return rms([dataset.torque for dataset in self.datasets], self.judged)
+        return rms([dataset.torque for dataset in self.datasets], self.scored)
 
-    def solve(self, composition: Composition, x: Floats) -> Solution:
+    def fit(self, composition: Composition, x: Floats) -> Solution:
         """`composition` fitted to what may be seen, from `x` (K,)."""
-        return self.improved(self.begun(composition, x))
+        return self.refine(self.fit_linear(composition, x))
 
-    def begun(self, composition: Composition, x: Floats) -> Solution:
+    def fit_linear(self, composition: Composition, x: Floats) -> Solution:
         """The linear parameters of `composition` fitted to what may be seen, the others as in `x` (K,)."""
         return begun(self._fitted, composition, x, self._own_weights)
 
-    def improved(self, solution: Solution) -> Solution:
+    def refine(self, solution: Solution) -> Solution:
         """All parameters fitted, beginning with those of a `solution`."""
         return improved(self._fitted, solution, self._own_weights)
 
     @property
     def _fitted(self) -> list[Evaluator]:
-        return [self.evaluators[i] for i in self.fitting]
+        return [self.predictors[i] for i in self.train_indices]
 
     @property
     def _own_weights(self) -> list[Floats]:
-        return [self.weights[i] for i in self.fitting]
+        return [self.weights[i] for i in self.train_indices]
 
-    def faithful(self, solution: Solution, error: Floats) -> "Material":
+    def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
         """Without judging rows in which what is reported tells little of the torque, if they are worth mentioning.
 
         In saturation any error of the torque is amplified. Fits still see them: nothing else tells where it begins.
@@ -164,29 +164,29 @@ class Material:
         """
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.composition.terms):
             return self
-        amplified = [one.amplification(solution.composition, solution.x, error) for one in self.evaluators]
+        amplified = [one.amplification(solution.composition, solution.x, error) for one in self.predictors]
         silent = [
-            one.course.condition(np.where(np.isfinite(size), size > AMPLIFIED, np.nan).astype(float)) > STILL
-            for one, size in zip(self.evaluators, amplified, strict=True)
+            one.course.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float)) > MAX_STANDSTILL
+            for one, size in zip(self.predictors, amplified, strict=True)
         ]
         seen, held = (
-            tuple(rows & ~left for rows, left in zip(part, silent, strict=True)) for part in (self.seen, self.held)
+            tuple(rows & ~left for rows, left in zip(part, silent, strict=True)) for part in (self.train, self.test)
         )
-        before, after = (sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.seen, self.held), (seen, held)))
+        before, after = (sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (seen, held)))
         share = 1 - after / before
-        return replace(self, seen=seen, held=held, silent=share) if share > MENTIONED else self
+        return replace(self, seen=seen, held=held, silent=share) if share > MIN_REPORTED_SHARE else self
 
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed, of every recording [N m]."""
         composition, x = solution.composition, solution.x
-        return tuple(one.course.dataset.torque - one.torque(composition, x) for one in self.evaluators)
+        return tuple(one.course.dataset.torque - one.torque(composition, x) for one in self.predictors)
 
 
-def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
+def split_recordings(train: Sequence[Course], validate: Sequence[Course]) -> SplitData:
     """The material of recordings to fit, and of those, if there are, that fits must not see."""
     courses = [*train, *validate]
-    still = [standstill(course) for course in courses]
-    moving = [course.usable & (part < STILL) for course, part in zip(courses, still, strict=True)]
+    still = [standstill_share(course) for course in courses]
+    moving = [course.usable & (part < MAX_STANDSTILL) for course, part in zip(courses, still, strict=True)]
     if validate:
         nothing = [np.zeros_like(course.usable) for course in courses]
         seen = moving[: len(train)] + nothing[len(train) :]
@@ -197,7 +197,7 @@ def gather(train: Sequence[Course], validate: Sequence[Course]) -> Material:
     evaluators = tuple(Evaluator(course, max(_LEAST_KEPT, KEPT // len(courses))) for course in courses)
     usable = sum(int(course.usable.sum()) for course in courses)
     at_rest = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
-    return Material(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate), at_rest)
+    return SplitData(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate), at_rest)
 
 
 def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:
@@ -241,7 +241,7 @@ def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence
     ]
 
 
-def standstill(course: Course) -> Floats:
+def standstill_share(course: Course) -> Floats:
     """(m, dof) share of the instants behind a row at which a joint moves too slowly to tell in which direction.
 
     Dry friction may then be anything between its two levels. How slow that is follows from the encoder's steps.
@@ -259,12 +259,12 @@ def standstill(course: Course) -> Floats:
 def _disturbed(course: Course, seed: int = _SEED) -> Course:
     """As if its encoders had other steps of the same size."""
     measured = course.samples.position
-    error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
+    error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * encoder_resolution(measured)
     path = course.corrected(course.path.rig, lambda position: position + error)
     return replace(course, samples=replace(course.samples, position=measured + error), path=path)
 
 
-def resolution(position: Floats) -> Floats:
+def encoder_resolution(position: Floats) -> Floats:
     """(dof,) step between neighbouring readings of the encoders that gave `position` (n, dof) [rad or m]."""
     steps = []
     for signal in position.T:

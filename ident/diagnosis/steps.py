@@ -4,18 +4,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from ident.diagnosis.improvement import Gain
-from ident.diagnosis.noise_floor import Floor
+from ident.diagnosis.improvement import Improvement
+from ident.diagnosis.noise_floor import NoiseFloor
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
-Unseen = Literal["imitated", "sign"]
+Exclusion = Literal["imitated", "sign"]
 """imitated: other parameters make up all that it would change; sign: it would need one that it cannot have."""
 
 
 @dataclass(frozen=True, eq=False)
-class State:
+class FittedModel:
     """A model on the way, with what it leaves."""
 
     solution: Solution
@@ -29,24 +29,24 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Options:
+class Extensions:
     """Beyond one model."""
 
-    states: tuple[State, ...]
+    models: tuple[FittedModel, ...]
     """With one effect more, the best first."""
-    unseen: Mapping[str, "Unseen"]
+    excluded: Mapping[str, "Exclusion"]
     """Effects that could not be looked at any further, and why."""
-    gains: Mapping[str, float]
+    loss_reductions: Mapping[str, float]
     """What each effect would gain at first sight, as a share of the loss."""
 
 
 @dataclass(frozen=True, eq=False)
-class Rung:
+class SelectionStep:
     """A step of the ladder."""
 
     added: str | None
-    state: State
-    gain: Gain | None
+    model: FittedModel
+    improvement: Improvement | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,25 +54,25 @@ class Finding:
     """An effect of the final model."""
 
     term: Term
-    gain: Gain
+    improvement: Improvement
     """What leaving it out would cost on held-out rows."""
     alternatives: tuple[str, ...]
     """Other effects that would explain these data as well in its place, the closest first."""
-    without: tuple[Floats, ...]
+    residuals_without: tuple[Floats, ...]
     """(m, dof) what the final model leaves of each recording without this effect, refitted [N m]."""
-    with_it: tuple[Floats, ...]
+    residuals_with: tuple[Floats, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Ladder:
+class Selection:
     """All that was found."""
 
-    rungs: tuple[Rung, ...]
+    steps: tuple[SelectionStep, ...]
     findings: tuple[Finding, ...]
-    first: Options
+    first_extensions: Extensions
     """What could have been added first."""
-    last: Options
+    last_extensions: Extensions
     """What could be added still."""
-    floor: Floor
+    noise_floor: NoiseFloor
     computed: tuple[Floats, ...]
     """(m, dof) torque of the final model on each recording [N m]."""

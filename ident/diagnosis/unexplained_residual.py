@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.diagnosis.noise_floor import Floor
-from ident.diagnosis.residual_dependence import Dependence, dependences
-from ident.diagnosis.split_data import Material
+from ident.diagnosis.noise_floor import NoiseFloor
+from ident.diagnosis.residual_dependence import Dependence, find_dependences
+from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
-from ident.diagnosis.steps import State
+from ident.diagnosis.steps import FittedModel
 from recordings.recording import Bools, Floats
 
-LEAST = 0.0035
+MIN_TORQUE_SHARE = 0.0035
 """Share of the torque below which a remainder is not called structure: what preprocessing may leave of a right
 model."""
 _UNSURE = 0.6
@@ -27,14 +27,14 @@ _CHANCE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Remainder:
+class UnexplainedResidual:
     """Of one model."""
 
     rms: Floats
     """(dof,) of what is structured [N m]."""
     share: float
     """Of the remaining mean square, over all joints."""
-    unexplained: bool
+    significant: bool
     """Whether there is structure in it that matters."""
     variables: tuple[str, ...]
     """What it depends on."""
@@ -43,16 +43,16 @@ class Remainder:
     """What the curves are over that explain some of it."""
 
 
-def remainder(material: Material, state: State, floor: Floor, known: Sequence[Dependence] | None = None) -> Remainder:
+def estimate_unexplained(material: SplitData, state: FittedModel, floor: NoiseFloor, known: Sequence[Dependence] | None = None) -> UnexplainedResidual:
     """What the model `state` leaves above its `floor`.
 
     known: what it is known to depend on; None: it is looked at, joint by joint.
     """
     residuals = state.residuals
-    total = rms_of(residuals, material.judged)
+    total = rms_of(residuals, material.scored)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
-    least = LEAST * material.torque_rms
+    least = MIN_TORQUE_SHARE * material.torque_rms
     doubtful = np.sqrt(least**2 + (_UNSURE * floor.encoder) ** 2 + (_SCATTER * floor.noise) ** 2)
     repeats = (structured > doubtful) & _repeating(material, residuals)
     vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > least
@@ -60,11 +60,11 @@ def remainder(material: Material, state: State, floor: Floor, known: Sequence[De
     # What one joint lacks spreads to the others through the parameters that they share.
     worst = (structured / material.torque_rms) >= _CLEARLY * (structured / material.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
-    found = dependences(material, state.solution, residuals, joints) if known is None else list(known)
+    found = find_dependences(material, state.solution, residuals, joints) if known is None else list(known)
     variables = {variable for one in found for variable in one.variables}
     variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
     unexplained = bool((repeats | vibrates | drifts).any())
-    return Remainder(
+    return UnexplainedResidual(
         structured,
         share,
         unexplained,
@@ -74,7 +74,7 @@ def remainder(material: Material, state: State, floor: Floor, known: Sequence[De
     )
 
 
-def _sentence(unexplained: bool, found: Sequence[Dependence], floor: Floor, vibrates: Bools, drifts: Bools) -> str:
+def _sentence(unexplained: bool, found: Sequence[Dependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools) -> str:
     if not unexplained:
         return "nothing that repeats with the motion, or that noise could not have made."
     parts = [
@@ -87,7 +87,7 @@ def _sentence(unexplained: bool, found: Sequence[Dependence], floor: Floor, vibr
     return "; ".join(parts) + "." if parts else "it repeats with the motion, but goes with no single variable."
 
 
-def _repeating(material: Material, residuals: tuple[Floats, ...]) -> Bools:
+def _repeating(material: SplitData, residuals: tuple[Floats, ...]) -> Bools:
     """(dof,) whether the residual repeats with the motion by more than chance; True where nothing tells."""
     splits = cycle_statistics.of(material.datasets, residuals)
     if not splits:

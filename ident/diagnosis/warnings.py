@@ -5,11 +5,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis.extrapolation import beyond
-from ident.diagnosis.friction_offset_confounding import cautions
-from ident.diagnosis.noise_floor import Floor
-from ident.diagnosis.split_data import MENTIONED, Material, rms
-from ident.diagnosis.steps import State
+from ident.diagnosis.extrapolation import extrapolation_warnings
+from ident.diagnosis.friction_offset_confounding import confounding_warnings
+from ident.diagnosis.noise_floor import NoiseFloor
+from ident.diagnosis.split_data import MIN_REPORTED_SHARE, SplitData, rms
+from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Effect
 
 _FEW = 20
@@ -18,17 +18,17 @@ _DISAGREE = 1.5
 """How many times larger the error on one held-out recording may be than on another."""
 
 
-def doubts(material: Material, state: State, floor: Floor, offset: Effect | None) -> Iterator[str]:
+def data_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
     """About the model `state` and its `floor`; `offset`: the effect with which Coulomb friction is confused."""
-    yield from cautions(material, state.solution, offset)
+    yield from confounding_warnings(material, state.solution, offset)
     yield from _too_little(material, state)
     yield from _disagreement(material, state, floor)
-    yield from beyond(material, state, floor)
+    yield from extrapolation_warnings(material, state, floor)
     yield from _left_out(material)
     yield from _unknown_gain(material)
 
 
-def names(material: Material, chosen: Sequence[int]) -> list[str]:
+def file_names(material: SplitData, chosen: Sequence[int]) -> list[str]:
     """Of the files of the `chosen` recordings: with their folders where names alone would be the same."""
     paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
     every = [path.name for path in paths]
@@ -36,11 +36,11 @@ def names(material: Material, chosen: Sequence[int]) -> list[str]:
     return list(dict.fromkeys(path.name if every.count(path.name) == 1 else str(path) for path in files))
 
 
-def _too_little(material: Material, state: State) -> Iterator[str]:
+def _too_little(material: SplitData, state: FittedModel) -> Iterator[str]:
     """Whether the recordings are cut short, or too short to tell."""
     cut = [i for i, data in enumerate(material.datasets) if not data.recording.complete]
     if cut:
-        yield f"Interrupted, or cut off: {', '.join(names(material, cut))}. What came after is not known."
+        yield f"Interrupted, or cut off: {', '.join(file_names(material, cut))}. What came after is not known."
     rows, parameters = material.independent_rows, len(state.solution.x)
     if rows < _FEW * parameters:
         yield (
@@ -49,13 +49,13 @@ def _too_little(material: Material, state: State) -> Iterator[str]:
         )
 
 
-def _disagreement(material: Material, state: State, floor: Floor) -> Iterator[str]:
+def _disagreement(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
     """Whether the final model does much worse on one of several held-out recordings than on another."""
-    held = [i for i, rows in enumerate(material.held) if rows.any()]
+    held = [i for i, rows in enumerate(material.test) if rows.any()]
     errors: dict[str, float] = {}
-    for name in names(material, held) if material.other_motion else ():
-        own = [i for i in held if names(material, [i]) == [name]]
-        level = rms([state.residuals[i] for i in own], [material.held[i] for i in own])
+    for name in file_names(material, held) if material.other_motion else ():
+        own = [i for i in held if file_names(material, [i]) == [name]]
+        level = rms([state.residuals[i] for i in own], [material.test[i] for i in own])
         errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
     if len(errors) > 1 and max(errors.values()) > _DISAGREE * min(errors.values()):
         each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
@@ -65,21 +65,21 @@ def _disagreement(material: Material, state: State, floor: Floor) -> Iterator[st
         )
 
 
-def _left_out(material: Material) -> Iterator[str]:
+def _left_out(material: SplitData) -> Iterator[str]:
     """What no error above is of."""
-    if material.still > MENTIONED:
+    if material.standstill_share > MIN_REPORTED_SHARE:
         yield (
-            f"{material.still:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
+            f"{material.standstill_share:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
             "nearly: its dry friction may be anything. ident compare judges them, too."
         )
-    if material.silent > MENTIONED:
+    if material.insensitive_share > MIN_REPORTED_SHARE:
         yield (
-            f"{material.silent:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
+            f"{material.insensitive_share:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
             "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
         )
 
 
-def _unknown_gain(material: Material) -> Iterator[str]:
+def _unknown_gain(material: SplitData) -> Iterator[str]:
     recording = material.datasets[0].recording
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty

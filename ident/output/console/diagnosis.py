@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ident.diagnosis.document import Document, FindingEntry, RungEntry, StandInEntry, Value
+from ident.diagnosis.document import Document, FindingEntry, StepEntry, LearnedCurveEntry, ParameterValue
 
 _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta"}
 
@@ -53,7 +53,7 @@ def _ladder(document: Document) -> Table:
     return table
 
 
-def _errors(rung: RungEntry) -> list[str]:
+def _errors(rung: StepEntry) -> list[str]:
     return [f"{seen:.3g} | {held:.3g}" for seen, held in zip(rung.train_rms, rung.validate_rms, strict=True)]
 
 
@@ -68,12 +68,12 @@ def _finding(finding: FindingEntry, document: Document, console: Console) -> Non
         return
     own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}
     for name, value in own.items():
-        amount = "never" if value.never else f"{value.value:.4g}{_interval(value)} {value.unit}"
+        amount = "never" if value.infinite else f"{value.value:.4g}{_interval(value)} {value.unit}"
         _say(console, f"  {name} = {amount}  {value.meaning}")
     _say(console, f"  Usual causes: {finding.causes}.\n  What to do: {finding.remedy}.")
 
 
-def _stand_in(document: Document, found: StandInEntry, console: Console) -> None:
+def _stand_in(document: Document, found: LearnedCurveEntry, console: Console) -> None:
     joints = ",".join(map(str, found.joints))
     pairs = zip(document.rungs[-1].validate_rms, found.validate_rms, strict=True)
     fell = ", ".join(f"{before:.3g} to {after:.3g}" for before, after in pairs) + f" {document.effort_units[0]}"
@@ -92,7 +92,7 @@ def belongs(parameter: str, effect: str) -> bool:
     return parameter.partition(".")[0].partition("#")[0] == effect
 
 
-def _interval(value: Value) -> str:
+def _interval(value: ParameterValue) -> str:
     return f" ({value.ci95[0]:.4g} to {value.ci95[1]:.4g})" if value.ci95 else ""
 
 

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.diagnosis.binned_residual import binned, over
+from ident.diagnosis.binned_residual import bin_means, axis_values
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.split_data import Material
-from ident.diagnosis.steps import Finding, State
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import Finding, FittedModel
 from ident.dynamics.structure import Term
 from ident.output.figures import theme
 from recordings.recording import Floats
@@ -19,16 +19,16 @@ DOTS = 700
 
 def before_after(found: Diagnosis, one: Finding) -> go.Figure:
     """Per joint that has the effect `one`: samples, and their mean in bins."""
-    datasets, joints = found.material.datasets, one.term.joints
+    datasets, joints = found.split.datasets, one.term.joints
     unit = datasets[0].recording.rig.effort_units
     titles = [theme.title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = over(one.term.effect.axis, datasets, found.ladder.computed, joint)
-        theme.band(figure, float(found.ladder.floor.rms[joint]), 1, column, False)
+        x, label = axis_values(one.term.effect.axis, datasets, found.selection.computed, joint)
+        theme.band(figure, float(found.selection.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
-        for residuals, ink, name in ((one.without, theme.MEASURED, "without"), (one.with_it, colour, "with")):
-            drawn = binned(x, np.concatenate([part[:, joint] for part in residuals]))
+        for residuals, ink, name in ((one.residuals_without, theme.MEASURED, "without"), (one.residuals_with, colour, "with")):
+            drawn = bin_means(x, np.concatenate([part[:, joint] for part in residuals]))
             _samples(figure, drawn.x, drawn.y, ink, column)
             mean = go.Scatter(
                 x=drawn.centre,
@@ -50,7 +50,7 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
 
 
 def signature(
-    material: Material, state: State, term: Term, removed: Sequence[Floats], noise: Sequence[float] | Floats
+    material: SplitData, state: FittedModel, term: Term, removed: Sequence[Floats], noise: Sequence[float] | Floats
 ) -> go.Figure:
     """Per joint, what `state` leaves, and over it what `term` would take away of it.
 
@@ -63,13 +63,13 @@ def signature(
         1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.titles(rig.dof), horizontal_spacing=0.03
     )
     for joint in range(rig.dof):
-        x, label = over(term.effect.axis, datasets, computed, joint)
+        x, label = axis_values(term.effect.axis, datasets, computed, joint)
         theme.band(figure, float(noise[joint]), 1, joint + 1, False)
         left, taken = (np.concatenate([part[:, joint] for part in parts]) for parts in (state.residuals, removed))
-        drawn = binned(x, left)
+        drawn = bin_means(x, left)
         _samples(figure, drawn.x, drawn.y, theme.MEASURED, joint + 1)
         known = np.isfinite(left)
-        for y, ink, name in ((drawn, theme.MEASURED, "residual"), (binned(x[known], taken[known]), None, "taken")):
+        for y, ink, name in ((drawn, theme.MEASURED, "residual"), (bin_means(x[known], taken[known]), None, "taken")):
             line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
             mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
             figure.add_trace(mean, row=1, col=joint + 1)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.document import Document, RungEntry
+from ident.diagnosis.document import Document, StepEntry
 from ident.output.figures import theme
 
 MOST = 14
@@ -18,7 +18,7 @@ def ladder(document: Document) -> go.Figure:
     return bars(names, document.rungs, document.noise_rms, document.effort_units)
 
 
-def bars(names: Sequence[str], rungs: Sequence[RungEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+def bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
     """The same of any models, `rungs`, called `names`; `noise` and `units` of the joints."""
     dof = len(units)
     figure = theme.subplots(
@@ -64,9 +64,9 @@ def bars(names: Sequence[str], rungs: Sequence[RungEntry], noise: Sequence[float
 
 def candidates(found: Diagnosis) -> go.Figure:
     """What each effect would explain, at first sight, of what the base model left, and of what is left at the end."""
-    first, last = found.ladder.first.gains, found.ladder.last.gains
+    first, last = found.selection.first_extensions.loss_reductions, found.selection.last_extensions.loss_reductions
     names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MOST]
-    added = {one.term.name for one in found.ladder.findings}
+    added = {one.term.name for one in found.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
     labels = [f"<b>{theme.plain(name)}</b>" if name in added else theme.plain(name) for name in names]
     sides = [("at first", first, theme.JOINTS[0]), ("at the end, of what is left", last, theme.JOINTS[3])]

@@ -12,7 +12,7 @@ from ident.residuals.curves import curves
 
 def shares(found: Diagnosis, document: Document) -> go.Figure:
     """Per joint: noise, what encoder steps leave, and what is structured, beside the held-out error [N m RMS]."""
-    floor = found.ladder.floor
+    floor = found.selection.noise_floor
     last = document.rungs[-1].validate_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
@@ -42,7 +42,7 @@ def shares(found: Diagnosis, document: Document) -> go.Figure:
 
 def left(found: Diagnosis, document: Document) -> go.Figure:
     """The residual of the last model over each quantity."""
-    pairs = zip(found.material.datasets, found.ladder.computed, strict=True)
+    pairs = zip(found.split.datasets, found.selection.computed, strict=True)
     predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
     per_joint = [curves(predictions, joint) for joint in range(len(document.joints))]
-    return grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.ladder.floor.rms])
+    return grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.selection.noise_floor.rms])

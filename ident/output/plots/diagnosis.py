@@ -10,7 +10,7 @@ from ident.data.dataset import Dataset
 from ident.diagnosis import binned_residual
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document
-from ident.diagnosis.nonparametric_fit import StandIn
+from ident.diagnosis.nonparametric_fit import NonparametricFit
 from ident.diagnosis.steps import Finding
 from ident.dynamics.effects.learned_curve import Curve
 from ident.identification.prediction import Prediction
@@ -32,12 +32,12 @@ def draw(found: Diagnosis, document: Document, folder: Path) -> None:
     """Draw into `folder`."""
     about = ", ".join(document.recordings)
     ladder(folder / "ladder.png", f"{document.verdict}: {about}", document)
-    for number, one in enumerate(found.ladder.findings, start=1):
+    for number, one in enumerate(found.selection.findings, start=1):
         finding(folder / f"finding_{number}_{one.term.name}.png", found, one)
-    if found.remainder.unexplained:
+    if found.unexplained.significant:
         remains(folder, about, found)
-    if found.stand_in:
-        learned(folder / "remains_curves.png", about, found, found.stand_in)
+    if found.learned:
+        learned(folder / "remains_curves.png", about, found, found.learned)
 
 
 def ladder(path: Path, title: str, document: Document) -> None:
@@ -62,23 +62,23 @@ def ladder(path: Path, title: str, document: Document) -> None:
 def finding(path: Path, found: Diagnosis, one: Finding) -> None:
     """The residual over the effect's own axis, without the effect and with it, in each direction of motion if that
     might hide it: friction has another sign in each."""
-    datasets = found.material.datasets
+    datasets = found.split.datasets
     joints = one.term.joints
     axis_name = one.term.effect.axis
     with figure(path, f"{one.term.name}: residual without it and with it", 2.0 + 3.6 * len(joints), 3.8) as drawn:
         axes = drawn.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
             unit = datasets[0].recording.rig.effort_units[joint]
-            x, label = binned_residual.over(axis_name, datasets, found.ladder.computed, joint)
+            x, label = binned_residual.axis_values(axis_name, datasets, found.selection.computed, joint)
             ahead = np.concatenate([data.motion.velocity[:, joint] for data in datasets]) > 0
-            for residuals, colour, name in ((one.without, NOMINAL, "without"), (one.with_it, COMPUTED, "with")):
+            for residuals, colour, name in ((one.residuals_without, NOMINAL, "without"), (one.residuals_with, COMPUTED, "with")):
                 left = np.concatenate([part[:, joint] for part in residuals])
                 if axis_name in _BOTH_WAYS:
                     _curve(axis, np.where(ahead, x, np.nan), left, colour, f"{name}, forwards")
                     _curve(axis, np.where(ahead, np.nan, x), left, colour, f"{name}, backwards", "--")
                 else:
                     _curve(axis, x, left, colour, name)
-            floor = found.ladder.floor.rms[joint]
+            floor = found.selection.noise_floor.rms[joint]
             axis.axhspan(-floor, floor, color=NOISE, alpha=0.2, lw=0, label="± noise floor")
             axis.axhline(0, color=MEASURED, lw=0.8)
             axis.set(title=f"joint {joint + 1}", xlabel=label)
@@ -88,15 +88,15 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
 
 def remains(folder: Path, about: str, found: Diagnosis) -> None:
     """What the last model leaves, over each quantity that it may depend on, and its spectrum where that tells."""
-    pairs = zip(found.material.datasets, found.ladder.computed, strict=True)
+    pairs = zip(found.split.datasets, found.selection.computed, strict=True)
     left = compare(None, [Prediction(data, computed) for data, computed in pairs])
     title = f"What no effect explains: mean, its 95 % band, ± RMS (dotted) and floor (green): {about}"
-    curves(folder / "remains.png", title, left, found.ladder.floor.rms.tolist())
-    if "frequency" in found.remainder.variables:
+    curves(folder / "remains.png", title, left, found.selection.noise_floor.rms.tolist())
+    if "frequency" in found.unexplained.variables:
         spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {about}", left)
 
 
-def learned(path: Path, about: str, found: Diagnosis, stand_in: StandIn) -> None:
+def learned(path: Path, about: str, found: Diagnosis, stand_in: NonparametricFit) -> None:
     """The curves that were learned, over what the remainder was found to depend on: a row per joint."""
     joints = sorted({curve.joint for curve in stand_in.curves})
     rows = [[curve for curve in stand_in.curves if curve.joint == joint] for joint in joints]
@@ -111,10 +111,10 @@ def learned(path: Path, about: str, found: Diagnosis, stand_in: StandIn) -> None
         drawn.axes[0].legend(frameon=False, fontsize=9)
 
 
-def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> None:
+def _learned(axis: Any, found: Diagnosis, stand_in: NonparametricFit, curve: Curve) -> None:
     """The residual by what the curve is multiplied with, less the joint's other curves: without and with it."""
-    datasets, joint = found.material.datasets, curve.joint - 1
-    predictions = [Prediction(data, one) for data, one in zip(datasets, found.ladder.computed, strict=True)]
+    datasets, joint = found.split.datasets, curve.joint - 1
+    predictions = [Prediction(data, one) for data, one in zip(datasets, found.selection.computed, strict=True)]
     x, label = _signal(found, curve)
     factor = _factor(datasets, curve)
     divisor = np.where(np.abs(factor) > _SLOW * np.nanmax(np.abs(factor)), factor, np.nan)
@@ -122,7 +122,7 @@ def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> No
     taken = sum(np.interp(_signal(found, one)[0], one.knots, one.values) * _factor(datasets, one) for one in others)
     before, after = (
         np.concatenate([part[:, joint] for part in state.residuals])
-        for state in (found.ladder.rungs[-1].state, stand_in.after)
+        for state in (found.selection.steps[-1].model, stand_in.model)
     )
     for left, colour, name in ((before - taken, NOMINAL, "without curves"), (after, COMPUTED, "with curves")):
         centre, mean, _, half_width, _, _ = means("velocity", x, left / divisor, predictions)
@@ -131,7 +131,7 @@ def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> No
     axis.plot(curve.knots, curve.values, color=MEASURED, lw=1.2, ls="--", label="learned")
     axis.axhline(0, color=MEASURED, lw=0.8)
     if curve.times != "velocity":
-        floor = found.ladder.floor.rms[joint]
+        floor = found.selection.noise_floor.rms[joint]
         axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0, label="± noise floor")
     rig = datasets[0].recording.rig
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.times == "velocity" else "")
@@ -142,7 +142,7 @@ def _learned(axis: Any, found: Diagnosis, stand_in: StandIn, curve: Curve) -> No
 
 def _signal(found: Diagnosis, curve: Curve) -> tuple[Floats, str]:
     """What the curve is over, in all rows (m,), and its name with its unit."""
-    return binned_residual.over(curve.variable, found.material.datasets, found.ladder.computed, curve.of_joint - 1)
+    return binned_residual.axis_values(curve.variable, found.split.datasets, found.selection.computed, curve.of_joint - 1)
 
 
 def _factor(datasets: Sequence[Dataset], curve: Curve) -> Floats:
@@ -157,6 +157,6 @@ def _curve(axis: Any, x: Floats, y: Floats, colour: str, name: str, line: str = 
     """Samples, thinned out, and their mean in bins."""
     if not (np.isfinite(x) & np.isfinite(y)).any():
         return
-    drawn = binned_residual.binned(x, y)
+    drawn = binned_residual.bin_means(x, y)
     axis.plot(drawn.x, drawn.y, ".", ms=1.2, color=colour, alpha=0.25, zorder=1)
     axis.plot(drawn.centre, drawn.mean, color=colour, lw=1.8, ls=line, label=name, zorder=3)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ident.diagnosis import answer
-from ident.diagnosis.diagnosis import Choices, Diagnosis, diagnose
+from ident.diagnosis.diagnosis import DiagnosisOptions, Diagnosis, diagnose
 from ident.diagnosis.document import Document
 from ident.dynamics.effects.library import library
 from ident.identification import model, prediction
@@ -104,7 +104,7 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
     held_out = compared(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        diagnosis = diagnose(request.recordings, request.held_out, known, Choices(), progress)
+        diagnosis = diagnose(request.recordings, request.held_out, known, DiagnosisOptions(), progress)
     groups = [recorded, *([held_out] if held_out else [])]
     read = [one.dataset.recording for group in groups for one in next(iter(group.values())).predictions]
     return Material(
@@ -115,7 +115,7 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
         held_out=held_out,
         sources=tuple(model.source(recording) for recording in read),
         diagnosis=diagnosis,
-        document=answer.document(diagnosis) if diagnosis else None,
+        document=answer.to_document(diagnosis) if diagnosis else None,
     )
 
 

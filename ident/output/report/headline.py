@@ -104,5 +104,5 @@ def _warnings(material: Material) -> Iterator[str]:
     relative = [name for name, model in material.models.items() if model.relative]
     if relative:
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
-    if material.diagnosis and material.diagnosis.excerpt is not None:
-        yield f"Long recordings: the diagnosis looked at {percent(material.diagnosis.excerpt)} of them, in excerpts."
+    if material.diagnosis and material.diagnosis.excerpt_share is not None:
+        yield f"Long recordings: the diagnosis looked at {percent(material.diagnosis.excerpt_share)} of them, in excerpts."

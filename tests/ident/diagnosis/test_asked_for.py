@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from ident.diagnosis.answer import _not_added, document
-from ident.diagnosis.diagnosis import Choices, diagnose
+from ident.diagnosis.answer import _not_added, to_document
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
 from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 
@@ -16,12 +16,12 @@ SAMPLE = Path("recordings/samples/fig5a.mcap")
 
 def test_a_name_that_is_none_is_refused_before_any_work() -> None:
     with pytest.raises(BadInput, match=r"one of .*air_drag.* expected, 'frobnicate' found"):
-        diagnose([Path("no such file")], [], library(), Choices(only=("frobnicate",)))
+        diagnose([Path("no such file")], [], library(), DiagnosisOptions(only=("frobnicate",)))
 
 
 def test_what_such_recordings_cannot_show_is_refused_with_the_reason() -> None:
     with pytest.raises(BadInput, match="can show expected, 'amplifier_saturation' found: "):
-        diagnose([SAMPLE], [], library(), Choices(only=("amplifier_saturation",)))
+        diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("amplifier_saturation",)))
 
 
 @pytest.mark.parametrize(
@@ -45,8 +45,8 @@ def test_why_an_effect_was_not_added(first: float, last: float, by_hand: bool, s
 @pytest.mark.slow
 def test_what_is_asked_for_and_explains_nothing_is_not_missing() -> None:
     """The sample has nothing hidden that looks like it."""
-    found = document(
-        diagnose([SAMPLE], [SAMPLE.with_name("fig5b.mcap")], library(), Choices(only=("thermal_drift",)))
+    found = to_document(
+        diagnose([SAMPLE], [SAMPLE.with_name("fig5b.mcap")], library(), DiagnosisOptions(only=("thermal_drift",)))
     )
     (asked,) = (one for one in found.findings if one.effect == "thermal_drift")
     assert asked.status == "not-supported"
@@ -56,4 +56,4 @@ def test_what_is_asked_for_and_explains_nothing_is_not_missing() -> None:
 
 def test_what_would_need_an_impossible_sign_is_refused_for_that() -> None:
     with pytest.raises(BadInput, match="'air_drag' is not there: it would need a sign that it cannot have"):
-        diagnose([SAMPLE], [], library(), Choices(only=("air_drag",)))
+        diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("air_drag",)))

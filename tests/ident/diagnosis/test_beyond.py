@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.extrapolation import beyond
+from ident.diagnosis.extrapolation import extrapolation_warnings
 from recordings.rig import simulated_rig
 
 _ROWS = 2000
@@ -39,7 +39,7 @@ def _said(
     )
     state: Any = SimpleNamespace(residuals=(residual, failed))
     line: Any = SimpleNamespace(rms=np.full(3, floor))
-    return list(beyond(material, state, line))
+    return list(extrapolation_warnings(material, state, line))
 
 
 def test_what_fails_only_beyond_the_training_is_blamed_on_that() -> None:

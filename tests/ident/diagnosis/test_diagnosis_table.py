@@ -4,13 +4,13 @@ import io
 
 from rich.console import Console
 
-from ident.diagnosis.document import Document, FindingEntry, Remaining, RungEntry, Value, labels
+from ident.diagnosis.document import Document, FindingEntry, Remaining, StepEntry, ParameterValue, labels
 from ident.dynamics.effects.base import NEVER
 from ident.output.console import diagnosis
 from ident.output.report.sections import parameter_values
 
-TAKEN = Value(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
-LEFT = Value(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
+TAKEN = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
+LEFT = ParameterValue(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
 PARAMETERS = {"payload_change.t_c": TAKEN, "payload_change.t_e": LEFT}
 
 
@@ -19,7 +19,7 @@ def test_an_instant_that_does_not_come_is_never() -> None:
         effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
         looks="", causes="", remedy="",
     )  # fmt: skip
-    top = RungEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
+    top = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
     document = Document(
         schema=1, verdict="missing-effect", sentence="", bandwidth_hz=30.0, noise_rms=(0.1,), torque_rms=(5.0,),
         joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(top,),

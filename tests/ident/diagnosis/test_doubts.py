@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.warnings import doubts
+from ident.diagnosis.warnings import data_warnings
 from recordings.rig import simulated_rig
 
 
@@ -35,7 +35,7 @@ def _said(
         held=(np.zeros((10, 3), bool),),
     )
     state: Any = SimpleNamespace(solution=SimpleNamespace(x=np.zeros(10)), residuals=(np.zeros((10, 3)),))
-    return " ".join(doubts(material, state, SimpleNamespace(rms=np.ones(3)), None))  # type: ignore[arg-type]
+    return " ".join(data_warnings(material, state, SimpleNamespace(rms=np.ones(3)), None))  # type: ignore[arg-type]
 
 
 def test_nothing_is_said_where_there_is_no_doubt() -> None:

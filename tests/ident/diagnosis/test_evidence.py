@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.improvement import gain
+from ident.diagnosis.improvement import measure_improvement
 
 RATE = 40.0
 
@@ -18,7 +18,7 @@ def test_a_candidate_that_knows_nothing_of_a_block_is_compared_on_the_others() -
     after[:30] = np.nan
     rows = np.ones(before.shape, bool)
     material: Any = SimpleNamespace(held=[rows], datasets=[SimpleNamespace(time=np.arange(400) / RATE)])
-    found = gain(material, [before], [after], np.ones(1))
-    same = gain(material, [np.where(np.isfinite(after), before, np.nan)], [after], np.ones(1))
+    found = measure_improvement(material, [before], [after], np.ones(1))
+    same = measure_improvement(material, [np.where(np.isfinite(after), before, np.nan)], [after], np.ones(1))
     assert found == same
-    assert found.fall == pytest.approx(3.0, rel=0.2)
+    assert found.reduction == pytest.approx(3.0, rel=0.2)

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.intervals import of_steps
+from ident.diagnosis.intervals import encoder_step_errors
 
 ROWS, STEPS = 4000, 0.05
 
@@ -48,7 +48,7 @@ def test_what_encoder_steps_make_of_a_parameter_is_foretold(repeated: bool) -> N
     told, happened = [], []
     for _ in range(40):
         material, solution, error = _read(rng, repeated)
-        told.append(of_steps(material, solution)[0])
+        told.append(encoder_step_errors(material, solution)[0])
         happened.append(error)
     scatter = np.sqrt(np.mean(np.square(happened)))
     assert np.sqrt(np.mean(np.square(told))) == pytest.approx(scatter, rel=0.4)
@@ -56,7 +56,7 @@ def test_what_encoder_steps_make_of_a_parameter_is_foretold(repeated: bool) -> N
 
 def test_no_reading_is_thought_to_leave_more_than_is_left() -> None:
     material, solution, _ = _read(np.random.default_rng(2), False)
-    before = of_steps(material, solution)
+    before = encoder_step_errors(material, solution)
     regressor, residual = solution.rows()
     solution.rows = lambda: (regressor, residual / 10)
-    assert of_steps(material, solution) == pytest.approx(before / 10, rel=0.1)
+    assert encoder_step_errors(material, solution) == pytest.approx(before / 10, rel=0.1)

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from ident.diagnosis import stepwise_selection
-from ident.diagnosis.improvement import Gain
+from ident.diagnosis.improvement import Improvement
 
 Left = dict[str, float]
 """By effects, a letter each: mean square above the floor, over that of the floor."""
 
 
-class Toy(stepwise_selection.Climber):
+class Toy(stepwise_selection.Selector):
     """Climbs where `left` says."""
 
     def __init__(self, left: Left, least: float = 0.95) -> None:
@@ -37,7 +37,7 @@ class Toy(stepwise_selection.Climber):
         )
 
     def begin(self, composition: Any, x: Any) -> Any:
-        return self.state(""), [stepwise_selection.Rung(None, self.state(""), None)]
+        return self.state(""), [stepwise_selection.SelectionStep(None, self.state(""), None)]
 
     def _options(self, state: Any) -> Any:
         names = {term.name for term in state.terms}
@@ -48,9 +48,9 @@ class Toy(stepwise_selection.Climber):
     def _none(self, *arguments: Any) -> list[Any]:
         return []
 
-    def gain(self, before: Any, after: Any) -> Gain:
+    def gain(self, before: Any, after: Any) -> Improvement:
         was, now = before.solution.loss, after.solution.loss
-        return Gain((was - now) / was, (0.0, 1.0), 9.0, was - now, now)
+        return Improvement((was - now) / was, (0.0, 1.0), 9.0, was - now, now)
 
     def _simplest(self, state: Any, options: Any) -> Any:
         return options[0]
@@ -77,8 +77,8 @@ def all_is_possible(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def found(left: Left) -> str:
-    climbed = Toy(left).climb(None, None)  # type: ignore[arg-type]
-    return "".join(term.name for term in climbed.rungs[-1].state.terms)
+    climbed = Toy(left).select(None, None)  # type: ignore[arg-type]
+    return "".join(term.name for term in climbed.steps[-1].model.terms)
 
 
 def test_what_explains_most_comes_first() -> None:
@@ -114,14 +114,14 @@ def test_nothing_is_added_below_the_floor() -> None:
 
 
 def test_nothing_is_added_where_what_fits_see_is_at_the_floor() -> None:
-    climbed = Toy({"": 100.0, "a": 1.0}, least=1.0).climb(None, None)  # type: ignore[arg-type]
-    assert [rung.added for rung in climbed.rungs] == [None]
+    climbed = Toy({"": 100.0, "a": 1.0}, least=1.0).select(None, None)  # type: ignore[arg-type]
+    assert [rung.added for rung in climbed.steps] == [None]
 
 
 def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.MonkeyPatch) -> None:
     toy = Toy({"": 100.0, "a": 40.0, "ad": 10.0})
     monkeypatch.setattr(toy, "_settled", lambda state: toy.state("a"))
-    assert [rung.added for rung in toy.climb(None, None).rungs] == [None, "a"]  # type: ignore[arg-type]
+    assert [rung.added for rung in toy.select(None, None).steps] == [None, "a"]  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("left", "spoken_against"), [(0.3, True), (0.04, False), (1e-3, False)])
@@ -138,9 +138,9 @@ def test_rows_that_were_fitted_may_speak_where_those_held_out_do_not(
 ) -> None:
     judged: list[Any] = []
 
-    def gain(material: Any, before: Any, after: Any, floor: Any, rows: Any) -> Gain:
+    def gain(material: Any, before: Any, after: Any, floor: Any, rows: Any) -> Improvement:
         judged.extend(rows)
-        return Gain(share, (0.0, 1.0), 9.0, 0.5, 0.0)
+        return Improvement(share, (0.0, 1.0), 9.0, 0.5, 0.0)
 
     monkeypatch.setattr(stepwise_selection, "gain", gain)
     toy = Toy({"a": 0.01, "b": 0.01})

@@ -8,7 +8,7 @@ import pytest
 from scipy.signal import convolve2d
 
 from ident.diagnosis import split_data
-from ident.diagnosis.split_data import Material, rms
+from ident.diagnosis.split_data import SplitData, rms
 from ident.dynamics.effects.library import library
 
 
@@ -18,7 +18,7 @@ def test_errors_in_a_regressor_make_a_fit_believe_it_less() -> None:
     other = read + 0.5 * rng.normal(size=read.shape)
     seen = np.ones((len(read), 1), bool)
     of = [SimpleNamespace(linearised=lambda bare, x, columns=columns: (None, columns)) for columns in (read, other)]
-    made: Any = Material((of[0],), (seen,), (~seen,), (np.where(seen, 3.0, 0.0),), True)  # type: ignore[arg-type]
+    made: Any = SplitData((of[0],), (seen,), (~seen,), (np.where(seen, 3.0, 0.0),), True)  # type: ignore[arg-type]
     made.__dict__["disturbed"] = (of[1],)
     columns, misled = made.misread(SimpleNamespace(terms=(), named=(None,)))
     assert columns == [(read, other)]
@@ -32,7 +32,7 @@ def _with_signal(amplified: float, share: float) -> tuple[Any, Any]:
     course = SimpleNamespace(condition=lambda signal: signal)
     evaluator: Any = SimpleNamespace(course=course, amplification=lambda composition, x, error: size)
     every = np.ones((1000, 1), bool)
-    made = Material((evaluator, evaluator), (every, ~every), (~every, every), (every * 1.0, every * 0.0), True)
+    made = SplitData((evaluator, evaluator), (every, ~every), (~every, every), (every * 1.0, every * 0.0), True)
     term = SimpleNamespace(effect=library()["amplifier_saturation"])
     return made, SimpleNamespace(composition=SimpleNamespace(terms=(term,)), x=np.zeros(1))
 
@@ -66,7 +66,7 @@ def test_a_joint_that_creeps_stands_still_and_one_that_reverses_does_not(monkeyp
         condition=lambda x: convolve2d(x, taps, "same"),
     )
     monkeypatch.setattr(split_data, "_disturbed", lambda course: course)
-    still = split_data.standstill(course) > split_data.STILL
+    still = split_data.standstill_share(course) > split_data.MAX_STANDSTILL
     assert not still[:, 0].any()
     around = np.abs(time % 2 - 1)
     assert still[around < 0.05, 1].all()

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.candidate_search import CLEAR, Finder, possible
+from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, is_physical
 from ident.diagnosis.screening import Candidate
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
@@ -27,16 +27,16 @@ def state(effect: str, loss: float, parameters: int) -> Any:
     ("other", "loss", "expected"),
     [
         ("joint_spring", ROWS, True),
-        ("joint_spring", ROWS - 0.9 * CLEAR, True),
-        ("joint_spring", ROWS - 1.1 * CLEAR, False),
+        ("joint_spring", ROWS - 0.9 * MIN_SIGNIFICANCE, True),
+        ("joint_spring", ROWS - 1.1 * MIN_SIGNIFICANCE, False),
         ("arm_mass_mismatch", ROWS, False),
     ],
 )
 def test_what_contains_another_is_none_beside_it_unless_it_explains_more(
     other: str, loss: float, expected: bool
 ) -> None:
-    finder = Finder(SimpleNamespace(independent_rows=ROWS), library())  # type: ignore[arg-type]
-    assert finder.no_more("torque_offset", state("torque_offset", ROWS, 13), state(other, loss, 14)) is expected
+    finder = CandidateSearch(SimpleNamespace(independent_rows=ROWS), library())  # type: ignore[arg-type]
+    assert finder.is_redundant("torque_offset", state("torque_offset", ROWS, 13), state(other, loss, 14)) is expected
 
 
 def _with_springs(motor: float, damping: float, told: bool = True) -> tuple[Any, Any]:
@@ -62,7 +62,7 @@ def _with_springs(motor: float, damping: float, told: bool = True) -> tuple[Any,
 def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
     motor: float, damping: float, expected: bool
 ) -> None:
-    assert possible(*_with_springs(motor, damping)) is expected
+    assert is_physical(*_with_springs(motor, damping)) is expected
 
 
 @pytest.mark.parametrize(("lines", "expected"), [(5.0, False), (5.5, True), (2000.0, True)])
@@ -77,11 +77,11 @@ def test_a_wave_that_asks_to_be_slower_than_any_ripple_is_none(lines: float, exp
         SimpleNamespace(solution=SimpleNamespace(composition=one, x=values, **told), terms=one.terms)
         for one, values in ((after, x), (before, own))
     )
-    assert possible(with_it, without) is expected  # type: ignore[arg-type]
+    assert is_physical(with_it, without) is expected  # type: ignore[arg-type]
 
 
 def test_a_shape_that_the_data_do_not_tell_may_end_anywhere() -> None:
-    assert possible(*_with_springs(0.98, 0.12, told=False))
+    assert is_physical(*_with_springs(0.98, 0.12, told=False))
 
 
 def test_an_effect_may_be_on_one_more_joint() -> None:
@@ -92,8 +92,8 @@ def test_an_effect_may_be_on_one_more_joint() -> None:
     material = SimpleNamespace(
         solve=lambda composition, x: SimpleNamespace(composition=composition, x=x), residuals=lambda solution: ()
     )
-    finder = Finder(material, known)  # type: ignore[arg-type]
-    (wider,) = finder.wider(SimpleNamespace(solution=solution, terms=narrow.terms), [0, 1])  # type: ignore[arg-type]
+    finder = CandidateSearch(material, known)  # type: ignore[arg-type]
+    (wider,) = finder.joint_extensions(SimpleNamespace(solution=solution, terms=narrow.terms), [0, 1])  # type: ignore[arg-type]
     assert [term.joints for term in wider.terms] == [(0, 1, 2)]
     np.testing.assert_array_equal(wider.solution.x, [*own, 1.0, 2.0, 3.0, 0.1])
 
@@ -138,5 +138,5 @@ def test_a_search_goes_on_from_another_start_as_long_as_that_is_worth_it(
     start = np.zeros(len(bare.plus(term).named) - len(bare.named))
     candidate = Candidate(term, (start, start), 10.0, 2, np.ones(1), np.ones((1, 1)), np.ones(0))
     material: Any = _Search(begun, found)
-    best = Finder(material, library()).added(before, candidate)
+    best = CandidateSearch(material, library()).add(before, candidate)
     assert (material.searched, best.solution.loss) == (searched, loss)

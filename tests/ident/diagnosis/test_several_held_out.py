@@ -8,7 +8,7 @@ import pytest
 
 from ident.commands.diagnose import command
 from ident.diagnosis import answer
-from ident.diagnosis.diagnosis import Choices, diagnose, question
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -23,12 +23,12 @@ def test_all_judge_and_none_is_fitted(
         write(make(trajectory, rate=250.0, cycles=2, noise=0.01, path=tmp_path / f"{name}.mcap"))
         for name, trajectory in made.items()
     ]
-    material = question(files[:1], files[1:], library(), Choices()).material
-    assert [bool(seen.any()) for seen in material.seen] == [True, False, False]
-    assert [bool(held.any()) for held in material.held] == [False, True, True]
-    assert answer.held_out(material) == "other recordings: b.mcap, c.mcap"
-    alone = question(files[:1], files[1:2], library(), Choices()).material
-    assert answer.held_out(alone) == "another recording: b.mcap"
+    material = prepare_inputs(files[:1], files[1:], library(), DiagnosisOptions()).split
+    assert [bool(seen.any()) for seen in material.train] == [True, False, False]
+    assert [bool(held.any()) for held in material.test] == [False, True, True]
+    assert answer.describe_test_data(material) == "other recordings: b.mcap, c.mcap"
+    alone = prepare_inputs(files[:1], files[1:2], library(), DiagnosisOptions()).split
+    assert answer.describe_test_data(alone) == "another recording: b.mcap"
 
 
 def test_a_model_is_judged_on_one(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_what_was_fitted_is_no_validation(
 ) -> None:
     file = write(make("fig5a", rate=250.0, cycles=2, path=tmp_path / "a.mcap"))
     with pytest.raises(BadInput, match="holds the same data"):
-        question([file], [file], library(), Choices())
+        prepare_inputs([file], [file], library(), DiagnosisOptions())
 
 
 def test_recordings_that_disagree_are_named(
@@ -58,9 +58,9 @@ def test_recordings_that_disagree_are_named(
         ),
     ]
     none = {"rod_inertia": library()["rod_inertia"]}
-    found = answer.document(diagnose(files[:1], files[1:], none, Choices()))
+    found = answer.to_document(diagnose(files[:1], files[1:], none, DiagnosisOptions()))
     (caution,) = [one for one in found.cautions if "disagree" in one]
     assert f"{tmp_path / 'b.mcap'}: 1" in caution
     assert str(tmp_path / "other" / "b.mcap") in found.held_out
-    alone = answer.document(diagnose(files[:1], files[1:2], none, Choices()))
+    alone = answer.to_document(diagnose(files[:1], files[1:2], none, DiagnosisOptions()))
     assert not [one for one in alone.cautions if "disagree" in one]

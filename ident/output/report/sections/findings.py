@@ -17,7 +17,7 @@ def section(material: Material) -> Section | None:
     found, document = material.diagnosis, material.document
     if found is None or document is None:
         return None
-    pairs = list(zip(document.findings, answer.named(found.ladder.findings), strict=True))
+    pairs = list(zip(document.findings, answer.merge_repeated(found.selection.findings), strict=True))
     # What is true of any such machine is no news.
     pairs.sort(key=lambda pair: pair[1].term.effect.always_true)
     blocks: list[Block] = [_card(place, found, document, *pair) for place, pair in enumerate(pairs, start=1)]

@@ -2,18 +2,18 @@
 
 from collections.abc import Mapping
 
-from ident.diagnosis.document import Value
+from ident.diagnosis.document import ParameterValue
 from ident.output.figures.theme import interval, number
 from ident.output.report.blocks import Table
 
 
-def table(values: Mapping[str, Value]) -> Table:
+def table(values: Mapping[str, ParameterValue]) -> Table:
     """By name, with intervals and what they mean."""
     head = ("parameter", "value", "95 % interval", "unit", "meaning")
     return Table(head, tuple(_row(name, value) for name, value in values.items()), words=(0, 3, 4))
 
 
-def _row(name: str, value: Value) -> tuple[str, ...]:
+def _row(name: str, value: ParameterValue) -> tuple[str, ...]:
     known = interval(*value.ci95) if value.ci95 else "–"
-    amount = "never" if value.never else number(value.value, 4)
+    amount = "never" if value.infinite else number(value.value, 4)
     return (name, amount, known, value.unit, value.meaning)

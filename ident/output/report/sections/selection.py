@@ -16,7 +16,7 @@ def section(material: Material) -> Section | None:
         "falls in training only is overfitting. The dashed line is what a right model reaches."
     )
     blocks: list[Block] = [Plot("ladder", ladder.ladder(document), caption)]
-    if found.ladder.first.gains or found.ladder.last.gains:
+    if found.selection.first_extensions.loss_reductions or found.selection.last_extensions.loss_reductions:
         promised = "What each effect would explain at first sight; in bold what was added in the end."
         blocks.append(Plot("candidates", ladder.candidates(found), promised))
     rejected = tuple((one.effect, one.status, one.why) for one in document.rejected)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ident.diagnosis.document import Document, Remaining, RungEntry
+from ident.diagnosis.document import Document, Remaining, StepEntry
 from ident.output.figures import ladder
 
 HOSTILE = "<a href='javascript:alert(1)'>x"
@@ -12,9 +12,9 @@ HOSTILE = "<a href='javascript:alert(1)'>x"
 @pytest.fixture
 def document() -> Document:
     rungs = (
-        RungEntry(added=None, effects=(), train_rms=(0.4, 0.5), validate_rms=(0.8, 0.9), parameters={}),
-        RungEntry(added=HOSTILE, effects=(HOSTILE,), train_rms=(0.1, 0.2), validate_rms=(0.12, 0.22), parameters={}),
-        RungEntry(
+        StepEntry(added=None, effects=(), train_rms=(0.4, 0.5), validate_rms=(0.8, 0.9), parameters={}),
+        StepEntry(added=HOSTILE, effects=(HOSTILE,), train_rms=(0.1, 0.2), validate_rms=(0.12, 0.22), parameters={}),
+        StepEntry(
             added=HOSTILE, effects=(HOSTILE,) * 2, train_rms=(0.1, 0.1), validate_rms=(0.1, 0.1), parameters={}
         ),
     )
