@@ -44,14 +44,14 @@ def command(
     from ident.identification import model, prediction
     from ident.output.console import residuals as console_table
     from ident.output.plots import residuals as plots_of
-    from ident.output.plots.folder import whole
+    from ident.output.plots.folder import staged_folder
     from ident.residuals import analysis
 
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
     identified = model.load(model_file)
     found = analysis.compare(identified, prediction.predict(identified, files, library(effect_files)))
-    with whole(plots) as folder:
+    with staged_folder(plots) as folder:
         plots_of.draw(found, folder)
     if as_json:
         click.echo(json.dumps(analysis.as_json(found), indent=2, allow_nan=False))

@@ -112,7 +112,7 @@ def command(
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
     from ident.output.plots import diagnosis as plots_of
-    from ident.output.plots.folder import whole
+    from ident.output.plots.folder import staged_folder
 
     begin = model.load(model_file) if model_file else None
     known = library(effect_files)
@@ -121,7 +121,7 @@ def command(
         document = answer.to_document(found)
         if plots:
             progress("drawing")
-            with whole(plots, plots_of.NAMES) as folder:
+            with staged_folder(plots, plots_of.OPTIONAL_PICTURES) as folder:
                 plots_of.draw(found, document, folder)
         if stand_in:
             progress("learning what stands in for the remainder")

@@ -139,11 +139,11 @@ def _write(result: Identification, out: Path, plots: Path) -> None:
     """Model and pictures, or nothing."""
     from ident.identification import model
     from ident.output.plots.fit import draw
-    from ident.output.plots.folder import whole
+    from ident.output.plots.folder import staged_folder
 
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        with whole(plots) as folder:
+        with staged_folder(plots) as folder:
             draw(result, folder)
             model.save(result.model, out)
     except OSError as error:

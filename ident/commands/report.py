@@ -59,7 +59,7 @@ def command(
     from ident.output.report import contents, page
 
     with spinner() as progress:
-        found = contents.gather(contents.Request(models, recordings, held_out, effect_files, diagnose), progress)
+        found = contents.gather(contents.ReportRequest(models, recordings, held_out, effect_files, diagnose), progress)
         progress("drawing")
         text = page.render(found)
     _write(text, out)

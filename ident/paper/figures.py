@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ident.data.dataset import Dataset, first_repetition
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
-from ident.paper.methods import MANUFACTURER, Comparison
+from ident.paper.methods import MANUFACTURER, MethodComparison
 from recordings.recording import Floats
 
 COLOURS: Mapping[str, str] = {
@@ -20,7 +20,7 @@ COLOURS: Mapping[str, str] = {
 _IDENTIFICATION, _VALIDATION = 0, 1
 
 
-def draw(comparison: Comparison, folder: Path) -> None:
+def draw(comparison: MethodComparison, folder: Path) -> None:
     """Draw all figures into `folder`, named by their numbers in the paper."""
     trained = comparison.datasets[_IDENTIFICATION]
     curves = {name: result.torque[_IDENTIFICATION] for name, result in comparison.results.items()}

@@ -27,7 +27,7 @@ PAPER: Mapping[str, tuple[float, float, float]] = {
 }
 """Table 2 as printed: Eq. (41) of each actuator torque, by method."""
 BASELINES = ("rls", "dls", "svd")
-FAIR = "ls"
+FAIR_BASELINE = "ls"
 """The baselines' least squares on the regressor of the swarm."""
 MANUFACTURER = "manufacturer"
 
@@ -35,7 +35,7 @@ ROLES = ("identification", "validation")
 
 
 @dataclass(frozen=True, eq=False)
-class Result:
+class MethodResult:
     """One method: its torque (m, dof) [N m] for both recordings, and how well that agrees."""
 
     method: str
@@ -48,24 +48,24 @@ class Result:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class MethodComparison:
     """All methods side by side."""
 
     datasets: tuple[Dataset, Dataset]
     """Identification and validation."""
     nominal: tuple[Fitness, Fitness]
     """The manufacturer's model."""
-    results: Mapping[str, Result]
+    results: Mapping[str, MethodResult]
     """By method, the paper's first."""
 
-    def beaten(self, role: int, method: str = "pso") -> list[tuple[str, int]]:
+    def baselines_not_below(self, role: int, method: str = "pso") -> list[tuple[str, int]]:
         """Baselines that are not below `method` in Eq. (41) on the data of `role`, each with the joint (from 1)."""
         best = self.results[method].fitness[role].nrmse
         found = ((name, self.results[name].fitness[role].nrmse) for name in BASELINES)
         return [(name, j + 1) for name, values in found for j, value in enumerate(values) if value >= best[j]]
 
 
-def compare(files: Sequence[Path], preprocessing: str, seed: int, progress: Progress) -> Comparison:
+def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progress: Progress) -> MethodComparison:
     """Identify by every method on the first of two recordings `files`, and judge on both.
 
     Swarms run all their iterations, as in the paper.
@@ -90,17 +90,17 @@ def compare(files: Sequence[Path], preprocessing: str, seed: int, progress: Prog
         progress(done, len(names))
     own = datasets[None]
     nominal = [fitness(dataset.torque, _known(dataset.nominal)) for dataset in own]
-    return Comparison((own[0], own[1]), (nominal[0], nominal[1]), results)
+    return MethodComparison((own[0], own[1]), (nominal[0], nominal[1]), results)
 
 
-def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Dataset], seed: int) -> Result:
+def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Dataset], seed: int) -> MethodResult:
     given = {"tolerance": 0.0} if estimators.has_setting(name, "tolerance") else {}
     settings = estimators.settings(name, given)
     found = fit(datasets[:1], mechanism, name, settings, np.random.default_rng(seed), lambda *_: None)
     torque = [found.torque(dataset) for dataset in datasets]
     judged = [fitness(dataset.torque, own) for dataset, own in zip(datasets, torque, strict=True)]
     estimate = found.estimate
-    return Result(
+    return MethodResult(
         method=name,
         parameters={
             one.name: float(value) for one, value in zip(mechanism.parameters, found.parameters, strict=True)
@@ -117,7 +117,7 @@ def _known(nominal: Floats | None) -> Floats:
     return nominal
 
 
-def as_json(comparison: Comparison, preprocessing: str, seed: int) -> dict[str, Any]:
+def as_json(comparison: MethodComparison, preprocessing: str, seed: int) -> dict[str, Any]:
     """Everything but the curves."""
     return {
         "schema": 1,
@@ -128,11 +128,11 @@ def as_json(comparison: Comparison, preprocessing: str, seed: int) -> dict[str, 
         "paper": PAPER,
         "nominal": dict(zip(ROLES, map(asdict, comparison.nominal), strict=True)),
         "methods": {name: _method_as_json(result) for name, result in comparison.results.items()},
-        "pso_above_baselines": {role: not comparison.beaten(number) for number, role in enumerate(ROLES)},
+        "pso_above_baselines": {role: not comparison.baselines_not_below(number) for number, role in enumerate(ROLES)},
     }
 
 
-def _method_as_json(result: Result) -> dict[str, Any]:
+def _method_as_json(result: MethodResult) -> dict[str, Any]:
     return {
         "form": estimators.form(result.method) or "Eq. (26)",
         "parameters": result.parameters,

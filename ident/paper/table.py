@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.identification.goodness_of_fit import Fitness
-from ident.paper.methods import BASELINES, FAIR, MANUFACTURER, PAPER, ROLES, Comparison
+from ident.paper.methods import BASELINES, FAIR_BASELINE, MANUFACTURER, PAPER, ROLES, MethodComparison
 
 MODELS = (
     "rls, dls and svd identify the linear model (37)-(40): multipliers taken as constants, no friction. pso (the "
@@ -15,7 +15,7 @@ MODELS = (
 )
 
 
-def show(comparison: Comparison, console: Console) -> None:
+def show(comparison: MethodComparison, console: Console) -> None:
     """Print Table 2, the order of the methods, and what may and may not be compared."""
     for role in range(len(ROLES)):
         console.print(_table(comparison, role))
@@ -23,7 +23,7 @@ def show(comparison: Comparison, console: Console) -> None:
         console.print(line, highlight=False)
 
 
-def _table(comparison: Comparison, role: int) -> Table:
+def _table(comparison: MethodComparison, role: int) -> Table:
     name = comparison.datasets[role].recording.path.name
     table = Table(title=f"Table 2 on {ROLES[role]} data ({name}): fitness, Eq. (41)", title_justify="left")
     table.add_column("method")
@@ -42,9 +42,9 @@ def _values(values: tuple[float, ...]) -> list[str]:
     return [f"{value:.4f}" for value in values]
 
 
-def _order(comparison: Comparison) -> Iterator[str]:
+def _order(comparison: MethodComparison) -> Iterator[str]:
     for role, name in enumerate(ROLES):
-        beaten = comparison.beaten(role)
+        beaten = comparison.baselines_not_below(role)
         if beaten:
             where = ", ".join(f"{method} on joint {joint}" for method, joint in beaten)
             yield f"The paper's order does not hold on {name} data: PSO is not above {where}."
@@ -53,9 +53,9 @@ def _order(comparison: Comparison) -> Iterator[str]:
             yield f"The paper's order holds on {name} data: PSO is above RLS, DLS and SVD on every joint."
 
 
-def _reason(comparison: Comparison, role: int) -> str:
+def _reason(comparison: MethodComparison, role: int) -> str:
     """Why a baseline is not below the swarm on the data of `role`."""
-    if not comparison.beaten(role, FAIR):
+    if not comparison.baselines_not_below(role, FAIR_BASELINE):
         return (
             "Least squares with the same model is above them all: Eq. (41) measures squared errors, whereas the "
             "swarm minimises absolute ones."
@@ -66,10 +66,10 @@ def _reason(comparison: Comparison, role: int) -> str:
     )
 
 
-def _why(comparison: Comparison) -> Iterator[str]:
+def _why(comparison: MethodComparison) -> Iterator[str]:
     """Where the lead comes from: the model, or the search."""
     for role, name in enumerate(ROLES):
-        swarm, fair = (_mean(comparison.results[method].fitness[role]) for method in ("pso", FAIR))
+        swarm, fair = (_mean(comparison.results[method].fitness[role]) for method in ("pso", FAIR_BASELINE))
         best = max(_mean(comparison.results[method].fitness[role]) for method in BASELINES)
         by_model = abs(swarm - fair) < abs(fair - best)
         yield (
@@ -89,7 +89,7 @@ def _mean(fitness: Fitness) -> float:
     return sum(fitness.nrmse) / len(fitness.nrmse)
 
 
-def _comparable(comparison: Comparison) -> str:
+def _comparable(comparison: MethodComparison) -> str:
     simulated = any(dataset.recording.run.simulated for dataset in comparison.datasets)
     robot = "a SIMULATED robot" if simulated else "another robot"
     return (

@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from ident.output.figures import theme
-from ident.output.figures.ladder import bars
+from ident.output.figures.ladder import rms_bars
 from ident.workbench.branches import Branch
 from ident.workbench.views import SwarmProgress, LadderView, RecordingView, TorqueSeries
 from recordings.recording import Floats
@@ -77,12 +77,12 @@ def torque_comparison(series: TorqueSeries, joint: int, unit: str, noise: float,
     thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
     figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
     figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
-    theme.band(figure, noise, 2, 1, True)
+    theme.noise_band(figure, noise, 2, 1, True)
     # Plotly selects markers only, so the line gets nearly invisible ones.
     style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
     residual = line(time, left, span, name="residual", line={"color": colour, "width": 1.1}, **style)
     figure.add_trace(residual, row=2, col=1)
-    figure.update_yaxes(title_text=theme.effort(unit), row=1, col=1)
+    figure.update_yaxes(title_text=theme.effort_label(unit), row=1, col=1)
     figure.update_yaxes(title_text=f"residual [{unit}]", row=2, col=1)
     figure.update_xaxes(range=list(span))
     figure.update_xaxes(title_text="time since the first SYNC [s]", row=2, col=1)
@@ -96,8 +96,8 @@ def torque_comparison(series: TorqueSeries, joint: int, unit: str, noise: float,
 
 def ladder(view: LadderView) -> Figure:
     """Plot the training and held-out error of each model."""
-    names = [f"{number}  {theme.plain(rung.label)}" for number, rung in enumerate(view.steps)]
-    figure = bars(names, [rung.entry for rung in view.steps], view.noise_rms, view.units)
+    names = [f"{number}  {theme.escaped(rung.label)}" for number, rung in enumerate(view.steps)]
+    figure = rms_bars(names, [rung.entry for rung in view.steps], view.noise_rms, view.units)
     figure.update_layout(transition_duration=400)
     return to_dict(figure)
 
@@ -105,10 +105,10 @@ def ladder(view: LadderView) -> Figure:
 def branches(all_: Sequence[Branch]) -> Figure:
     """Plot the errors of the base model and of the current model of each branch."""
     base = all_[0].ladder
-    names = [theme.plain(base.steps[0].label), *(theme.plain(branch.title) for branch in all_)]
+    names = [theme.escaped(base.steps[0].label), *(theme.escaped(branch.title) for branch in all_)]
     entries = [base.steps[0].entry, *(branch.ladder.steps[-1].entry for branch in all_)]
     noise = np.min([branch.ladder.noise_rms for branch in all_], axis=0)
-    return to_dict(bars(names, entries, noise.tolist(), base.units))
+    return to_dict(rms_bars(names, entries, noise.tolist(), base.units))
 
 
 def swarm_convergence(view: SwarmProgress) -> Figure:
@@ -120,7 +120,7 @@ def swarm_convergence(view: SwarmProgress) -> Figure:
     figure.add_trace(go.Scatter(x=steps, y=above, mode="lines", name="best so far", line=line))
     goal = {"color": theme.NOISE, "width": 2, "dash": "dash"}
     figure.add_hline(y=view.tolerance, line=goal)
-    theme.key(figure, "stopping tolerance", line=goal)
+    theme.legend_entry(figure, "stopping tolerance", line=goal)
     figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")
     figure.update_yaxes(
         title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"

@@ -9,7 +9,7 @@ from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
-from ident.output.figures.finding import signature
+from ident.output.figures.finding import effect_contribution
 from ident.workbench import plots
 from ident.workbench.views import CandidatePreviews
 
@@ -21,5 +21,5 @@ def candidate_previews(material: SplitData, state: FittedModel, candidates: Mapp
     for name, one in candidates.items():
         taken = remover.compute(one)
         removed[name] = tuple(part.astype(np.float32) for part in taken)
-        figures[name] = plots.to_dict(signature(material, state, one.term, taken, floor.rms))
+        figures[name] = plots.to_dict(effect_contribution(material, state, one.term, taken, floor.rms))
     return CandidatePreviews(removed, figures)

@@ -58,5 +58,5 @@ def _figures(analysed: Comparison) -> dict[str, plots.Figure]:
         "Residual by frequency": spectrum.densities(models),
     }
     if analysed.windows:
-        drawn["Worst intervals in detail"] = torque.worst(analysed)
+        drawn["Worst intervals in detail"] = torque.worst_windows(analysed)
     return {title: plots.to_dict(figure) for title, figure in drawn.items()}

@@ -20,7 +20,7 @@ def show(model: Model, console: Console, details: bool) -> None:
     if model.trust is None:
         return
     console.print("How far to trust it:")
-    for line in lines(model, model.trust):
+    for line in summary_lines(model, model.trust):
         console.print(f"  {line}", highlight=False)
     if details:
         console.print(_parameters(model, model.trust))
@@ -29,12 +29,12 @@ def show(model: Model, console: Console, details: bool) -> None:
             console.print(_floors(model, model.trust.floor))
 
 
-def margin(parameter: FittedParameter) -> str:
+def half_width(parameter: FittedParameter) -> str:
     """Half the width of the 95 % interval, to two digits."""
     return "" if parameter.ci95 is None else _digits((parameter.ci95[1] - parameter.ci95[0]) / 2)
 
 
-def length_moves(model: Model) -> str:
+def length_sensitivity(model: Model) -> str:
     """What 10 mm more of L2 do, as the end of a sentence."""
     moved = {p.name: p.per_length_step / abs(p.value) for p in model.parameters if p.per_length_step and p.value}
     if not moved:
@@ -44,7 +44,7 @@ def length_moves(model: Model) -> str:
     return "; 10 mm more move " + " and ".join(f"{name} by {100 * moved[name]:+.2g} %" for name in named)
 
 
-def lines(model: Model, trust: Trust) -> Iterator[str]:
+def summary_lines(model: Model, trust: Trust) -> Iterator[str]:
     """The short form."""
     yield _about_intervals(trust)
     yield _about_noise(model, trust)

@@ -66,7 +66,7 @@ def _finding(finding: FindingEntry, document: Document, console: Console) -> Non
     _say(console, f"  {finding.why}")
     if finding.status == "not-supported":
         return
-    own = {name: value for name, value in document.rungs[-1].parameters.items() if belongs(name, finding.effect)}
+    own = {name: value for name, value in document.rungs[-1].parameters.items() if is_parameter_of(name, finding.effect)}
     for name, value in own.items():
         amount = "never" if value.infinite else f"{value.value:.4g}{_interval(value)} {value.unit}"
         _say(console, f"  {name} = {amount}  {value.meaning}")
@@ -87,7 +87,7 @@ def _stand_in(document: Document, found: LearnedCurveEntry, console: Console) ->
     )
 
 
-def belongs(parameter: str, effect: str) -> bool:
+def is_parameter_of(parameter: str, effect: str) -> bool:
     """Whether the `parameter` of a model is one of the `effect`'s."""
     return parameter.partition(".")[0].partition("#")[0] == effect
 

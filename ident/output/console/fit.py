@@ -17,11 +17,11 @@ from ident.uncertainty.time_delay import Delay
 def show(result: Identification, console: Console, details: bool = False) -> None:
     """Print everything a person needs to judge `result`; with `details`, all that is known about its errors."""
     model = result.model
-    for line in notices(result):
+    for line in warnings(result):
         console.print(line, style="bold yellow", highlight=False)
     console.print(_parameters(model))
     if isinstance(result.mechanism, Frozen):
-        for line in searched(result.mechanism):
+        for line in shape_parameter_lines(result.mechanism):
             console.print(line, highlight=False)
     for line in _method(model):
         console.print(line, highlight=False)
@@ -38,7 +38,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
         console.print(f"  {sentence}", highlight=False)
 
 
-def notices(result: Identification) -> list[str]:
+def warnings(result: Identification) -> list[str]:
     """What must be known before a figure is believed."""
     model = result.model
     agreements = [model.train, *([model.validate_] if model.validate_ else [])]
@@ -56,7 +56,7 @@ def notices(result: Identification) -> list[str]:
             "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
         )
     if model.geometry and model.geometry.L2_source == "assumed":
-        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_moves(model)}.")
+        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}.")
     if isinstance(result.mechanism, Frozen):
         lines += result.mechanism.impossible(result.fit.parameters)
     if at_bound:
@@ -80,7 +80,7 @@ def _parameters(model: Model) -> Table:
     for parameter in model.parameters:
         values = [
             _number(parameter.value),
-            *([assessment.margin(parameter)] if model.trust else []),
+            *([assessment.half_width(parameter)] if model.trust else []),
             parameter.unit,
         ]
         values += [_number(parameter.paper_value)] if of_paper else []
@@ -91,7 +91,7 @@ def _parameters(model: Model) -> Table:
     return table
 
 
-def searched(mechanism: Frozen) -> Iterator[str]:
+def shape_parameter_lines(mechanism: Frozen) -> Iterator[str]:
     """What was found by a search before the fit: shapes of effects, and distortions of what was measured."""
     composition = mechanism.composition
     found = [

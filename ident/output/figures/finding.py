@@ -21,11 +21,11 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
     """Per joint that has the effect `one`: samples, and their mean in bins."""
     datasets, joints = found.split.datasets, one.term.joints
     unit = datasets[0].recording.rig.effort_units
-    titles = [theme.title(joint) for joint in joints]
+    titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
         x, label = axis_values(one.term.effect.axis, datasets, found.selection.computed, joint)
-        theme.band(figure, float(found.selection.noise_floor.rms[joint]), 1, column, False)
+        theme.noise_band(figure, float(found.selection.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
         for residuals, ink, name in ((one.residuals_without, theme.MEASURED, "without"), (one.residuals_with, colour, "with")):
             drawn = bin_means(x, np.concatenate([part[:, joint] for part in residuals]))
@@ -40,16 +40,16 @@ def before_after(found: Diagnosis, one: Finding) -> go.Figure:
             )
             figure.add_trace(mean, row=1, col=column)
         figure.update_xaxes(title_text=label, row=1, col=column)
-    theme.key(figure, "without it", line={"color": theme.MEASURED, "width": 2.4})
-    theme.key(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": 2.4})
-    theme.key(
-        figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": theme.faded(theme.NOISE, 0.3)}
+    theme.legend_entry(figure, "without it", line={"color": theme.MEASURED, "width": 2.4})
+    theme.legend_entry(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": 2.4})
+    theme.legend_entry(
+        figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": theme.with_opacity(theme.NOISE, 0.3)}
     )
     figure.update_yaxes(title_text=f"residual [{unit[joints[0]]}]", row=1, col=1)
     return figure
 
 
-def signature(
+def effect_contribution(
     material: SplitData, state: FittedModel, term: Term, removed: Sequence[Floats], noise: Sequence[float] | Floats
 ) -> go.Figure:
     """Per joint, what `state` leaves, and over it what `term` would take away of it.
@@ -60,11 +60,11 @@ def signature(
     computed = [data.torque - left for data, left in zip(datasets, state.residuals, strict=True)]
     rig = datasets[0].recording.rig
     figure = theme.subplots(
-        1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.titles(rig.dof), horizontal_spacing=0.03
+        1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
     )
     for joint in range(rig.dof):
         x, label = axis_values(term.effect.axis, datasets, computed, joint)
-        theme.band(figure, float(noise[joint]), 1, joint + 1, False)
+        theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
         left, taken = (np.concatenate([part[:, joint] for part in parts]) for parts in (state.residuals, removed))
         drawn = bin_means(x, left)
         _samples(figure, drawn.x, drawn.y, theme.MEASURED, joint + 1)
@@ -74,8 +74,8 @@ def signature(
             mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
             figure.add_trace(mean, row=1, col=joint + 1)
         figure.update_xaxes(title_text=label, row=1, col=joint + 1)
-    theme.key(figure, "residual, and its mean", line={"color": theme.MEASURED, "width": 2.4})
-    theme.key(figure, "what it would take away", line={"color": theme.JOINTS[0], "width": 2.4})
+    theme.legend_entry(figure, "residual, and its mean", line={"color": theme.MEASURED, "width": 2.4})
+    theme.legend_entry(figure, "what it would take away", line={"color": theme.JOINTS[0], "width": 2.4})
     figure.update_yaxes(title_text=f"residual [{rig.effort_units[0]}]", row=1, col=1)
     return figure
 

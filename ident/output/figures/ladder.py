@@ -14,11 +14,11 @@ MOST = 14
 
 def ladder(document: Document) -> go.Figure:
     """Training and held-out RMS of each rung, joint by joint, and the noise floor as the line to reach."""
-    names = [theme.plain(label) for label in document.labels]
-    return bars(names, document.rungs, document.noise_rms, document.effort_units)
+    names = [theme.escaped(label) for label in document.labels]
+    return rms_bars(names, document.rungs, document.noise_rms, document.effort_units)
 
 
-def bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+def rms_bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
     """The same of any models, `rungs`, called `names`; `noise` and `units` of the joints."""
     dof = len(units)
     figure = theme.subplots(
@@ -26,14 +26,14 @@ def bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float
         dof,
         theme.HEADER + theme.FOOTER + 20 + 58 * len(names),
         shared_yaxes=True,
-        subplot_titles=theme.titles(dof),
+        subplot_titles=theme.joint_titles(dof),
         horizontal_spacing=0.03,
     )
     for joint in range(dof):
         colour = theme.joint_colour(joint)
         unit = units[joint]
         sides = [
-            ("training", [rung.train_rms[joint] for rung in rungs], theme.faded(colour, theme.FAINT)),
+            ("training", [rung.train_rms[joint] for rung in rungs], theme.with_opacity(colour, theme.FAINT_OPACITY)),
             ("held out", [rung.validate_rms[joint] for rung in rungs], colour),
         ]
         for label, values, fill in sides:
@@ -55,9 +55,9 @@ def bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float
         figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * most], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
-    theme.key(figure, "training", marker=square | {"color": theme.faded(theme.MEASURED, theme.FAINT)})
-    theme.key(figure, "held out", marker=square | {"color": theme.MEASURED})
-    theme.key(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+    theme.legend_entry(figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)})
+    theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
+    theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
     figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
     return figure
 
@@ -68,7 +68,7 @@ def candidates(found: Diagnosis) -> go.Figure:
     names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MOST]
     added = {one.term.name for one in found.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
-    labels = [f"<b>{theme.plain(name)}</b>" if name in added else theme.plain(name) for name in names]
+    labels = [f"<b>{theme.escaped(name)}</b>" if name in added else theme.escaped(name) for name in names]
     sides = [("at first", first, theme.JOINTS[0]), ("at the end, of what is left", last, theme.JOINTS[3])]
     for label, gains, colour in sides:
         shares = [100 * max(gains.get(name, 0.0), 0.0) for name in names]

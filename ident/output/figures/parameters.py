@@ -19,19 +19,19 @@ def precision(models: Mapping[str, Model]) -> go.Figure:
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 22 * len(names))
     for number, (name, model) in enumerate(models.items()):
         for status, label in _IDENTIFIABLE.items():
-            own = [one for one in model.parameters if one.status == status and margin(one) is not None]
+            own = [one for one in model.parameters if one.status == status and relative_half_width(one) is not None]
             if not own:
                 continue
             dots = go.Scatter(
-                x=[margin(one) for one in own],
-                y=[theme.plain(one.name) for one in own],
+                x=[relative_half_width(one) for one in own],
+                y=[theme.escaped(one.name) for one in own],
                 mode="markers",
-                name=f"{theme.plain(name)}, {label}" if len(models) > 1 else label,
+                name=f"{theme.escaped(name)}, {label}" if len(models) > 1 else label,
                 marker={"color": _COLOURS[status], "size": 10, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
                 hovertemplate="%{y}: ± %{x:.2g} %",
             )
             figure.add_trace(dots)
-    figure.update_yaxes(categoryorder="array", categoryarray=[theme.plain(name) for name in names[::-1]])
+    figure.update_yaxes(categoryorder="array", categoryarray=[theme.escaped(name) for name in names[::-1]])
     figure.update_xaxes(type="log", title_text="half width of the 95 % interval [% of the value]", tickvals=_TICKS)
     figure.update_xaxes(ticktext=[f"{tick:g}" for tick in _TICKS])
     figure.update_layout(showlegend=True)
@@ -39,7 +39,7 @@ def precision(models: Mapping[str, Model]) -> go.Figure:
     return figure
 
 
-def margin(parameter: FittedParameter) -> float | None:
+def relative_half_width(parameter: FittedParameter) -> float | None:
     """Half the width of the 95 % interval in percent of the value; None where there is none."""
     if parameter.ci95 is None or not parameter.value:
         return None
@@ -48,7 +48,7 @@ def margin(parameter: FittedParameter) -> float | None:
 
 def correlation(model: Model) -> go.Figure:
     """Between the errors of the parameters: where it is near -1 or 1, only a combination is known."""
-    names = [theme.plain(one.name) for one in model.parameters]
+    names = [theme.escaped(one.name) for one in model.parameters]
     rows = model.trust.correlation if model.trust else ()
     values = np.array([[np.nan if one is None else one for one in row] for row in rows])
     figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
@@ -60,7 +60,7 @@ def correlation(model: Model) -> go.Figure:
             y=names,
             zmin=-1,
             zmax=1,
-            colorscale=[[0, orange], [0.5, theme.faded(theme.MEASURED, 0.08)], [1, blue]],
+            colorscale=[[0, orange], [0.5, theme.with_opacity(theme.MEASURED, 0.08)], [1, blue]],
             colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
             hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
         )

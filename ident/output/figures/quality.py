@@ -14,7 +14,7 @@ from recordings.recording import Floats, Recording
 def motion(recording: Recording) -> go.Figure:
     """Position, following error and what was measured of the drives, of all joints over the whole run."""
     rig = recording.rig
-    drive = theme.effort(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
+    drive = theme.effort_label(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
     rows = [(f"position<br>[{rig.position_units[0]}]", recording.position)]
     error = recording.command - recording.position
     if np.isfinite(error).any():
@@ -31,7 +31,7 @@ def motion(recording: Recording) -> go.Figure:
 
 
 def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int) -> None:
-    x, y = theme.thinned(time, values, theme.POINTS // 2)
+    x, y = theme.thinned(time, values, theme.MAX_POINTS // 2)
     trace = go.Scatter(
         x=x.astype(np.float32),
         y=y.astype(np.float32),
@@ -82,7 +82,7 @@ def timing(recording: Recording) -> go.Figure:
     return figure
 
 
-def split(models: Mapping[str, Comparison]) -> go.Figure:
+def mean_square_shares(models: Mapping[str, Comparison]) -> go.Figure:
     """What the residual's mean square consists of: noise, what repeats with the motion, what changes steadily."""
     parts: Mapping[str, tuple[str, str]] = {
         "noise": ("noise", theme.NOISE),
@@ -91,7 +91,7 @@ def split(models: Mapping[str, Comparison]) -> go.Figure:
     }
     labels, squares = [], []
     for name, comparison in models.items():
-        prefix = f"{theme.plain(name)}, " if len(models) > 1 else ""
+        prefix = f"{theme.escaped(name)}, " if len(models) > 1 else ""
         for number, joint in enumerate(comparison.joints, start=1):
             if joint.split:
                 trend = joint.split.trend.mean_square if joint.split.trend and joint.split.trend.significant else 0.0

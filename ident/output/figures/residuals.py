@@ -22,7 +22,7 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
     first, *_ = models.values()
     dof = len(first.joints)
     figure = theme.subplots(
-        1, dof, 320, shared_yaxes="all", subplot_titles=theme.titles(dof), horizontal_spacing=0.04
+        1, dof, 320, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
     )
     for number, (name, comparison) in enumerate(models.items()):
         for joint, found in enumerate(comparison.joints):
@@ -35,13 +35,13 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
                 text=[theme.percent(one.time_share) for one in about] if number == 0 else None,
                 textposition="outside",
                 cliponaxis=False,
-                name=theme.plain(name),
+                name=theme.escaped(name),
                 offsetgroup=name,
                 showlegend=False,
                 textangle=0,
                 textfont_size=11,
                 constraintext="none",
-                marker={"color": colour, "pattern": theme.pattern(number)},
+                marker={"color": colour, "pattern": theme.bar_pattern(number)},
                 hovertemplate="%{x}: %{y:.3g} " + found.unit,
             )
             figure.add_trace(bars, row=1, col=joint + 1)
@@ -50,7 +50,7 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
             line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
             figure.add_hline(y=found.split.noise_rms, line=line, row=1, col=joint + 1)
     if any(found.split for found in first.joints):
-        theme.key(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+        theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
     _models(figure, models)
     most = max(
         phase.rms for one in models.values() for found in one.joints for phase in found.summary.phases.values()
@@ -65,22 +65,22 @@ def _models(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
     if len(models) == 1:
         return
     for number, name in enumerate(models):
-        style = {"color": theme.MEASURED, "pattern": theme.pattern(number)}
-        key = go.Bar(x=[None], y=[None], name=theme.plain(name), offsetgroup=name, marker=style)
+        style = {"color": theme.MEASURED, "pattern": theme.bar_pattern(number)}
+        key = go.Bar(x=[None], y=[None], name=theme.escaped(name), offsetgroup=name, marker=style)
         figure.add_trace(key, row=1, col=1)
 
 
 def curves(models: Mapping[str, Comparison]) -> go.Figure:
     """Mean residual over each quantity, one row per joint; of the first model with its 95 % band and its RMS."""
     first, *_ = models.values()
-    return grid(
+    return curve_grid(
         {name: [joint.curves for joint in comparison.joints] for name, comparison in models.items()},
         [joint.unit for joint in first.joints],
         [joint.split.noise_rms if joint.split else None for joint in first.joints],
     )
 
 
-def grid(
+def curve_grid(
     models: Mapping[str, Sequence[Sequence[Curve]]], units: Sequence[str], floor: Sequence[float | None]
 ) -> go.Figure:
     """Curves by model and joint; `units` of the joints' efforts, `floor` of their noise."""
@@ -98,10 +98,10 @@ def grid(
     )
     for joint in range(rows):
         for column, curve in enumerate(first[joint], start=1):
-            theme.band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
+            theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
             _band(figure, curve, joint, column)
             for number, (name, per_joint) in enumerate(models.items()):
-                label = theme.plain(name) if len(models) > 1 else "mean residual, with its 95 % band"
+                label = theme.escaped(name) if len(models) > 1 else "mean residual, with its 95 % band"
                 legend = joint == 0 and column == 1
                 _mean(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
             if joint == rows - 1:
@@ -112,7 +112,7 @@ def grid(
         per_model = (curve for per_joint in models.values() for curve in per_joint[joint])
         most = HIGHEST * max((float(one.rms.max()) for one in per_model if len(one.rms)), default=1.0) or 1.0
         figure.update_yaxes(range=[-most, most], nticks=5, row=joint + 1)
-        figure.update_yaxes(title_text=f"{theme.title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1)
+        figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1)
     figure.update_annotations(font_size=11.5)
     return figure
 
@@ -131,7 +131,7 @@ def _band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
             x=outline,
             y=np.concatenate([high[known], low[known][::-1]]),
             fill="toself",
-            fillcolor=theme.faded(theme.joint_colour(joint), 0.25),
+            fillcolor=theme.with_opacity(theme.joint_colour(joint), 0.25),
             mode="lines",
             line_width=0,
             hoverinfo="skip",

@@ -13,7 +13,7 @@ def densities(models: Mapping[str, Comparison]) -> go.Figure:
     first, *_ = models.values()
     dof = len(first.joints)
     figure = theme.subplots(
-        1, dof, 340, shared_yaxes="all", subplot_titles=theme.titles(dof), horizontal_spacing=0.04
+        1, dof, 340, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
     )
     for joint, found in enumerate(first.joints):
         frequency = found.spectrum.frequency[1:]
@@ -21,7 +21,7 @@ def densities(models: Mapping[str, Comparison]) -> go.Figure:
         if found.spectrum.noise is not None:
             lines.append(("noise", found.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"}))
         for number, (name, comparison) in enumerate(models.items()):
-            label = theme.plain(name) if len(models) > 1 else "residual"
+            label = theme.escaped(name) if len(models) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}
             lines.append((label, comparison.joints[joint].spectrum.residual, style))
         for label, density, style in lines:

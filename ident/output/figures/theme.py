@@ -18,10 +18,10 @@ DASHES = ("solid", "dash", "dot", "dashdot")
 """Of the first model, the second, and so on."""
 _PATTERNS = ("", "/", ".", "x")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
-FAINT = 0.45
+FAINT_OPACITY = 0.45
 """Opacity of what is compared with."""
 
-POINTS = 4000
+MAX_POINTS = 4000
 """Of a trace, at most: about two for each pixel of a wide screen."""
 LEGEND, TITLES = 34, 26
 """Pixels above the plots."""
@@ -78,7 +78,7 @@ def subplots(rows: int, columns: int, height: int, **arguments: Any) -> go.Figur
     return figure
 
 
-def pattern(number: int) -> dict[str, str]:
+def bar_pattern(number: int) -> dict[str, str]:
     """Of the bars of a model (from 0)."""
     return {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay", "fgcolor": "#ffffff"}
 
@@ -88,7 +88,7 @@ def joint_colour(joint: int) -> str:
     return JOINTS[joint % len(JOINTS)]
 
 
-def faded(colour: str, opacity: float) -> str:
+def with_opacity(colour: str, opacity: float) -> str:
     """`colour` as CSS with an opacity."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{opacity:g})"
@@ -116,7 +116,7 @@ def percent(share: float | None) -> str:
     return f"{100 * share:.{1 if few and share else 0}f}\u00a0%"
 
 
-def alike(values: Sequence[float]) -> list[str]:
+def with_equal_decimals(values: Sequence[float]) -> list[str]:
     """Numbers to be compared, all with as many decimals as give the largest two significant digits."""
     most = max(map(abs, values), default=0.0)
     decimals = max(0, 1 - math.floor(math.log10(most))) if most else 0
@@ -132,21 +132,21 @@ def interval(low: float, high: float) -> str:
     return f"{low:.{decimals}f} to {high:.{decimals}f}" if decimals < 9 else f"{low:.3g} to {high:.3g}"
 
 
-def plain(text: str) -> str:
+def escaped(text: str) -> str:
     """`text` from a file as it is: Plotly takes some tags in labels for markup."""
     return html.escape(text, quote=False)
 
 
-def effort(unit: str) -> str:
+def effort_label(unit: str) -> str:
     """Name and unit of an effort."""
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
 
 
-def thinned(x: Floats, y: Floats, points: int = POINTS, whole: slice | None = None) -> tuple[Floats, Floats]:
+def thinned(x: Floats, y: Floats, points: int = MAX_POINTS, kept: slice | None = None) -> tuple[Floats, Floats]:
     """`y` (n,) over ascending `x` (n,), by the extremes in each pixel, and all of `whole`: peaks and gaps stay."""
     chosen = _extremes(y, points)
-    if whole is not None:
-        chosen = np.union1d(chosen, np.arange(len(y))[whole])
+    if kept is not None:
+        chosen = np.union1d(chosen, np.arange(len(y))[kept])
     return x[chosen], y[chosen]
 
 
@@ -165,7 +165,7 @@ def _extremes(y: Floats, points: int) -> Ints:
     return chosen[chosen < len(y)]
 
 
-def band(figure: go.Figure, half_width: float | None, row: int, column: int, label: bool) -> None:
+def noise_band(figure: go.Figure, half_width: float | None, row: int, column: int, label: bool) -> None:
     """Mark plus and minus the noise floor, if it is known."""
     if half_width is None:
         return
@@ -173,20 +173,20 @@ def band(figure: go.Figure, half_width: float | None, row: int, column: int, lab
     style = {"fillcolor": NOISE, "opacity": 0.22, "line_width": 0, "layer": "below"}
     figure.add_hrect(y0=-half_width, y1=half_width, **style, **place)
     if label:
-        key(figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": faded(NOISE, 0.3)})
+        legend_entry(figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": with_opacity(NOISE, 0.3)})
 
 
-def key(figure: go.Figure, name: str, **style: Any) -> None:
+def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:
     """An entry of the legend for what is not a trace of its own."""
     mode = "markers" if "marker" in style else "lines"
     figure.add_trace(go.Scatter(x=[None], y=[None], name=name, mode=mode, hoverinfo="skip", **style), row=1, col=1)
 
 
-def titles(joints: int) -> Sequence[str]:
+def joint_titles(joints: int) -> Sequence[str]:
     """Of one plot per joint, each in the joint's colour."""
-    return [title(joint) for joint in range(joints)]
+    return [joint_title(joint) for joint in range(joints)]
 
 
-def title(joint: int) -> str:
+def joint_title(joint: int) -> str:
     """The joint's (from 0) name in its colour."""
     return f"<b style='color:{joint_colour(joint)}'>joint {joint + 1}</b>"

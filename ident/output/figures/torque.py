@@ -19,7 +19,7 @@ BETWEEN = 84
 """Pixels between rows of plots, for the labels of one and the titles of the next."""
 
 
-def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.POINTS) -> go.Figure:
+def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
     """Per joint, the torque and below it the residual, in the recording `index` of all comparisons.
 
     All share one time axis; the first repetition is shown at first, a double click shows the whole. Of each trace
@@ -42,10 +42,10 @@ def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
         for number, (name, comparison) in enumerate(models.items()):
-            label = theme.plain(name) if len(models) > 1 else "model"
+            label = theme.escaped(name) if len(models) > 1 else "model"
             _model(figure, comparison.predictions[index], joint, number, label, points)
-        theme.band(figure, about.split.noise_rms if about.split else None, row + 1, 1, joint == 0)
-        figure.update_yaxes(title_text=f"{theme.title(joint)}<br>{theme.effort(about.unit)}", row=row, col=1)
+        theme.noise_band(figure, about.split.noise_rms if about.split else None, row + 1, 1, joint == 0)
+        figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(about.unit)}", row=row, col=1)
         figure.update_yaxes(title_text=f"residual<br>[{about.unit}]", nticks=4, row=row + 1, col=1)
     shown = dataset.time[first_repetition(dataset)]
     figure.update_xaxes(range=[float(shown[0]), float(shown[-1])])
@@ -75,7 +75,7 @@ def _line(
     figure.add_trace(trace, row=row, col=1)
 
 
-def worst(comparison: Comparison) -> go.Figure:
+def worst_windows(comparison: Comparison) -> go.Figure:
     """The stretches in which the model fails most: measured and computed torque, the stretch itself shaded."""
     windows = comparison.windows
     columns = min(COLUMNS, len(windows))
@@ -91,7 +91,7 @@ def worst(comparison: Comparison) -> go.Figure:
     )
     for number, window in enumerate(windows):
         _stretch(figure, comparison, window, number // columns + 1, number % columns + 1, number == 0)
-    theme.key(figure, "model", line={"color": theme.joint_colour(windows[0].joint - 1), "width": 1.6})
+    theme.legend_entry(figure, "model", line={"color": theme.joint_colour(windows[0].joint - 1), "width": 1.6})
     figure.update_annotations(font_size=11.5)
     figure.update_layout(margin_t=theme.HEADER + 12)
     return figure
@@ -99,8 +99,8 @@ def worst(comparison: Comparison) -> go.Figure:
 
 def _caption(comparison: Comparison, window: Window) -> str:
     cycle = f", cycle {window.cycle}" if window.cycle else ""
-    where = f"{theme.plain(window.recording)}<br>" if len(comparison.predictions) > 1 else ""
-    return f"{where}{theme.title(window.joint - 1)}: {window.phase}{cycle}, {window.times_overall:.1f} ×"
+    where = f"{theme.escaped(window.recording)}<br>" if len(comparison.predictions) > 1 else ""
+    return f"{where}{theme.joint_title(window.joint - 1)}: {window.phase}{cycle}, {window.times_overall:.1f} ×"
 
 
 def _stretch(figure: go.Figure, comparison: Comparison, window: Window, row: int, column: int, legend: bool) -> None:
@@ -126,4 +126,4 @@ def _stretch(figure: go.Figure, comparison: Comparison, window: Window, row: int
         x0=window.start, x1=window.end, fillcolor=theme.MEASURED, opacity=0.18, line_width=0, row=row, col=column
     )
     figure.update_xaxes(title_text="time [s]", row=row, col=column)
-    figure.update_yaxes(title_text=theme.effort(comparison.joints[joint].unit), row=row, col=column)
+    figure.update_yaxes(title_text=theme.effort_label(comparison.joints[joint].unit), row=row, col=column)

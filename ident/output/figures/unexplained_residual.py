@@ -6,11 +6,11 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
-from ident.output.figures.residuals import grid
+from ident.output.figures.residuals import curve_grid
 from ident.residuals.curves import curves
 
 
-def shares(found: Diagnosis, document: Document) -> go.Figure:
+def rms_components(found: Diagnosis, document: Document) -> go.Figure:
     """Per joint: noise, what encoder steps leave, and what is structured, beside the held-out error [N m RMS]."""
     floor = found.selection.noise_floor
     last = document.rungs[-1].validate_rms
@@ -22,7 +22,7 @@ def shares(found: Diagnosis, document: Document) -> go.Figure:
         ("structured", document.remaining.structured_rms, theme.JOINTS[3]),
         ("held-out error", last, theme.MEASURED),
     ]
-    texts = iter(theme.alike([float(value) for _, values, _ in parts for value in values]))
+    texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in parts for value in values]))
     for label, values, colour in parts:
         numbers = [float(value) for value in values]
         figure.add_trace(
@@ -40,9 +40,9 @@ def shares(found: Diagnosis, document: Document) -> go.Figure:
     return figure
 
 
-def left(found: Diagnosis, document: Document) -> go.Figure:
+def residual_curves(found: Diagnosis, document: Document) -> go.Figure:
     """The residual of the last model over each quantity."""
     pairs = zip(found.split.datasets, found.selection.computed, strict=True)
     predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
     per_joint = [curves(predictions, joint) for joint in range(len(document.joints))]
-    return grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.selection.noise_floor.rms])
+    return curve_grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.selection.noise_floor.rms])

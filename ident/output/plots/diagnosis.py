@@ -20,7 +20,7 @@ from ident.residuals.analysis import compare
 from ident.residuals.curves import means
 from recordings.recording import Floats
 
-NAMES = ("finding_*.png", "remains*.png")
+OPTIONAL_PICTURES = ("finding_*.png", "remains*.png")
 """Patterns of the pictures that are not drawn each time."""
 _BOTH_WAYS = ("position", "load")
 """Axes over which each direction of motion has a mean of its own."""
@@ -35,9 +35,9 @@ def draw(found: Diagnosis, document: Document, folder: Path) -> None:
     for number, one in enumerate(found.selection.findings, start=1):
         finding(folder / f"finding_{number}_{one.term.name}.png", found, one)
     if found.unexplained.significant:
-        remains(folder, about, found)
+        unexplained_residual(folder, about, found)
     if found.learned:
-        learned(folder / "remains_curves.png", about, found, found.learned)
+        learned_curves(folder / "remains_curves.png", about, found, found.learned)
 
 
 def ladder(path: Path, title: str, document: Document) -> None:
@@ -86,7 +86,7 @@ def finding(path: Path, found: Diagnosis, one: Finding) -> None:
         axes[0].legend(frameon=False, fontsize=9)
 
 
-def remains(folder: Path, about: str, found: Diagnosis) -> None:
+def unexplained_residual(folder: Path, about: str, found: Diagnosis) -> None:
     """What the last model leaves, over each quantity that it may depend on, and its spectrum where that tells."""
     pairs = zip(found.split.datasets, found.selection.computed, strict=True)
     left = compare(None, [Prediction(data, computed) for data, computed in pairs])
@@ -96,7 +96,7 @@ def remains(folder: Path, about: str, found: Diagnosis) -> None:
         spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {about}", left)
 
 
-def learned(path: Path, about: str, found: Diagnosis, stand_in: NonparametricFit) -> None:
+def learned_curves(path: Path, about: str, found: Diagnosis, stand_in: NonparametricFit) -> None:
     """The curves that were learned, over what the remainder was found to depend on: a row per joint."""
     joints = sorted({curve.joint for curve in stand_in.curves})
     rows = [[curve for curve in stand_in.curves if curve.joint == joint] for joint in joints]

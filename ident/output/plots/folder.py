@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 @contextmanager
-def whole(folder: Path, stale: Sequence[str] = ()) -> Iterator[Path]:
+def staged_folder(folder: Path, stale: Sequence[str] = ()) -> Iterator[Path]:
     """A folder beside `folder` to draw into; its pictures go to `folder` at the end, unless something went wrong.
 
     stale: patterns of names; pictures there that are not drawn anew are removed, as they would be taken for new ones.

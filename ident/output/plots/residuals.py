@@ -36,7 +36,7 @@ def draw(comparison: Comparison, folder: Path) -> None:
         comparison,
     )
     spectra(folder / "spectrum.png", f"Residual by frequency: {about}", comparison)
-    worst(folder / "worst.png", f"The worst stretches: {about}", comparison)
+    worst_windows(folder / "worst.png", f"The worst stretches: {about}", comparison)
     for number, one in enumerate(comparison.predictions, start=1):
         fit.residual(folder / f"residual_{number}.png", f"Residual: {about}", one.dataset, one.computed)
 
@@ -115,7 +115,7 @@ def spectra(path: Path, title: str, comparison: Comparison) -> None:
         axes[-1].set_xlabel("frequency [Hz]")
 
 
-def worst(path: Path, title: str, comparison: Comparison) -> None:
+def worst_windows(path: Path, title: str, comparison: Comparison) -> None:
     """Measured and computed torque around each of the worst stretches."""
     if not comparison.windows:
         return

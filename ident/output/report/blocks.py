@@ -32,7 +32,7 @@ class Code:
 
 
 @dataclass(frozen=True)
-class Table:
+class ReportTable:
     """Cells as they are shown."""
 
     kind: ClassVar[str] = "table"
@@ -59,7 +59,7 @@ class Fold:
 
     kind: ClassVar[str] = "fold"
     title: str
-    blocks: tuple["Block", ...]
+    blocks: tuple["ReportBlock", ...]
     open: bool = False
 
 
@@ -70,22 +70,22 @@ class Card:
     kind: ClassVar[str] = "card"
     title: str
     tags: tuple[str, ...]
-    blocks: tuple["Block", ...]
+    blocks: tuple["ReportBlock", ...]
 
 
-Block = Text | Notes | Code | Table | Plot | Fold | Card
+ReportBlock = Text | Notes | Code | ReportTable | Plot | Fold | Card
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class ReportSection:
     """A part of the report with a heading."""
 
     id: str
     title: str
-    blocks: tuple[Block, ...]
+    blocks: tuple[ReportBlock, ...]
 
 
-def plots(blocks: Sequence[Block]) -> Iterator[Plot]:
+def plots(blocks: Sequence[ReportBlock]) -> Iterator[Plot]:
     """All figures, in their order."""
     for block in blocks:
         if isinstance(block, Plot):

@@ -20,7 +20,7 @@ SCHEMA = 1
 
 
 @dataclass(frozen=True)
-class Request:
+class ReportRequest:
     """What the user asked for."""
 
     models: tuple[Path, ...]
@@ -31,15 +31,15 @@ class Request:
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class ReportContents:
     """What the report shows; models and recordings by the names they have in it."""
 
-    request: Request
+    request: ReportRequest
     models: Mapping[str, Model]
     digests: Mapping[str, str]
     """SHA-256 of the model files."""
-    recorded: Mapping[str, Comparison]
-    held_out: Mapping[str, Comparison]
+    comparisons: Mapping[str, Comparison]
+    held_out_comparisons: Mapping[str, Comparison]
     """Empty where no recording was held out."""
     sources: tuple[Source, ...]
     """The recordings, those held out last."""
@@ -48,9 +48,9 @@ class Material:
     """What the diagnosis says."""
 
     @property
-    def judged(self) -> Mapping[str, Comparison]:
+    def primary_comparisons(self) -> Mapping[str, Comparison]:
         """What the models are judged on: the recordings held out, if there are any."""
-        return self.held_out or self.recorded
+        return self.held_out_comparisons or self.comparisons
 
     @property
     def recordings(self) -> tuple[Recording, ...]:
@@ -60,7 +60,7 @@ class Material:
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, Comparison], int, prediction.Prediction], ...]:
         """Of each recording: the comparisons it is in, its place there, and what the first model makes of it."""
-        groups = [self.recorded, *([self.held_out] if self.held_out else [])]
+        groups = [self.comparisons, *([self.held_out_comparisons] if self.held_out_comparisons else [])]
         return tuple(
             (group, place, found)
             for group in groups
@@ -69,7 +69,7 @@ class Material:
 
     def as_json(self) -> dict[str, Any]:
         """The numbers, as `ident compare --json` and `ident diagnose --json` print them."""
-        groups = [(False, self.recorded), (True, self.held_out)]
+        groups = [(False, self.comparisons), (True, self.held_out_comparisons)]
         return {
             "schema": SCHEMA,
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
@@ -83,7 +83,7 @@ class Material:
         }
 
 
-def gather(request: Request, progress: Callable[[str], None]) -> Material:
+def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportContents:
     """Compare every model with every recording, and find out what the base model lacks, if that is asked for.
 
     Raises:
@@ -107,12 +107,12 @@ def gather(request: Request, progress: Callable[[str], None]) -> Material:
         diagnosis = diagnose(request.recordings, request.held_out, known, DiagnosisOptions(), progress)
     groups = [recorded, *([held_out] if held_out else [])]
     read = [one.dataset.recording for group in groups for one in next(iter(group.values())).predictions]
-    return Material(
+    return ReportContents(
         request=request,
         models=models,
         digests={name: _digest(path) for name, path in paths.items()},
-        recorded=recorded,
-        held_out=held_out,
+        comparisons=recorded,
+        held_out_comparisons=held_out,
         sources=tuple(model.source(recording) for recording in read),
         diagnosis=diagnosis,
         document=answer.to_document(diagnosis) if diagnosis else None,

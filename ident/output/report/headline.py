@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from ident.diagnosis.document import Document
 from ident.output.figures.theme import number, percent
-from ident.output.report.contents import Material
+from ident.output.report.contents import ReportContents
 
 VERDICTS = {
     "adequate": "Nothing is missing",
@@ -35,7 +35,7 @@ class Headline:
     warnings: tuple[str, ...]
 
 
-def headline(material: Material) -> Headline:
+def headline(material: ReportContents) -> Headline:
     """What a reader with half a minute must know."""
     document = material.document
     warnings = tuple(_warnings(material))
@@ -47,7 +47,7 @@ def headline(material: Material) -> Headline:
     return Headline("none", "Models against measurement", tuple(_compared(material)), (), warnings)
 
 
-def _known(material: Material, document: Document) -> Iterator[str]:
+def _known(material: ReportContents, document: Document) -> Iterator[str]:
     """Where the model already holds all that the base model lacks."""
     lacking = {one.effect for one in document.findings}
     for name, model in material.models.items():
@@ -74,7 +74,7 @@ def _next(document: Document) -> Iterator[str]:
         yield document.next_motion.why
 
 
-def _tiles(material: Material, document: Document) -> Iterator[Tile]:
+def _tiles(material: ReportContents, document: Document) -> Iterator[Tile]:
     base, top = document.rungs[0], document.rungs[-1]
     for joint, unit in enumerate(document.effort_units):
         before, after = base.validate_rms[joint], top.validate_rms[joint]
@@ -84,17 +84,17 @@ def _tiles(material: Material, document: Document) -> Iterator[Tile]:
         yield Tile(f"joint {joint + 1}: held-out error [{unit} RMS]", value, note)
 
 
-def _compared(material: Material) -> Iterator[str]:
-    for name, comparison in material.judged.items():
+def _compared(material: ReportContents) -> Iterator[str]:
+    for name, comparison in material.primary_comparisons.items():
         shares = ", ".join(f"{percent(joint.summary.share)}" for joint in comparison.joints)
-        prefix = f"{name} leaves" if len(material.judged) > 1 else "The model leaves"
+        prefix = f"{name} leaves" if len(material.primary_comparisons) > 1 else "The model leaves"
         yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(comparison.joints)})."
-    if len(material.judged) == 1:
-        yield from next(iter(material.judged.values())).sentences[1:3]
+    if len(material.primary_comparisons) == 1:
+        yield from next(iter(material.primary_comparisons.values())).sentences[1:3]
     yield "What is missing was not asked for: leave out --no-diagnose to find out."
 
 
-def _warnings(material: Material) -> Iterator[str]:
+def _warnings(material: ReportContents) -> Iterator[str]:
     simulated = [source.name for source in material.sources if source.simulated]
     if simulated:
         yield f"SIMULATED data: {', '.join(simulated)}."

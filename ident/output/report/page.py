@@ -13,9 +13,9 @@ from markupsafe import Markup
 
 from ident.output.figures import theme
 from ident.output.report import blocks
-from ident.output.report.blocks import Section
+from ident.output.report.blocks import ReportSection
 from ident.output.report.headline import headline
-from ident.output.report.contents import Material
+from ident.output.report.contents import ReportContents
 from ident.output.report.sections import (
     findings,
     parameters,
@@ -32,7 +32,7 @@ _HARMLESS = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029
 """Inside a script element; JSON reads them all the same."""
 
 
-def render(material: Material) -> str:
+def render(material: ReportContents) -> str:
     """The whole page."""
     folder = importlib.resources.files("ident.output.report") / "assets"
     sections = list(_sections(material))
@@ -56,15 +56,15 @@ def render(material: Material) -> str:
     )
 
 
-def _sections(material: Material) -> Iterator[Section]:
+def _sections(material: ReportContents) -> Iterator[ReportSection]:
     makers = (
         torque.section,
         residuals.section,
         findings.section,
         selection.section,
         parameters.section,
-        unexplained_residual.remains,
-        unexplained_residual.following,
+        unexplained_residual.remaining,
+        unexplained_residual.next_recording,
         quality.section,
         rig.section,
         reproduce.section,

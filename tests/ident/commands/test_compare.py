@@ -101,7 +101,7 @@ def test_an_interruption_leaves_no_half_folder(folder: Path, monkeypatch: pytest
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ident.output.plots.residuals.worst", interrupted)
+    monkeypatch.setattr("ident.output.plots.residuals.worst_windows", interrupted)
     before = sorted(folder.iterdir())
     result = run("compare", folder / "a.model.json", folder / "b.mcap", "--plots", folder / "half")
     assert result.exit_code == 1

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ident.paper import methods
-from ident.paper.methods import Comparison
+from ident.paper.methods import MethodComparison
 from recordings.recording import Recording
 
 
@@ -20,5 +20,5 @@ def recorded(
 
 
 @pytest.fixture(scope="module")
-def comparison(recorded: tuple[Path, Path]) -> Comparison:
-    return methods.compare(recorded, "central", 0, lambda *_: None)
+def comparison(recorded: tuple[Path, Path]) -> MethodComparison:
+    return methods.compare_methods(recorded, "central", 0, lambda *_: None)

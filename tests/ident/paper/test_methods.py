@@ -8,33 +8,33 @@ import pytest
 from ident import plugins
 from ident.identification.goodness_of_fit import Fitness
 from ident.paper import methods
-from ident.paper.methods import Comparison
+from ident.paper.methods import MethodComparison
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Axis, Rig
 
 
-def test_every_method_is_there_the_papers_first(comparison: Comparison) -> None:
+def test_every_method_is_there_the_papers_first(comparison: MethodComparison) -> None:
     assert list(comparison.results)[:4] == list(methods.PAPER) == ["pso", "rls", "dls", "svd"]
     assert set(comparison.results) == set(plugins.names("estimators"))
 
 
-def test_the_papers_order_holds_where_there_is_friction(comparison: Comparison) -> None:
-    assert comparison.beaten(0) == comparison.beaten(1) == []
+def test_the_papers_order_holds_where_there_is_friction(comparison: MethodComparison) -> None:
+    assert comparison.baselines_not_below(0) == comparison.baselines_not_below(1) == []
 
 
-def test_methods_on_the_right_model_find_it(comparison: Comparison, truth: np.ndarray) -> None:
+def test_methods_on_the_right_model_find_it(comparison: MethodComparison, truth: np.ndarray) -> None:
     for name in ("pso", "lad", "ls", "wls", "pso_classic"):
         np.testing.assert_allclose(list(comparison.results[name].parameters.values()), truth, rtol=0.1)
     assert [len(comparison.results[name].parameters) for name in methods.BASELINES] == [14, 14, 14]
 
 
-def test_a_baseline_that_wins_is_named_with_its_joint(comparison: Comparison) -> None:
+def test_a_baseline_that_wins_is_named_with_its_joint(comparison: MethodComparison) -> None:
     poor = Fitness(nrmse=(0.99, 0.0, 0.99), rms=(1.0,) * 3, r2=(0.0,) * 3)
     pso = replace(comparison.results["pso"], fitness=(poor, comparison.results["pso"].fitness[1]))
     changed = replace(comparison, results={**comparison.results, "pso": pso})
-    assert changed.beaten(0) == [("rls", 2), ("dls", 2), ("svd", 2)]
-    assert changed.beaten(1) == []
+    assert changed.baselines_not_below(0) == [("rls", 2), ("dls", 2), ("svd", 2)]
+    assert changed.baselines_not_below(1) == []
 
 
 def test_another_mechanism_is_refused(
@@ -43,4 +43,4 @@ def test_another_mechanism_is_refused(
     bench = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis(), Axis()))
     path = write(replace(make(cycles=1, rate=250.0, path=tmp_path / "bench.mcap"), rig=bench))
     with pytest.raises(BadInput, match="a delta robot expected, axes found"):
-        methods.compare([path, path], "central", 0, lambda *_: None)
+        methods.compare_methods([path, path], "central", 0, lambda *_: None)

@@ -6,19 +6,19 @@ from rich.console import Console
 
 from ident.identification.goodness_of_fit import Fitness
 from ident.paper import table
-from ident.paper.methods import Comparison, Result
+from ident.paper.methods import MethodComparison, MethodResult
 
 
 def fitness(value: float) -> Fitness:
     return Fitness(nrmse=(value,) * 3, rms=(1.0,) * 3, r2=(0.0,) * 3)
 
 
-def result(method: str, value: float) -> Result:
+def result(method: str, value: float) -> MethodResult:
     torque = np.zeros((1, 3))
-    return Result(method, {}, (torque, torque), (fitness(value), fitness(value)), 1e-9, {})
+    return MethodResult(method, {}, (torque, torque), (fitness(value), fitness(value)), 1e-9, {})
 
 
-def said(comparison: Comparison, capsys: pytest.CaptureFixture[str]) -> str:
+def said(comparison: MethodComparison, capsys: pytest.CaptureFixture[str]) -> str:
     table.show(comparison, Console(width=300))
     return " ".join(capsys.readouterr().out.split())
 
@@ -32,7 +32,7 @@ def said(comparison: Comparison, capsys: pytest.CaptureFixture[str]) -> str:
     ],
 )
 def test_the_order_is_stated_and_its_absence_explained(
-    comparison: Comparison, pso: float, ls: float, expected: str, capsys: pytest.CaptureFixture[str]
+    comparison: MethodComparison, pso: float, ls: float, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     values = {"pso": pso, "rls": 0.92, "dls": 0.8, "svd": 0.8, "ls": ls}
     made = replace(comparison, results={name: result(name, value) for name, value in values.items()})
@@ -40,7 +40,7 @@ def test_the_order_is_stated_and_its_absence_explained(
 
 
 def test_recordings_of_a_real_robot_are_not_called_simulated(
-    comparison: Comparison, capsys: pytest.CaptureFixture[str]
+    comparison: MethodComparison, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert "SIMULATED" in said(comparison, capsys)
     real = [

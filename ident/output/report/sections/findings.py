@@ -7,12 +7,12 @@ from ident.diagnosis.steps import Finding
 from ident.output.console import diagnosis
 from ident.output.figures import finding
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import Block, Card, Notes, Plot, Section, Table, Text
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Card, Notes, Plot, ReportSection, ReportTable, Text
+from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 
 
-def section(material: Material) -> Section | None:
+def section(material: ReportContents) -> ReportSection | None:
     """Every effect that was found, with its evidence; None where nobody asked."""
     found, document = material.diagnosis, material.document
     if found is None or document is None:
@@ -20,10 +20,10 @@ def section(material: Material) -> Section | None:
     pairs = list(zip(document.findings, answer.merge_repeated(found.selection.findings), strict=True))
     # What is true of any such machine is no news.
     pairs.sort(key=lambda pair: pair[1].term.effect.always_true)
-    blocks: list[Block] = [_card(place, found, document, *pair) for place, pair in enumerate(pairs, start=1)]
+    blocks: list[ReportBlock] = [_card(place, found, document, *pair) for place, pair in enumerate(pairs, start=1)]
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
-    return Section("findings", "Findings", tuple(blocks))
+    return ReportSection("findings", "Findings", tuple(blocks))
 
 
 def _card(place: int, found: Diagnosis, document: Document, entry: FindingEntry, one: Finding) -> Card:
@@ -51,7 +51,7 @@ def _card(place: int, found: Diagnosis, document: Document, entry: FindingEntry,
     return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, plot, *_parameters(document, entry)))
 
 
-def _parameters(document: Document, entry: FindingEntry) -> tuple[Table, ...]:
+def _parameters(document: Document, entry: FindingEntry) -> tuple[ReportTable, ...]:
     top = document.rungs[-1].parameters
-    own = {name: value for name, value in top.items() if diagnosis.belongs(name, entry.effect)}
+    own = {name: value for name, value in top.items() if diagnosis.is_parameter_of(name, entry.effect)}
     return (parameter_values.table(own),) if own else ()

@@ -4,25 +4,25 @@ import numpy as np
 
 from ident.output.figures import quality
 from ident.output.figures.theme import number, percent
-from ident.output.report.blocks import Block, Plot, Section, Table, Text
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Plot, ReportSection, ReportTable, Text
+from ident.output.report.contents import ReportContents
 from recordings.recording import Recording
 
 
-def section(material: Material) -> Section:
+def section(material: ReportContents) -> ReportSection:
     """Gaps, lateness, noise."""
-    blocks: list[Block] = [_samples(material)]
+    blocks: list[ReportBlock] = [_samples(material)]
     for place, recording in enumerate(material.recordings, start=1):
         if quality.has_timing(recording):
             caption = f"{recording.path.name}: how late the host began each cycle, and where samples were lost."
             blocks.append(Plot(f"timing-{place}", quality.timing(recording), caption))
     blocks += _noise(material)
-    return Section("quality", "Data quality", tuple(blocks))
+    return ReportSection("quality", "Data quality", tuple(blocks))
 
 
-def _samples(material: Material) -> Table:
+def _samples(material: ReportContents) -> ReportTable:
     head = ("recording", "samples", "lost", "late, median", "late, 99 %", "late, worst", "warnings and errors")
-    return Table(head, tuple(_row(recording) for recording in material.recordings), words=(0,))
+    return ReportTable(head, tuple(_row(recording) for recording in material.recordings), words=(0,))
 
 
 def _row(recording: Recording) -> tuple[str, ...]:
@@ -34,10 +34,10 @@ def _row(recording: Recording) -> tuple[str, ...]:
     return (recording.path.name, str(len(recording.time)), lost, *late, str(loud))
 
 
-def _noise(material: Material) -> list[Block]:
+def _noise(material: ReportContents) -> list[ReportBlock]:
     rows = []
-    several = len(material.judged) > 1
-    for name, comparison in material.judged.items():
+    several = len(material.primary_comparisons) > 1
+    for name, comparison in material.primary_comparisons.items():
         for joint in comparison.joints:
             summary, split = joint.summary, joint.split
             floor = f"{number(split.noise_rms)} {joint.unit}" if split else "unknown"
@@ -45,16 +45,16 @@ def _noise(material: Material) -> list[Block]:
             left = (f"{number(summary.rms)} {joint.unit}", percent(summary.share), floor, above)
             rows.append((*([name] if several else []), f"joint {summary.number}", *left))
     head = ("joint", "residual, RMS", "of the torque", "noise floor", "above the noise")
-    known = any(joint.split for one in material.judged.values() for joint in one.joints)
-    of = "the recordings held out" if material.held_out else "all recordings"
+    known = any(joint.split for one in material.primary_comparisons.values() for joint in one.joints)
+    of = "the recordings held out" if material.held_out_comparisons else "all recordings"
     caption = f"Residual: measured minus computed, of {of}."
     if known:
         caption += " The motion repeats, so what differs between repetitions is noise; no model can explain it."
     words = (0, 1) if several else (0,)
-    blocks: list[Block] = [Table((*(["model"] if several else []), *head), tuple(rows), caption, words)]
+    blocks: list[ReportBlock] = [ReportTable((*(["model"] if several else []), *head), tuple(rows), caption, words)]
     if known:
         blocks.append(
-            Plot("split", quality.split(material.judged), "What the mean square of the residual consists of.")
+            Plot("split", quality.mean_square_shares(material.primary_comparisons), "What the mean square of the residual consists of.")
         )
     else:
         blocks.append(

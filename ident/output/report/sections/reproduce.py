@@ -6,16 +6,16 @@ import shlex
 from importlib.metadata import version
 from pathlib import Path
 
-from ident.output.report.blocks import Block, Code, Section, Table, Text
-from ident.output.report.contents import Material, Request
+from ident.output.report.blocks import ReportBlock, Code, ReportSection, ReportTable, Text
+from ident.output.report.contents import ReportContents, ReportRequest
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 
 
-def section(material: Material) -> Section:
+def section(material: ReportContents) -> ReportSection:
     """Commands, versions, digests."""
     request = material.request
-    known = names(request)
+    known = file_names(request)
     files = [*request.models, *request.recordings, *request.held_out]
     values = [*material.digests.values(), *(source.sha256 for source in material.sources)]
     digests = [(known[path], digest) for path, digest in zip(files, values, strict=True)]
@@ -30,17 +30,17 @@ def section(material: Material) -> Section:
         )
         for name, model in material.models.items()
     )
-    blocks: list[Block] = [
+    blocks: list[ReportBlock] = [
         Text(("In the folder that holds the files, or their folders:",)),
         Code(tuple(shlex.join(["ident", *line]) for line in commands(material))),
-        Table(("file", "SHA-256"), tuple(digests), words=(0, 1)),
-        Table(("model", "software", "method", "seed", "fitted to"), models, words=(0, 1, 2, 4)),
-        Table(("software", "version"), tuple(versions), words=(0, 1)),
+        ReportTable(("file", "SHA-256"), tuple(digests), words=(0, 1)),
+        ReportTable(("model", "software", "method", "seed", "fitted to"), models, words=(0, 1, 2, 4)),
+        ReportTable(("software", "version"), tuple(versions), words=(0, 1)),
     ]
-    return Section("reproduce", "How to reproduce it", tuple(blocks))
+    return ReportSection("reproduce", "How to reproduce it", tuple(blocks))
 
 
-def names(request: Request) -> dict[Path, str]:
+def file_names(request: ReportRequest) -> dict[Path, str]:
     """Of all files: their own where no two are alike, else from the innermost folder that holds all of them."""
     files = (*request.models, *request.recordings, *request.held_out, *request.effect_files)
     if len({path.name for path in files}) == len(files):
@@ -49,10 +49,10 @@ def names(request: Request) -> dict[Path, str]:
     return {path: Path(os.path.relpath(path, folder)).as_posix() for path in files}
 
 
-def commands(material: Material) -> list[list[str]]:
+def commands(material: ReportContents) -> list[list[str]]:
     """What makes this report, and the same numbers as JSON."""
     request = material.request
-    known = names(request)
+    known = file_names(request)
     models, recorded, held = (
         [known[path] for path in files] for files in (request.models, request.recordings, request.held_out)
     )

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from ident.output.figures import residuals, spectrum, torque
 from ident.output.figures.theme import number, percent
-from ident.output.report.blocks import Block, Fold, Notes, Plot, Section, Table
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Fold, Notes, Plot, ReportSection, ReportTable
+from ident.output.report.contents import ReportContents
 from ident.residuals.analysis import Comparison
 
 LEAST = 0.1
@@ -13,12 +13,12 @@ LEAST = 0.1
 _QUANTITY = {"load": "computed load"}
 
 
-def section(material: Material) -> Section:
+def section(material: ReportContents) -> ReportSection:
     """Phases, worst stretches, what the residual depends on, spectrum."""
-    judged = material.judged
+    judged = material.primary_comparisons
     several = len(judged) > 1
     said = [f"{f'{name}: ' if several else ''}{line}" for name, one in judged.items() for line in _said(one)]
-    blocks: list[Block] = [
+    blocks: list[ReportBlock] = [
         Notes(tuple(said)),
         Plot(
             "phases",
@@ -36,7 +36,7 @@ def section(material: Material) -> Section:
     for place, (name, comparison) in enumerate(judged.items(), start=1):
         if comparison.windows:
             blocks.append(_worst(place, name if several else "", comparison))
-    return Section("where", "Where the model fails", tuple(blocks))
+    return ReportSection("where", "Where the model fails", tuple(blocks))
 
 
 def _said(comparison: Comparison) -> Iterator[str]:
@@ -68,6 +68,6 @@ def _worst(place: int, name: str, comparison: Comparison) -> Fold:
         for window in comparison.windows
     )
     head = ("joint", "recording", "time", "cycle", "phase", "RMS", "of the joint's own")
-    table = Table(head, rows, words=(0, 1, 4))
-    plot = Plot(f"worst-{place}", torque.worst(comparison), "The worst stretches of a quarter of a second, shaded.")
+    table = ReportTable(head, rows, words=(0, 1, 4))
+    plot = Plot(f"worst-{place}", torque.worst_windows(comparison), "The worst stretches of a quarter of a second, shaded.")
     return Fold(f"Worst stretches{f', {name}' if name else ''}", (plot, table), open=place == 1)

@@ -2,22 +2,22 @@
 
 from ident.data.samples import holds_torque
 from ident.output.figures import quality
-from ident.output.report.blocks import Block, Fold, Plot, Section, Table
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection, ReportTable
+from ident.output.report.contents import ReportContents
 from recordings.recording import Recording
 
 
-def section(material: Material) -> Section:
+def section(material: ReportContents) -> ReportSection:
     """What machine, what motion."""
-    blocks: list[Block] = [_rig(material.recordings[0]), _runs(material)]
+    blocks: list[ReportBlock] = [_rig(material.recordings[0]), _runs(material)]
     for place, recording in enumerate(material.recordings, start=1):
         caption = "The whole run. Click a joint in the legend to hide it."
         plot = Plot(f"motion-{place}", quality.motion(recording), caption)
         blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=place == 1))
-    return Section("rig", "Rig and run", tuple(blocks))
+    return ReportSection("rig", "Rig and run", tuple(blocks))
 
 
-def _rig(recording: Recording) -> Table:
+def _rig(recording: Recording) -> ReportTable:
     rig = recording.rig
     rows = [
         ("rig", rig.name),
@@ -29,14 +29,14 @@ def _rig(recording: Recording) -> Table:
         lengths = f"L1 {length.L1:g} m, L2 {length.L2:g} m ({length.L2_source}), R {length.R:g} m, r {length.r:g} m"
         rows.append(("geometry", lengths))
     if holds_torque(recording):
-        return Table(("", ""), (*rows, ("torque", "measured, no voltage")), words=(0, 1))
+        return ReportTable(("", ""), (*rows, ("torque", "measured, no voltage")), words=(0, 1))
     gains = ", ".join(f"{gain:g}" for gain in rig.torque.gain)
     law = "gain v |v|" if rig.torque.map == "square" else "gain v"
     rows.append(("torque from voltage", f"{law}, gain {gains} ({rig.torque.gain_source})"))
-    return Table(("", ""), tuple(rows), words=(0, 1))
+    return ReportTable(("", ""), tuple(rows), words=(0, 1))
 
 
-def _runs(material: Material) -> Table:
+def _runs(material: ReportContents) -> ReportTable:
     rows = []
     for place, (recording, source) in enumerate(zip(material.recordings, material.sources, strict=True)):
         run = recording.run
@@ -50,4 +50,4 @@ def _runs(material: Material) -> Table:
         rate = f"{run.rate:g} Hz, {pace}"
         rows.append((recording.path.name, role, run.trajectory, cycles, duration, rate, run.start, ended))
     head = ("recording", "role", "trajectory", "cycles", "duration", "rate", "start", "ended")
-    return Table(head, tuple(rows), words=(0, 1, 2, 5, 6, 7))
+    return ReportTable(head, tuple(rows), words=(0, 1, 2, 5, 6, 7))

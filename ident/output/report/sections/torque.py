@@ -2,8 +2,8 @@
 
 from ident.output.figures import theme, torque
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import Block, Fold, Plot, Section
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection
+from ident.output.report.contents import ReportContents
 
 BUDGET = 3_000_000
 """Bytes of the page for these plots: with Plotly and all else, it stays well below 10 MB."""
@@ -11,11 +11,11 @@ _POINT = 8 * 4 / 3
 """Bytes of a point: two single precision numbers in base64."""
 
 
-def section(material: Material) -> Section:
+def section(material: ReportContents) -> ReportSection:
     """Every recording over time; the first one that was held out is open."""
-    opened = len(material.request.recordings) if material.held_out else 0
+    opened = len(material.request.recordings) if material.held_out_comparisons else 0
     points = _points(material)
-    blocks: list[Block] = []
+    blocks: list[ReportBlock] = []
     for number, (group, place, found) in enumerate(material.predictions):
         dataset = found.dataset
         caption = (
@@ -23,15 +23,15 @@ def section(material: Material) -> Section:
             f"zoom (all joints follow), double click for the whole recording. {_detail(len(dataset.time), points)}"
         )
         plot = Plot(f"torque-{number + 1}", torque.over_time(group, place, points), caption)
-        held = ", held out" if group is material.held_out else ""
+        held = ", held out" if group is material.held_out_comparisons else ""
         blocks.append(Fold(f"{dataset.recording.path.name}{held}", (plot,), open=number == opened))
-    return Section("torque", "Torque: measured against model", tuple(blocks))
+    return ReportSection("torque", "Torque: measured against model", tuple(blocks))
 
 
-def _points(material: Material) -> int:
+def _points(material: ReportContents) -> int:
     """Of each trace, so that all of them together keep to the budget."""
     traces = sum(len(found.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, found in material.predictions)
-    return max(theme.POINTS, int(BUDGET / _POINT / traces))
+    return max(theme.MAX_POINTS, int(BUDGET / _POINT / traces))
 
 
 def _detail(rows: int, points: int) -> str:

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from ident.diagnosis.document import Document
 from ident.output.figures import unexplained_residual
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import Block, Code, Plot, Section, Text
-from ident.output.report.contents import Material
+from ident.output.report.blocks import ReportBlock, Code, Plot, ReportSection, Text
+from ident.output.report.contents import ReportContents
 from recordings.rig import is_default
 
 _CAPTION = (
@@ -15,7 +15,7 @@ _CAPTION = (
 )
 
 
-def remains(material: Material) -> Section | None:
+def remaining(material: ReportContents) -> ReportSection | None:
     """What the last model leaves; None where nobody asked."""
     found, document = material.diagnosis, material.document
     if found is None or document is None:
@@ -25,25 +25,25 @@ def remains(material: Material) -> Section | None:
         f"{left.why[0].upper()}{left.why[1:]}",
         f"{percent(left.structured_share)} of the remaining mean square is structured, the rest is noise.",
     )
-    blocks: list[Block] = [
+    blocks: list[ReportBlock] = [
         Text(sentences),
-        Plot("remainder", unexplained_residual.shares(found, document), _CAPTION),
-        Plot("left", unexplained_residual.left(found, document), "What the last model leaves, over what it may depend on."),
+        Plot("remainder", unexplained_residual.rms_components(found, document), _CAPTION),
+        Plot("left", unexplained_residual.residual_curves(found, document), "What the last model leaves, over what it may depend on."),
     ]
-    return Section("remains", "What remains", tuple(blocks))
+    return ReportSection("remains", "What remains", tuple(blocks))
 
 
-def following(material: Material) -> Section | None:
+def next_recording(material: ReportContents) -> ReportSection | None:
     """What to record next; None where nobody asked."""
     document = material.document
     if document is None:
         return None
     lines = tuple(_reasons(document))
-    blocks: list[Block] = [Text(lines)]
+    blocks: list[ReportBlock] = [Text(lines)]
     if document.next_motion:
         rig = "" if is_default(material.recordings[0].rig) else " --rig RIG.toml"
         blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
-    return Section("next", "What to record next", tuple(blocks))
+    return ReportSection("next", "What to record next", tuple(blocks))
 
 
 def _reasons(document: Document) -> Iterator[str]:

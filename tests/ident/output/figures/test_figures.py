@@ -26,11 +26,11 @@ def models(request: pytest.FixtureRequest, comparison: Comparison) -> dict[str, 
 def test_no_figure_shows_a_name_as_markup(models: dict[str, Comparison], comparison: Comparison) -> None:
     figures = [
         torque.over_time(models, 0),
-        torque.worst(replace(comparison, predictions=comparison.predictions * 2)),
+        torque.worst_windows(replace(comparison, predictions=comparison.predictions * 2)),
         residuals.phases(models),
         residuals.curves(models),
         spectrum.densities(models),
-        quality.split(models),
+        quality.mean_square_shares(models),
     ]
     for figure in figures:
         text = figure.to_json()
@@ -81,7 +81,7 @@ def test_curves_name_their_quantity_and_its_unit(models: dict[str, Comparison]) 
 
 
 def test_worst_stretches_are_all_drawn(comparison: Comparison) -> None:
-    figure = torque.worst(comparison)
+    figure = torque.worst_windows(comparison)
     assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(comparison.windows)
 
 

@@ -20,7 +20,7 @@ def test_thinning_keeps_peaks_gaps_and_ends() -> None:
 
 def test_a_part_can_be_kept_whole() -> None:
     x = np.arange(100_000.0)
-    thin_x, _ = theme.thinned(x, np.sin(x), 100, whole=slice(500, 700))
+    thin_x, _ = theme.thinned(x, np.sin(x), 100, kept=slice(500, 700))
     assert set(x[500:700]) <= set(thin_x)
     assert len(thin_x) < 400
 
@@ -50,8 +50,8 @@ def test_numbers_have_three_digits(value: float | None, shown: str) -> None:
 
 
 def test_numbers_side_by_side_have_equal_decimals() -> None:
-    assert theme.alike([0.0413, 0.000067]) == ["0.041", "0.000"]
-    assert theme.alike([0.0, 0.0]) == ["0", "0"]
+    assert theme.with_equal_decimals([0.0413, 0.000067]) == ["0.041", "0.000"]
+    assert theme.with_equal_decimals([0.0, 0.0]) == ["0", "0"]
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import pytest
 
-from ident.output.plots.folder import whole
+from ident.output.plots.folder import staged_folder
 
 
 def test_what_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
     def interrupted() -> None:
-        with whole(tmp_path / "plots") as folder:
+        with staged_folder(tmp_path / "plots") as folder:
             (folder / "first.png").touch()
             raise KeyboardInterrupt
 
@@ -21,7 +21,7 @@ def test_what_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
 def test_what_is_whole_is_there_beside_what_was(tmp_path: Path) -> None:
     plots = tmp_path / "deep" / "plots"
     for name in ("first.png", "second.png"):
-        with whole(plots) as folder:
+        with staged_folder(plots) as folder:
             (folder / name).touch()
             assert not (plots / name).exists()
     assert sorted(path.name for path in plots.iterdir()) == ["first.png", "second.png"]
@@ -33,6 +33,6 @@ def test_pictures_that_are_not_drawn_anew_do_not_stay_as_if_they_were(tmp_path: 
     plots.mkdir()
     for name in ("finding_1_old.png", "mine.png"):
         (plots / name).touch()
-    with whole(plots, ("finding_*.png",)) as folder:
+    with staged_folder(plots, ("finding_*.png",)) as folder:
         (folder / "finding_1_new.png").touch()
     assert sorted(path.name for path in plots.iterdir()) == ["finding_1_new.png", "mine.png"]

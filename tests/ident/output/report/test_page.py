@@ -43,7 +43,7 @@ class Elements(HTMLParser):
 
 def rendered(case: Case, models: int = 1) -> str:
     paths = [case.model, second(case)][:models]
-    request = contents.Request(tuple(paths), (case.train,), (case.validate,), (), False)
+    request = contents.ReportRequest(tuple(paths), (case.train,), (case.validate,), (), False)
     return page.render(contents.gather(request, lambda what: None))
 
 
