@@ -1,4 +1,4 @@
-"""A designed motion on the screen and as JSON."""
+"""Print a designed motion as tables or as JSON."""
 
 from typing import Any
 
@@ -15,14 +15,14 @@ SCHEMA = 1
 def show(outcome: Outcome, console: Console) -> None:
     """Print condition number, expected standard errors and use of the limits."""
     if outcome.after.told_apart:
-        console.print(_told_apart(outcome))
+        console.print(_discriminability(outcome))
     else:
-        console.print(_errors(outcome))
+        console.print(_standard_errors(outcome))
     console.print(_limits(outcome))
 
 
-def _told_apart(outcome: Outcome) -> Table:
-    table = Table(title="Torque of each effect that no rival imitates", title_justify="left")
+def _discriminability(outcome: Outcome) -> Table:
+    table = Table(title="Torque of each effect that no other effect can imitate", title_justify="left")
     table.add_column("")
     motions = _motions(outcome)
     for name, _ in motions:
@@ -31,18 +31,18 @@ def _told_apart(outcome: Outcome) -> Table:
         shares = [quality.told_apart[effect] for _, quality in motions if quality.told_apart]
         table.add_row(effect, *map(_percent, shares))
     table.caption = (
-        f"Over what the model alone leaves of it on {outcome.against}; on the joint where it is least. "
-        "The new motion counts together with those that are recorded."
+        f"Relative to what the model alone does not absorb on {outcome.against}; the smallest value of all joints. "
+        "The new motion is evaluated together with the recorded ones."
     )
     return table
 
 
 def _percent(share: float) -> str:
-    """Two significant digits, but no exponent, however much an effect does."""
+    """Format `share` in percent with two significant digits and no exponent."""
     return f"{100 * share:.2g} %" if share < 0.99 else f"{100 * share:,.0f} %"
 
 
-def _errors(outcome: Outcome) -> Table:
+def _standard_errors(outcome: Outcome) -> Table:
     table = Table(title=f"Expected standard errors, {outcome.criterion.upper()}-optimal", title_justify="left")
     table.add_column("")
     table.add_column("unit")
@@ -52,30 +52,30 @@ def _errors(outcome: Outcome) -> Table:
     table.add_row("condition number", "", *(f"{quality.condition:.3g}" for _, quality in motions))
     table.add_section()
     for i, parameter in enumerate(outcome.parameters):
-        table.add_row(parameter.name, parameter.unit, *(_error(quality.std[i]) for _, quality in motions))
+        table.add_row(parameter.name, parameter.unit, *(_format_error(quality.std[i]) for _, quality in motions))
     table.caption = (
-        f"For {outcome.seconds:.3g} s with noise of {outcome.noise:g} RMS in the torque; they grow with the noise "
-        "and fall with the root of the time."
+        f"For {outcome.seconds:.3g} s with torque noise of {outcome.noise:g} RMS; proportional to the noise and to "
+        "1 / √time."
     )
     return table
 
 
-def _error(std: float) -> str:
-    return f"{std:.2g}" if np.isfinite(std) else "not shown"
+def _format_error(std: float) -> str:
+    return f"{std:.2g}" if np.isfinite(std) else "not excited"
 
 
 def _limits(outcome: Outcome) -> Table:
-    table = Table(title="Share of the limits that is used", title_justify="left")
+    table = Table(title="Used share of each limit", title_justify="left")
     table.add_column("")
     motions = _motions(outcome)
     for name, _ in motions:
         table.add_column(name, justify="right")
     for limit in outcome.after.usage:
-        table.add_row(limit, *(_share(quality, limit) for _, quality in motions))
+        table.add_row(limit, *(_used_share(quality, limit) for _, quality in motions))
     return table
 
 
-def _share(quality: Quality, limit: str) -> str:
+def _used_share(quality: Quality, limit: str) -> str:
     return f"{100 * quality.usage[limit]:.0f} %" if limit in quality.usage else ""
 
 
@@ -85,7 +85,7 @@ def _motions(outcome: Outcome) -> list[tuple[str, Quality]]:
 
 
 def as_json(outcome: Outcome) -> dict[str, Any]:
-    """The document that `ident design --json` prints."""
+    """Return the document that `ident design --json` prints."""
     return {
         "schema": SCHEMA,
         "trajectory": outcome.name,
@@ -94,12 +94,12 @@ def as_json(outcome: Outcome) -> dict[str, Any]:
         "noise": outcome.noise,
         "seconds": outcome.seconds,
         "against": outcome.against,
-        "before": outcome.before and _quality(outcome, outcome.before),
-        "after": _quality(outcome, outcome.after),
+        "before": outcome.before and _quality_as_json(outcome, outcome.before),
+        "after": _quality_as_json(outcome, outcome.after),
     }
 
 
-def _quality(outcome: Outcome, quality: Quality) -> dict[str, Any]:
+def _quality_as_json(outcome: Outcome, quality: Quality) -> dict[str, Any]:
     errors = zip(outcome.parameters, quality.std, strict=True)
     return {
         "condition_number": quality.condition if np.isfinite(quality.condition) else None,

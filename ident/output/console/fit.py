@@ -1,4 +1,4 @@
-"""A fit on the screen: parameters, agreement per joint, and where the model fails."""
+"""Print a fit: parameters, agreement per joint, and where the model fails."""
 
 from collections.abc import Iterator
 
@@ -15,23 +15,23 @@ from ident.uncertainty.time_delay import Delay
 
 
 def show(result: Identification, console: Console, details: bool = False) -> None:
-    """Print everything a person needs to judge `result`; with `details`, all that is known about its errors."""
+    """Print `result`; with `details`, also tables of the parameters' errors."""
     model = result.model
     for line in warnings(result):
         console.print(line, style="bold yellow", highlight=False)
-    console.print(_parameters(model))
+    console.print(_parameter_table(model))
     if isinstance(result.mechanism, Frozen):
         for line in shape_parameter_lines(result.mechanism):
             console.print(line, highlight=False)
-    for line in _method(model):
+    for line in _method_lines(model):
         console.print(line, highlight=False)
-    console.print(_agreements(model))
+    console.print(_agreement_table(model))
     assessment.show(model, console, details)
     if model.preprocessing.cutoff:
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
     if model.preprocessing.delays:
-        found = ", ".join(str(Delay(one.seconds, one.half_width)) for one in model.preprocessing.delays)
-        console.print(f"Delay of the torque behind what the drives report: {found}; not applied.", highlight=False)
+        delays = ", ".join(str(Delay(joint.seconds, joint.half_width)) for joint in model.preprocessing.delays)
+        console.print(f"Delay of the torque behind the reported motion: {delays}; not compensated.", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
     for sentence in failures(result):
@@ -39,7 +39,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
 
 
 def warnings(result: Identification) -> list[str]:
-    """What must be known before a figure is believed."""
+    """List what limits the meaning of the numbers: simulated or incomplete data, relative torque, bounds."""
     model = result.model
     agreements = [model.train, *([model.validate_] if model.validate_ else [])]
     simulated = [source.name for agreement in agreements for source in agreement.recordings if source.simulated]
@@ -50,21 +50,23 @@ def warnings(result: Identification) -> list[str]:
     if simulated:
         lines.append(f"SIMULATED data: {', '.join(simulated)}.")
     if incomplete:
-        lines.append(f"Interrupted, used as far as it goes: {', '.join(incomplete)}.")
+        lines.append(f"Interrupted recording, used up to its end: {', '.join(incomplete)}.")
     if model.relative:
         lines.append(
             "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
         )
     if model.geometry and model.geometry.L2_source == "assumed":
-        lines.append(f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}.")
+        lines.append(
+            f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}."
+        )
     if isinstance(result.mechanism, Frozen):
         lines += result.mechanism.impossible(result.fit.parameters)
     if at_bound:
-        lines.append(f"On the edge of the search region, so not determined by the data: {', '.join(at_bound)}.")
+        lines.append(f"At a bound of the search range, so not determined by the data: {', '.join(at_bound)}.")
     return lines
 
 
-def _parameters(model: Model) -> Table:
+def _parameter_table(model: Model) -> Table:
     label = ", relative" if model.relative else ""
     of_paper = model.mechanism == "delta" and model.form is None
     equation = " of Eq. (26)" if of_paper and not model.effects else " of Eq. (38)" if model.form else ""
@@ -79,11 +81,11 @@ def _parameters(model: Model) -> Table:
     table.add_column("at bound")
     for parameter in model.parameters:
         values = [
-            _number(parameter.value),
+            _format_value(parameter.value),
             *([assessment.half_width(parameter)] if model.trust else []),
             parameter.unit,
         ]
-        values += [_number(parameter.paper_value)] if of_paper else []
+        values += [_format_value(parameter.paper_value)] if of_paper else []
         table.add_row(parameter.name, *values, "yes" if parameter.at_bound else "")
     if model.form is None:
         table.caption = "Friction is positive where it opposes motion"
@@ -92,19 +94,19 @@ def _parameters(model: Model) -> Table:
 
 
 def shape_parameter_lines(mechanism: Frozen) -> Iterator[str]:
-    """What was found by a search before the fit: shapes of effects, and distortions of what was measured."""
-    composition = mechanism.composition
-    found = [
-        f"{one.name} {'never' if is_never(value, one.unit) else f'= {value:.4g} {one.unit}'.rstrip()}"
-        for one, value in zip(composition.named, mechanism.x.tolist(), strict=True)
-        if not one.linear
+    """Yield the values of the shape parameters, which a search has fixed before the linear fit."""
+    structure = mechanism.composition
+    values = [
+        f"{entry.name} {'never' if is_never(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
+        for entry, value in zip(structure.named, mechanism.x.tolist(), strict=True)
+        if not entry.linear
     ]
-    if found:
-        yield f"Found by a search before the fit, without intervals: {', '.join(found)}."
+    if values:
+        yield f"Found by a search before the fit, without intervals: {', '.join(values)}."
 
 
-def _method(model: Model) -> Iterator[str]:
-    """What the estimator has to say of its own result."""
+def _method_lines(model: Model) -> Iterator[str]:
+    """Yield the estimator's diagnostics: certificate, iterations, rank."""
     method, proof = model.method, model.method.certified
     if proof:
         yield (
@@ -113,16 +115,16 @@ def _method(model: Model) -> Iterator[str]:
         )
     steps = method.diagnostics.get("iterations")
     if steps is not None and steps < method.settings["iterations"]:
-        yield f"The swarm stopped there after {steps} of {method.settings['iterations']} iterations."
+        yield f"The swarm stopped after {steps} of {method.settings['iterations']} iterations."
     if "rank" in method.diagnostics:
         yield f"Rank {method.diagnostics['rank']} of {len(model.parameters)}."
 
 
-def _number(value: float) -> str:
+def _format_value(value: float) -> str:
     return f"{value:.4f}" if abs(value) >= 0.1 else f"{value:.4g}"
 
 
-def _agreements(model: Model) -> Table:
+def _agreement_table(model: Model) -> Table:
     compared = "fitted model" if model.train.nominal is None else "fitted model | Table 1 in Eq. (1)"
     table = Table(title=f"Agreement with the measured torque: {compared}", title_justify="left")
     table.add_column("data")
@@ -134,18 +136,18 @@ def _agreements(model: Model) -> Table:
     for name, agreement in judged:
         if agreement:
             for joint in range(len(model.joints)):
-                table.add_row(name if joint == 0 else "", str(joint + 1), *_cells(agreement, joint))
+                table.add_row(name if joint == 0 else "", str(joint + 1), *_agreement_cells(agreement, joint))
             table.add_section()
     return table
 
 
-def _cells(agreement: Agreement, joint: int) -> list[str]:
+def _agreement_cells(agreement: Agreement, joint: int) -> list[str]:
     fitted, nominal = agreement.fitted, agreement.nominal
-    cells = _figures(fitted, joint)
+    cells = _measures(fitted, joint)
     if nominal is None:
         return cells
-    return [f"{one} | {other}" for one, other in zip(cells, _figures(nominal, joint), strict=True)]
+    return [f"{cell} | {nominal_cell}" for cell, nominal_cell in zip(cells, _measures(nominal, joint), strict=True)]
 
 
-def _figures(fitness: JointFitness, joint: int) -> list[str]:
+def _measures(fitness: JointFitness, joint: int) -> list[str]:
     return [f"{fitness.nrmse[joint]:.4f}", f"{fitness.rms[joint]:.3f}", f"{fitness.r2[joint]:.4f}"]

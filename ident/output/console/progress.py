@@ -1,4 +1,4 @@
-"""Progress of a command on its terminal."""
+"""Show the progress of a command on its terminal."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def progress_bar(first: str, then: str) -> Iterator[Progress]:
-    """A bar on stderr, if that is a terminal: called `first` until it is told of a step, `then` from there on."""
+    """Show a bar on stderr if that is a terminal, labelled `first` until the first step is done, then `then`."""
     from rich.console import Console
     from rich.progress import Progress as Bar
 
@@ -24,12 +24,12 @@ def progress_bar(first: str, then: str) -> Iterator[Progress]:
 
 @contextmanager
 def spinner() -> Iterator[Callable[[str], None]]:
-    """What is being done, on stderr, if that is a terminal."""
+    """Show the current activity on stderr if that is a terminal."""
     from rich.console import Console
 
     console = Console(stderr=True)
     if not console.is_terminal:
-        yield lambda what: None
+        yield lambda activity: None
         return
     with console.status("reading") as status:
-        yield lambda what: status.update(what)
+        yield lambda activity: status.update(activity)

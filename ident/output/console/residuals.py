@@ -1,4 +1,4 @@
-"""A comparison on the screen."""
+"""Print a residual analysis."""
 
 from rich.console import Console
 from rich.table import Table
@@ -8,7 +8,7 @@ from ident.residuals.phases import PHASES
 
 
 def show(comparison: Comparison, console: Console) -> None:
-    """Print where the model fails: joints and phases, what the residual depends on, the worst windows, in words."""
+    """Print the residual per joint and phase, its dependence, the worst windows, and a summary in sentences."""
     datasets = [prediction.dataset for prediction in comparison.predictions]
     names = ", ".join(dataset.recording.path.name for dataset in datasets)
     if any(dataset.recording.run.simulated for dataset in datasets):
@@ -18,15 +18,15 @@ def show(comparison: Comparison, console: Console) -> None:
             "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
         )
     console.print(f"Model against {names}, {datasets[0].bandwidth:g} Hz bandwidth", highlight=False)
-    console.print(_overall(comparison))
-    console.print(_phases(comparison))
-    console.print(_dependence(comparison))
-    console.print(_windows(comparison))
+    console.print(_joint_table(comparison))
+    console.print(_phase_table(comparison))
+    console.print(_dependence_table(comparison))
+    console.print(_window_table(comparison))
     for sentence in comparison.sentences:
         console.print(sentence, highlight=False)
 
 
-def _overall(comparison: Comparison) -> Table:
+def _joint_table(comparison: Comparison) -> Table:
     table = Table(title="Residual", title_justify="left")
     for heading in ("joint", "RMS", "of the torque", "noise", "above the noise"):
         table.add_column(heading, justify="right")
@@ -37,25 +37,25 @@ def _overall(comparison: Comparison) -> Table:
         )
         table.add_row(str(summary.number), f"{summary.rms:.3g} {joint.unit}", f"{100 * summary.share:.1f} %", *noise)
     table.caption = (
-        "Noise: what differs between repetitions. Above it is also what encoder steps leave that repeats, "
-        "which ident diagnose counts to its floor."
+        "Noise: differences between repetitions. The part above it includes the repeatable effect of encoder steps, "
+        "which ident diagnose counts as noise floor."
     )
     return table
 
 
-def _phases(comparison: Comparison) -> Table:
+def _phase_table(comparison: Comparison) -> Table:
     table = Table(title="RMS by phase of the motion (share of time)", title_justify="left")
     table.add_column("joint", justify="right")
     for name in PHASES:
         table.add_column(name, justify="right")
     for joint in comparison.joints:
-        found = [joint.summary.phases.get(name) for name in PHASES]
-        cells = [f"{phase.rms:.3g} ({100 * phase.time_share:.0f} %)" if phase else "" for phase in found]
+        phases = [joint.summary.phases.get(name) for name in PHASES]
+        cells = [f"{phase.rms:.3g} ({100 * phase.time_share:.0f} %)" if phase else "" for phase in phases]
         table.add_row(str(joint.summary.number), *cells)
     return table
 
 
-def _dependence(comparison: Comparison) -> Table:
+def _dependence_table(comparison: Comparison) -> Table:
     table = Table(title="Share of the mean square that depends on", title_justify="left")
     table.add_column("joint", justify="right")
     axes = [curve.axis for curve in comparison.joints[0].curves]
@@ -63,7 +63,7 @@ def _dependence(comparison: Comparison) -> Table:
         table.add_column(axis, justify="right")
     for joint in comparison.joints:
         table.add_row(str(joint.summary.number), *_shares(joint))
-    table.caption = "Each taken alone; they overlap. The pictures show the curves."
+    table.caption = "Each quantity alone; the shares overlap. The pictures show the curves."
     return table
 
 
@@ -71,7 +71,7 @@ def _shares(joint: JointComparison) -> list[str]:
     return [f"{100 * curve.explained:.0f} %" for curve in joint.curves]
 
 
-def _windows(comparison: Comparison) -> Table:
+def _window_table(comparison: Comparison) -> Table:
     table = Table(title="Worst stretches", title_justify="left")
     several = len(comparison.predictions) > 1
     for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):
