@@ -8,9 +8,9 @@ import sys
 import numpy as np
 
 from drivers.simulated.config import ROBOTS, load_sim
-from drivers.simulated.effect import discover, library, outside
+from drivers.simulated.effect import discover, library, out_of_library
 from drivers.simulated.hidden import draw_effect
-from drivers.simulated.sizing import Ruler
+from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
 from recordings.rig import Rig, Voltage, simulated_rig
 
@@ -24,7 +24,7 @@ def rig() -> Rig:
     return simulated_rig().model_copy(update={"drives": tuple(drives)})
 
 
-def row(ruler: Ruler, name: str) -> str:
+def row(ruler: EffectSizer, name: str) -> str:
     """Strength at each of SIZES, or the size nearest to it that can be had."""
     effect = draw_effect(np.random.default_rng(_SEED), (name,))
     cells = []
@@ -52,9 +52,9 @@ def _range(name: str) -> str:
 
 def main() -> None:
     """Print one table per robot."""
-    names = sys.argv[1:] or [*library(), *outside()]
+    names = sys.argv[1:] or [*library(), *out_of_library()]
     for robot in ("heavy", "light"):
-        ruler = Ruler(rig(), load_sim(ROBOTS / f"{robot}.toml"))
+        ruler = EffectSizer(rig(), load_sim(ROBOTS / f"{robot}.toml"))
         print(f"\n{robot} robot: strength for a size of\n")
         print("| effect | joints | strength | " + " | ".join(f"{100 * size:g} %" for size in SIZES) + " | shape |")
         print("|---|---|---|---|---|---|---|")

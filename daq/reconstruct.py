@@ -220,7 +220,7 @@ def _repeat(
     motion = command if np.isfinite(command).any() else joints["position"]
     if cycles := find_cycles(motion):
         return cycles.repeat(n), cycles.period, None
-    enabled = (joints["statusword"] & _STATE_BITS) == cia402.STATUS_BITS[cia402.State.ENABLED]
+    enabled = (joints["statusword"] & _STATE_BITS) == cia402.STATUS_BITS[cia402.DriveState.ENABLED]
     return np.where(enabled.all(axis=1), 0, -1), 0.0, None
 
 

@@ -8,7 +8,7 @@ from enum import Enum
 from drivers.protocol import Goal, Power
 
 
-class State(Enum):
+class DriveState(Enum):
     """Power states. The value is what a person reads."""
 
     NOT_READY = "not ready to switch on"
@@ -22,18 +22,18 @@ class State(Enum):
 
 
 # Statusword: (mask, value) of each state; bits 0-3, 5, 6 as in the standard's table.
-_PATTERNS: tuple[tuple[int, int, State], ...] = (
-    (0x4F, 0x00, State.NOT_READY),
-    (0x4F, 0x40, State.SWITCH_ON_DISABLED),
-    (0x6F, 0x21, State.READY),
-    (0x6F, 0x23, State.SWITCHED_ON),
-    (0x6F, 0x27, State.ENABLED),
-    (0x6F, 0x07, State.QUICK_STOP),
-    (0x4F, 0x0F, State.FAULT_REACTION),
-    (0x4F, 0x08, State.FAULT),
+_PATTERNS: tuple[tuple[int, int, DriveState], ...] = (
+    (0x4F, 0x00, DriveState.NOT_READY),
+    (0x4F, 0x40, DriveState.SWITCH_ON_DISABLED),
+    (0x6F, 0x21, DriveState.READY),
+    (0x6F, 0x23, DriveState.SWITCHED_ON),
+    (0x6F, 0x27, DriveState.ENABLED),
+    (0x6F, 0x07, DriveState.QUICK_STOP),
+    (0x4F, 0x0F, DriveState.FAULT_REACTION),
+    (0x4F, 0x08, DriveState.FAULT),
 )
 
-STATUS_BITS: dict[State, int] = {state: value for _, value, state in _PATTERNS}
+STATUS_BITS: dict[DriveState, int] = {state: value for _, value, state in _PATTERNS}
 
 TARGET_FOLLOWED = 0x1000
 """Statusword bit 12 in the cyclic modes: the drive follows the target."""
@@ -41,7 +41,7 @@ FOLLOWING_ERROR = 0x2000
 """Statusword bit 13 in the position modes."""
 
 
-class Control:
+class Controlword:
     """Controlword commands."""
 
     DISABLE_VOLTAGE = 0x0000
@@ -53,28 +53,28 @@ class Control:
 
 
 # A state that is absent here needs no command but patience: Disable voltage, the harmless one, is sent meanwhile.
-_TOWARDS: dict[Goal, dict[State, int]] = {
+_TOWARDS: dict[Goal, dict[DriveState, int]] = {
     Goal.ENABLED: {
-        State.SWITCH_ON_DISABLED: Control.SHUTDOWN,
-        State.READY: Control.SWITCH_ON,
-        State.SWITCHED_ON: Control.ENABLE,
-        State.ENABLED: Control.ENABLE,
+        DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
+        DriveState.READY: Controlword.SWITCH_ON,
+        DriveState.SWITCHED_ON: Controlword.ENABLE,
+        DriveState.ENABLED: Controlword.ENABLE,
     },
     # Quick stop acts from every state: from a state without power it leads to Switch on disabled.
-    Goal.STOPPED: dict.fromkeys(State, Control.QUICK_STOP),
-    Goal.DISABLED: dict.fromkeys(State, Control.DISABLE_VOLTAGE),
+    Goal.STOPPED: dict.fromkeys(DriveState, Controlword.QUICK_STOP),
+    Goal.DISABLED: dict.fromkeys(DriveState, Controlword.DISABLE_VOLTAGE),
 }
 
-POWER: dict[State, Power] = dict.fromkeys(State, Power.OFF) | {
-    State.ENABLED: Power.ON,
-    State.QUICK_STOP: Power.STOPPING,
-    State.FAULT_REACTION: Power.STOPPING,
-    State.FAULT: Power.FAULT,
+POWER: dict[DriveState, Power] = dict.fromkeys(DriveState, Power.OFF) | {
+    DriveState.ENABLED: Power.ON,
+    DriveState.QUICK_STOP: Power.STOPPING,
+    DriveState.FAULT_REACTION: Power.STOPPING,
+    DriveState.FAULT: Power.FAULT,
 }
 """What each state means for the motor."""
 
 
-def decode(statusword: int) -> State:
+def decode(statusword: int) -> DriveState:
     """The state that a statusword tells.
 
     Raises:
@@ -86,6 +86,6 @@ def decode(statusword: int) -> State:
     raise ValueError(f"statusword 0x{statusword:04X} fits no state of CiA 402")
 
 
-def controlword(goal: Goal, state: State) -> int:
+def next_controlword(goal: Goal, state: DriveState) -> int:
     """The command that brings a drive from `state` one step nearer to `goal`."""
-    return _TOWARDS[goal].get(state, Control.DISABLE_VOLTAGE)
+    return _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)

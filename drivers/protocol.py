@@ -58,7 +58,7 @@ class Identity:
 
 
 @dataclass(frozen=True)
-class Finding:
+class CheckResult:
     """One thing that was compared with the rig file."""
 
     where: str
@@ -108,7 +108,7 @@ class Amplifiers(Protocol):
         """
         ...
 
-    def examine(self) -> Sequence[Finding]:
+    def check(self) -> Sequence[CheckResult]:
         """Compare drives and bus with the rig file; writes nothing, moves nothing. After `discover`.
 
         Raises:

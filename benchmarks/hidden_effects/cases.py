@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 
 from drivers.simulated.effect import library
-from drivers.simulated.effect import outside as outside_simulated
+from drivers.simulated.effect import out_of_library as outside_simulated
 
 PlantName = Literal["simulated", "foreign"]
 Kind = Literal["nothing", "single", "pair", "outside"]

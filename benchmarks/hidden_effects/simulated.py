@@ -12,7 +12,7 @@ from daq.simulation import simulated
 from drivers.simulated.config import ROBOTS, EffectSpec, SimConfig, load_sim
 from drivers.simulated.hidden import draw
 from drivers.simulated.seal import truth
-from drivers.simulated.sizing import Ruler
+from drivers.simulated.sizing import EffectSizer
 from recordings.buses import CanBus
 from recordings.rig import Rig, Voltage, simulated_rig
 from trajectories import load
@@ -46,7 +46,7 @@ def _effects(case: Case) -> tuple[EffectSpec, ...]:
         ruler = _ruler(case.robot, case.reports_command)
         machine = _machine(case.robot)
         drawn += draw(
-            case.seed, _described(case.reports_command), machine, names=[effect], sizes=(size,), ruler=ruler
+            case.seed, _described(case.reports_command), machine, names=[effect], sizes=(size,), sizer=ruler
         )
     return drawn
 
@@ -73,5 +73,5 @@ def _machine(robot: RobotName) -> SimConfig:
 
 
 @cache
-def _ruler(robot: RobotName, reports_command: bool) -> Ruler:
-    return Ruler(_described(reports_command), _machine(robot))
+def _ruler(robot: RobotName, reports_command: bool) -> EffectSizer:
+    return EffectSizer(_described(reports_command), _machine(robot))

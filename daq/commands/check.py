@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from drivers.protocol import Finding, Identity
+    from drivers.protocol import CheckResult, Identity
 
 
 @click.command(
@@ -37,7 +37,7 @@ def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: 
         amplifiers = transport.connect(rig, lambda *line: None, lambda *frame: None, None)
         try:
             identities = amplifiers.discover()
-            findings = amplifiers.examine()
+            findings = amplifiers.check()
         finally:
             amplifiers.close()
     problems = [finding for finding in findings if finding.verdict == "problem"]
@@ -49,11 +49,11 @@ def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: 
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
 
 
-def _noteworthy(findings: "Sequence[Finding]") -> "Sequence[Finding]":
+def _noteworthy(findings: "Sequence[CheckResult]") -> "Sequence[CheckResult]":
     return [finding for finding in findings if finding.verdict != "fine"]
 
 
-def _print_json(bus: str, identities: "Sequence[Identity]", findings: "Sequence[Finding]") -> None:
+def _print_json(bus: str, identities: "Sequence[Identity]", findings: "Sequence[CheckResult]") -> None:
     from dataclasses import asdict
 
     document = {
@@ -65,7 +65,7 @@ def _print_json(bus: str, identities: "Sequence[Identity]", findings: "Sequence[
     click.echo(json.dumps(document, indent=1))
 
 
-def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequence[Finding]") -> None:
+def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequence[CheckResult]") -> None:
     from rich.console import Console
     from rich.table import Table
 
@@ -90,7 +90,7 @@ def _shortened(places: "Sequence[str]") -> str:
     return ", ".join(places)
 
 
-def _grouped(findings: "Sequence[Finding]") -> dict[tuple[str, str, str, str], list[str]]:
+def _grouped(findings: "Sequence[CheckResult]") -> dict[tuple[str, str, str, str], list[str]]:
     """Places by what was found there: drives of one kind mostly differ in the same way."""
     groups: dict[tuple[str, str, str, str], list[str]] = {}
     for finding in findings:

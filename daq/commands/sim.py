@@ -38,7 +38,7 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
             "a bus that other programs can reach expected, one that ends at this program found; set bus.interface to "
             "udp_multicast or socketcan, or bus.ports to names in the file system"
         )
-    simulations.of(rig).refuse_taken(rig)
+    simulations.of(rig).check_not_in_use(rig)
     config = configured(rig, sim_file, hidden, truth)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

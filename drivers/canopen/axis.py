@@ -10,7 +10,7 @@ from drivers.protocol import Power
 from recordings.rig import Drive
 
 
-class Axis:
+class CanopenAxis:
     """One drive. The raw values are the last ones received."""
 
     def __init__(self, joint: int, drive: Drive, sdo: Sdo) -> None:
@@ -21,15 +21,15 @@ class Axis:
         self.sdo = sdo
         self.counts: int | None = None
         self.statusword = 0
-        self.state: cia402.State | None = None
+        self.state: cia402.DriveState | None = None
         self.error_code = 0
         self.error_text = ""
-        self.alarmed = 0
+        self.answers_since_emcy = 0
         """Answers since an EMCY that reported an error."""
         self.restarted = False
-        self.heard_cycle: int | None = None
+        self.last_heartbeat_cycle: int | None = None
         """Cycle in which the last heartbeat came."""
-        self.unfollowed = 0
+        self.answers_without_following = 0
         """Answers in a row in which the drive was enabled but did not follow its target."""
         self.voltage_stamp = 0
         """Of the last polled voltage [ns]; 0: none since the last answer."""
@@ -57,7 +57,7 @@ class Axis:
         self._raw = dict.fromkeys(self._raw, math.nan)
         self.voltage_stamp = 0
 
-    def take(self, arbitration_id: int, data: bytes) -> bool:
+    def take_tpdo(self, arbitration_id: int, data: bytes) -> bool:
         """Take one TPDO; False where it has not the length that was agreed."""
         number, fields, layout = self._layout[arbitration_id]
         if len(data) != layout.size:
@@ -66,7 +66,7 @@ class Axis:
         if "status" in values:
             self.statusword, self.counts = values.pop("status"), values.pop("position")
             self.decode_status()
-            self.alarmed = self.alarmed + 1 if self.error_code else 0
+            self.answers_since_emcy = self.answers_since_emcy + 1 if self.error_code else 0
         self._raw |= values
         self._received.add(number)
         return True
@@ -87,8 +87,8 @@ class Axis:
             self.state = cia402.decode(self.statusword)
         except ValueError:
             self.state = None
-        follows = self.state is not cia402.State.ENABLED or self.statusword & cia402.TARGET_FOLLOWED
-        self.unfollowed = 0 if follows else self.unfollowed + 1
+        follows = self.state is not cia402.DriveState.ENABLED or self.statusword & cia402.TARGET_FOLLOWED
+        self.answers_without_following = 0 if follows else self.answers_without_following + 1
 
     # In SI units
 
@@ -122,22 +122,22 @@ class Axis:
         self.error_text = self.drive.emcy.get(f"{self.error_code:04X}", text)
         return f"EMCY 0x{self.error_code:04X}: {self.error_text}"
 
-    def trouble(self, cycle: int, silence: int, patience: int) -> str | None:
+    def trouble(self, cycle: int, heartbeat_timeout: int, following_timeout: int) -> str | None:
         """Why the run cannot go on with this drive in `cycle`, or None: heartbeats may stay away for `silence`
         cycles, the target unfollowed for `patience` answers."""
         if self.restarted:
             return f"{self.name}: the drive restarted (boot-up message)"
-        if self.state in (cia402.State.FAULT, cia402.State.FAULT_REACTION):
+        if self.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
             return f"{self.name}: drive fault, {self.error_text or 'no EMCY received'} (0x{self.error_code:04X})"
         if self.error_code and not self.answered:
             return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
-        if self.alarmed > 1:
+        if self.answers_since_emcy > 1:
             # The statusword had time to tell a fault, which would be the better reason.
             return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"
-        if self.unfollowed >= patience:
+        if self.answers_without_following >= following_timeout:
             return f"{self.name}: enabled, but the target is not followed (statusword bit 12); check its mode"
-        if self.heard_cycle is not None and cycle - self.heard_cycle > silence:
+        if self.last_heartbeat_cycle is not None and cycle - self.last_heartbeat_cycle > heartbeat_timeout:
             return f"{self.name}: heartbeat lost; check the cable and the drive's supply"
         return None

@@ -5,10 +5,10 @@ from collections.abc import Iterator, Sequence
 
 from drivers import cia402
 from drivers.canopen import setup
-from drivers.canopen.axis import Axis
+from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
-from drivers.canopen.sdo import pretty
-from drivers.protocol import Finding
+from drivers.canopen.sdo import format_address
+from drivers.protocol import CheckResult
 from recordings.rig import Rig
 
 _LISTEN = 0.3
@@ -35,11 +35,11 @@ _MEANINGS = {
 }
 
 
-def strangers(rig: Rig, link: Link) -> Iterator[Finding]:
+def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
     """Ask all node ids for their device type; tells of nodes that the rig file does not know."""
     expected = {drive.node_id for drive in rig.drives}
     for node in sorted(_scan(link) - expected):
-        yield Finding(f"node {node}", "on the bus", "not in the rig file", "answers", "fine")
+        yield CheckResult(f"node {node}", "on the bus", "not in the rig file", "answers", "fine")
 
 
 def _scan(link: Link) -> set[int]:
@@ -55,73 +55,73 @@ def _scan(link: Link) -> set[int]:
     return {arbitration_id - 0x580 for arbitration_id in found if arbitration_id - 0x580 in _NODES}
 
 
-def compare(rig: Rig, axes: Sequence[Axis]) -> Iterator[Finding]:
+def compare_with_rig(rig: Rig, axes: Sequence[CanopenAxis]) -> Iterator[CheckResult]:
     """Every drive's state, reference, abilities and set-up against the rig file."""
     for axis in axes:
         yield from _state(axis)
         yield from _reference(rig, axis)
         yield _mode(axis)
         yield _voltage(axis)
-        for entry in setup.setup(rig, axis.drive):
+        for entry in setup.sdo_writes(rig, axis.drive):
             # A PDO is written switched off first; what counts is how it ends.
             if entry.check:
                 yield _entry(axis, entry)
 
 
-def _state(axis: Axis) -> Iterator[Finding]:
+def _state(axis: CanopenAxis) -> Iterator[CheckResult]:
     word = axis.sdo.read(0x6041, 0, "<H")
     try:
         state = cia402.decode(word)
     except ValueError as error:
-        yield Finding(axis.name, "state", "a state of CiA 402", str(error), "problem")
+        yield CheckResult(axis.name, "state", "a state of CiA 402", str(error), "problem")
         return
-    code = axis.sdo.find(0x603F, 0, "<H") or 0
+    code = axis.sdo.read_optional(0x603F, 0, "<H") or 0
     text = state.value if not code else f"{state.value}, last error 0x{code:04X}"
-    at_rest = state is not cia402.State.ENABLED
-    yield Finding(axis.name, "state", "not enabled by another master", text, "fine" if at_rest else "problem")
+    at_rest = state is not cia402.DriveState.ENABLED
+    yield CheckResult(axis.name, "state", "not enabled by another master", text, "fine" if at_rest else "problem")
 
 
-def _reference(rig: Rig, axis: Axis) -> Iterator[Finding]:
+def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[CheckResult]:
     limits, drive = rig.limits, axis.drive
     angle = setup.counts_to_joint(drive, axis.sdo.read(0x6064, 0, "<i"))
     inside = limits.joint_min <= angle <= limits.joint_max
     span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
-    yield Finding(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
+    yield CheckResult(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
     if drive.homed is not None:
-        word = axis.sdo.find(drive.homed.index, drive.homed.sub, "<B")
+        word = axis.sdo.read_optional(drive.homed.index, drive.homed.sub, "<B")
         homed = word is not None and word & drive.homed.mask != 0
-        address = pretty(drive.homed.index, drive.homed.sub)
-        yield Finding(axis.name, f"zero reference, {address}", "homed", str(word), "fine" if homed else "problem")
+        address = format_address(drive.homed.index, drive.homed.sub)
+        yield CheckResult(axis.name, f"zero reference, {address}", "homed", str(word), "fine" if homed else "problem")
 
 
-def _mode(axis: Axis) -> Finding:
-    modes = axis.sdo.find(0x6502, 0, "<I")
+def _mode(axis: CanopenAxis) -> CheckResult:
+    modes = axis.sdo.read_optional(0x6502, 0, "<I")
     bit = _MODE_BITS[axis.drive.mode]
     what = f"supports {axis.drive.mode} position (6502 bit {bit})"
     if modes is None:
-        return Finding(axis.name, what, "yes", "the drive does not say", "fine")
+        return CheckResult(axis.name, what, "yes", "the drive does not say", "fine")
     able = bool(modes >> bit & 1)
-    return Finding(axis.name, what, "yes", "yes" if able else f"no (0x{modes:X})", "fine" if able else "problem")
+    return CheckResult(axis.name, what, "yes", "yes" if able else f"no (0x{modes:X})", "fine" if able else "problem")
 
 
-def _voltage(axis: Axis) -> Finding:
+def _voltage(axis: CanopenAxis) -> CheckResult:
     voltage = axis.drive.voltage
-    what = f"voltage object {pretty(voltage.index, voltage.sub)}"
-    found = axis.sdo.find(voltage.index, voltage.sub, "<h")
+    what = f"voltage object {format_address(voltage.index, voltage.sub)}"
+    found = axis.sdo.read_optional(voltage.index, voltage.sub, "<h")
     if found is None:
-        return Finding(axis.name, what, "16 bits, readable", "no such object", "problem")
+        return CheckResult(axis.name, what, "16 bits, readable", "no such object", "problem")
     if voltage.kind == "dc_link":
-        return Finding(
+        return CheckResult(
             axis.name, what, "the motor's voltage", "the DC link's: it does not follow the torque", "problem"
         )
-    return Finding(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
+    return CheckResult(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
 
 
-def _entry(axis: Axis, entry: setup.Entry) -> Finding:
+def _entry(axis: CanopenAxis, entry: setup.SdoWrite) -> CheckResult:
     meaning = _MEANINGS.get(entry.index, "PDO")
-    what = f"{pretty(entry.index, entry.sub)} {meaning}"
-    found = axis.sdo.find(entry.index, entry.sub, entry.layout)
+    what = f"{format_address(entry.index, entry.sub)} {meaning}"
+    found = axis.sdo.read_optional(entry.index, entry.sub, entry.layout)
     if found is None:
-        return Finding(axis.name, what, str(entry.value), "no such object", "problem")
+        return CheckResult(axis.name, what, str(entry.value), "no such object", "problem")
     shown = (f"0x{entry.value:X}", f"0x{found:X}") if meaning == "PDO" else (str(entry.value), str(found))
-    return Finding(axis.name, what, *shown, "fine" if found == entry.value else "will be written")
+    return CheckResult(axis.name, what, *shown, "fine" if found == entry.value else "will be written")

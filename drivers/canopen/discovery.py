@@ -4,7 +4,7 @@ import time
 from collections.abc import Sequence
 
 from drivers.canopen import setup
-from drivers.canopen.axis import Axis
+from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.protocol import Identity
 from recordings.errors import RunFailed
@@ -15,27 +15,27 @@ _LISTEN_FIRST = 0.2
 """How long the bus is listened to for another master before anything is sent [s]."""
 
 
-def only_from_master(arbitration_id: int) -> bool:
+def is_master_frame(arbitration_id: int) -> bool:
     """True for the frames that a CANopen master sends: NMT, SYNC, RPDO 1, SDO requests, its heartbeat."""
     function = arbitration_id & 0x780
     return arbitration_id in (0, 0x80, 0x700 + setup.MASTER_ID) or function in (0x200, 0x600)
 
 
-def refuse_another_master(link: Link) -> None:
+def check_no_other_master(link: Link) -> None:
     """Raise RunFailed where somebody else leads the drives already."""
     # In lockstep all is simulated, and silent until it is spoken to.
     deadline = time.monotonic() + (_LISTEN_FIRST if link.clock is None else 0.0)
     while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-        if only_from_master(frame[0]):
+        if is_master_frame(frame[0]):
             raise RunFailed(
                 f"another master is on this bus (frame {frame[0]:03X} seen); stop it first, or follow it with "
                 "daq record --listen"
             )
 
 
-def refuse_silent_and_double(axes: Sequence[Axis]) -> None:
+def check_one_drive_per_node(axes: Sequence[CanopenAxis]) -> None:
     """Raise RunFailed where not exactly one drive answers under each node id."""
-    answers = {axis.name: axis.sdo.answers() for axis in axes}
+    answers = {axis.name: axis.sdo.count_answers() for axis in axes}
     silent = [name for name, count in answers.items() if count == 0]
     if silent:
         raise RunFailed(
@@ -47,7 +47,7 @@ def refuse_silent_and_double(axes: Sequence[Axis]) -> None:
             raise RunFailed(f"{name}: two drives answer under this node id; give each its own")
 
 
-def identify(axis: Axis) -> Identity:
+def identify(axis: CanopenAxis) -> Identity:
     """What the drive says it is.
 
     Raises:

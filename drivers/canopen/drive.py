@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from drivers import cia402
 from drivers.canopen import can_errors, check, discovery, setup
-from drivers.canopen.axis import Axis
+from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.kernel_sync import KernelSync
 from drivers.canopen.poll import VoltagePoll
-from drivers.canopen.sdo import Sdo, pretty
-from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
+from drivers.canopen.sdo import Sdo, format_address
+from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
@@ -28,7 +28,7 @@ _CONTROLWORD = struct.Struct("<H")
 _POSITION = struct.Struct("<i")
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
-_HEARTBEAT_SILENCE = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
+_HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """After this time without a heartbeat a drive counts as lost [s]."""
 _STOP_BY_SDO = 0.3
 """How long a drive may take to come to rest when the cycle does not reach it [s]."""
@@ -53,14 +53,14 @@ class CanopenDrives:
         self._bus_warnings: set[str] = set()
         link.on_error_frame = self._on_error_frame
         self._axes = [
-            Axis(i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch))
+            CanopenAxis(i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch))
             for i, drive in enumerate(rig.drives)
         ]
         self._poll = VoltagePoll([axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"], link)
         self._handlers: dict[int, Callable[[bytes], None]] = {}
         for axis in self._axes:
             self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
-            self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take, axis)
+            self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take_response, axis)
             self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
         self._answers = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
 
@@ -68,23 +68,23 @@ class CanopenDrives:
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
-        discovery.refuse_another_master(self._link)
+        discovery.check_no_other_master(self._link)
         self._nmt(0x80)
-        discovery.refuse_silent_and_double(self._axes)
+        discovery.check_one_drive_per_node(self._axes)
         return tuple(discovery.identify(axis) for axis in self._axes)
 
-    def examine(self) -> Sequence[Finding]:
+    def check(self) -> Sequence[CheckResult]:
         """See `Amplifiers`."""
-        return [*check.strangers(self._rig, self._link), *check.compare(self._rig, self._axes)]
+        return [*check.unexpected_nodes(self._rig, self._link), *check.compare_with_rig(self._rig, self._axes)]
 
     def configure(self) -> None:
         """See `Amplifiers`."""
         for axis in self._axes:
-            for entry in setup.setup(self._rig, axis.drive):
+            for entry in setup.sdo_writes(self._rig, axis.drive):
                 axis.sdo.write(entry.index, entry.sub, entry.layout, entry.value, check=entry.check)
             axis.counts = axis.sdo.read(0x6064, 0, "<i")
             self._read_state(axis)
-            if axis.state is cia402.State.FAULT:
+            if axis.state is cia402.DriveState.FAULT:
                 self._reset_fault(axis)
             # What was wrong before (such as the loss of the last master) is told, but does not end this run.
             axis.error_code, axis.error_text = 0, ""
@@ -92,24 +92,24 @@ class CanopenDrives:
         self._nmt(0x01)
         self._operational = True
 
-    def _read_state(self, axis: Axis) -> None:
+    def _read_state(self, axis: CanopenAxis) -> None:
         axis.statusword = axis.sdo.read(0x6041, 0, "<H")
         axis.decode_status()
 
-    def _reset_fault(self, axis: Axis) -> None:
+    def _reset_fault(self, axis: CanopenAxis) -> None:
         # Fault reset acts on its rising edge only.
-        for command in (cia402.Control.DISABLE_VOLTAGE, cia402.Control.FAULT_RESET, cia402.Control.DISABLE_VOLTAGE):
+        for command in (cia402.Controlword.DISABLE_VOLTAGE, cia402.Controlword.FAULT_RESET, cia402.Controlword.DISABLE_VOLTAGE):
             axis.sdo.write(0x6040, 0, "<H", command, check=False)
         self._read_state(axis)
-        if axis.state is cia402.State.FAULT:
+        if axis.state is cia402.DriveState.FAULT:
             code = axis.sdo.read(0x603F, 0, "<H")
             raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive first")
 
-    def _refuse_unhomed(self, axis: Axis) -> None:
+    def _refuse_unhomed(self, axis: CanopenAxis) -> None:
         homed = axis.drive.homed
         if homed is not None and not axis.sdo.read(homed.index, homed.sub, "<B") & homed.mask:
             raise RunFailed(
-                f"{axis.name} has no zero reference (object {pretty(homed.index, homed.sub)}); home the drive first"
+                f"{axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}); home the drive first"
             )
 
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
@@ -155,11 +155,11 @@ class CanopenDrives:
         until all drives are enabled, every cycle has one."""
         return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
-    def _command(self, axis: Axis) -> int:
+    def _command(self, axis: CanopenAxis) -> int:
         if axis.state is None:
-            return cia402.Control.DISABLE_VOLTAGE
-        command = cia402.controlword(self.goal, axis.state)
-        if axis.drive.mode == "interpolated" and command == cia402.Control.ENABLE:
+            return cia402.Controlword.DISABLE_VOLTAGE
+        command = cia402.next_controlword(self.goal, axis.state)
+        if axis.drive.mode == "interpolated" and command == cia402.Controlword.ENABLE:
             return command | _INTERPOLATE
         return command
 
@@ -175,7 +175,7 @@ class CanopenDrives:
             if frame is None:
                 break
             axis = self._answers.get(frame[0])
-            if axis is None or not axis.take(*frame):
+            if axis is None or not axis.take_tpdo(*frame):
                 self._dispatch(*frame)
 
     def _sample(self, sync: int | None) -> Sample:
@@ -196,7 +196,7 @@ class CanopenDrives:
     def _trouble(self) -> str | None:
         if self._bus_trouble is not None:
             return self._bus_trouble
-        silence, patience = self._cycles(_HEARTBEAT_SILENCE), self._cycles(_PATIENCE)
+        silence, patience = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_PATIENCE)
         return next((text for axis in self._axes if (text := axis.trouble(self._cycle, silence, patience))), None)
 
     # What comes unasked
@@ -206,12 +206,12 @@ class CanopenDrives:
         if handler is not None:
             handler(data)
 
-    def _on_emcy(self, axis: Axis, data: bytes) -> None:
+    def _on_emcy(self, axis: CanopenAxis, data: bytes) -> None:
         text = axis.take_emcy(data)
         self._report("error" if axis.error_code else "info", axis.name, text)
 
-    def _on_heartbeat(self, axis: Axis, data: bytes) -> None:
-        axis.heard_cycle = self._cycle
+    def _on_heartbeat(self, axis: CanopenAxis, data: bytes) -> None:
+        axis.last_heartbeat_cycle = self._cycle
         if self._operational and data[:1] == b"\x00":
             axis.restarted = True
             self._report("error", axis.name, "boot-up message: the drive restarted")
@@ -232,12 +232,12 @@ class CanopenDrives:
             self._nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while taking the power: {error}")
-        for command in (cia402.Control.QUICK_STOP, cia402.Control.DISABLE_VOLTAGE):
+        for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
             for axis in self._axes:
                 self._order_by_sdo(axis, command)
         return tuple(axis.power for axis in self._axes)
 
-    def _order_by_sdo(self, axis: Axis, command: int) -> None:
+    def _order_by_sdo(self, axis: CanopenAxis, command: int) -> None:
         axis.state = None
         deadline = time.monotonic() + _STOP_BY_SDO
         try:
@@ -261,9 +261,9 @@ class CanopenDrives:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()
 
-    def _release(self, axis: Axis) -> None:
+    def _release(self, axis: CanopenAxis) -> None:
         try:
-            axis.sdo.write(0x6040, 0, "<H", cia402.Control.DISABLE_VOLTAGE, check=False)
+            axis.sdo.write(0x6040, 0, "<H", cia402.Controlword.DISABLE_VOLTAGE, check=False)
             axis.sdo.write(0x1016, 1, "<I", 0)
         except RunFailed as error:
             self._report("error", axis.name, f"while closing: {error}")

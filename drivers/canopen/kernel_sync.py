@@ -34,7 +34,7 @@ class Pacer:
         self._first = first
         self._bias = 0.0
 
-    def seen(self, sent: float) -> tuple[int, float]:
+    def on_sync(self, sent: float) -> tuple[int, float]:
         """Number of the SYNC sent at that time [s], and the period to set [s]."""
         number = max(0, round((sent - self._first) / self._period))
         late = sent - (self._first + number * self._period)
@@ -102,7 +102,7 @@ class KernelSync:
             return
         # The stamp is wall clock time, which may be set meanwhile.
         sent = stamp - (time.time() - time.perf_counter())
-        self._number, period = self._pacer.seen(sent)
+        self._number, period = self._pacer.on_sync(sent)
         self._order(period, socket.CAN_BCM_SETTIMER)
 
     def _order(self, period: float, flags: int) -> None:

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Sequence
 
-from drivers.canopen.axis import Axis
+from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 
 _GIVE_UP = 50
@@ -15,11 +15,11 @@ _ANSWER = struct.Struct("<BHBh2x")
 class VoltagePoll:
     """One request under way at a time, round and round the drives; the cycle never waits for an answer."""
 
-    def __init__(self, axes: Sequence[Axis], link: Link) -> None:
+    def __init__(self, axes: Sequence[CanopenAxis], link: Link) -> None:
         self.axes = axes
         self._link = link
         self._next = 0
-        self._asked: Axis | None = None
+        self._asked: CanopenAxis | None = None
         self._since = 0
 
     def request(self, cycle: int) -> None:
@@ -32,7 +32,7 @@ class VoltagePoll:
         voltage = self._asked.drive.voltage
         self._link.send(0x600 + self._asked.drive.node_id, _UPLOAD.pack(0x40, voltage.index, voltage.sub))
 
-    def take(self, axis: Axis, data: bytes) -> None:
+    def take_response(self, axis: CanopenAxis, data: bytes) -> None:
         """An SDO response of `axis`, if it is the one that is waited for; an abort ends the wait."""
         if axis is not self._asked or len(data) != _ANSWER.size:
             return

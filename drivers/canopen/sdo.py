@@ -80,14 +80,14 @@ class _PumpedClient(SdoClient):  # type: ignore[misc]
 class Sdo:
     """The object dictionary of one drive."""
 
-    def __init__(self, node_id: int, name: str, link: Link, others: Callable[[int, bytes], None]) -> None:
+    def __init__(self, node_id: int, name: str, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
         """`name` is what errors call the drive; `others` gets the frames that arrive meanwhile."""
         # canopen logs every abort and time-out that it also raises.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
-        self._client: Any = _PumpedClient(node_id, link, others)
+        self._client: Any = _PumpedClient(node_id, link, on_other_frame)
         self._name = name
 
-    def answers(self) -> int:
+    def count_answers(self) -> int:
         """How many drives answer under this node id: the device type (object 1000) is asked for."""
         try:
             self._client.upload(0x1000, 0)
@@ -107,11 +107,11 @@ class Sdo:
         data = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
         size = struct.calcsize(layout)
         if len(data) < size:
-            raise RunFailed(f"{self._name}: object {pretty(index, sub)} has {len(data)} bytes, {size} expected")
+            raise RunFailed(f"{self._name}: object {format_address(index, sub)} has {len(data)} bytes, {size} expected")
         value: int = struct.unpack(layout, data[:size])[0]
         return value
 
-    def find(self, index: int, sub: int, layout: str) -> int | None:
+    def read_optional(self, index: int, sub: int, layout: str) -> int | None:
         """As `read`, but None where the drive has no such object or does not let it be read."""
         try:
             data = self._client.upload(index, sub)
@@ -137,7 +137,7 @@ class Sdo:
         self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
         if check and (found := self.read(index, sub, layout)) != value:
             raise RunFailed(
-                f"{self._name}: object {pretty(index, sub)} was written {value:#x} and reads back {found:#x}; "
+                f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back {found:#x}; "
                 "check what the drive supports"
             )
 
@@ -145,17 +145,17 @@ class Sdo:
         try:
             return transfer()
         except SdoAbortedError as error:
-            raise RunFailed(f"{self._name} refuses to {verb} object {pretty(index, sub)}: {error}") from None
+            raise RunFailed(f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}") from None
         except SdoCommunicationError:
             raise self._silent(verb, index, sub) from None
 
     def _silent(self, verb: str, index: int, sub: int) -> RunFailed:
         return RunFailed(
-            f"{self._name} does not answer (SDO {verb} of object {pretty(index, sub)}); "
+            f"{self._name} does not answer (SDO {verb} of object {format_address(index, sub)}); "
             "check its power, its node id and the bus"
         )
 
 
-def pretty(index: int, sub: int) -> str:
+def format_address(index: int, sub: int) -> str:
     """An object's address as manuals print it."""
     return f"{index:04X}:{sub:02X}"

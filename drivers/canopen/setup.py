@@ -22,7 +22,7 @@ _TARGET = {"cyclic": 0x607A_00_20, "interpolated": 0x60C1_01_20}
 
 
 @dataclass(frozen=True)
-class Entry:
+class SdoWrite:
     """One object to write; `layout` is the struct format of its type."""
 
     index: int
@@ -33,7 +33,7 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Field:
+class PdoField:
     """One object mapped into a TPDO."""
 
     name: str
@@ -42,7 +42,7 @@ class Field:
     layout: str
 
 
-def setup(rig: Rig, drive: Drive) -> list[Entry]:
+def sdo_writes(rig: Rig, drive: Drive) -> list[SdoWrite]:
     """The objects of one drive, in the order in which they are written.
 
     Raises:
@@ -60,39 +60,39 @@ def setup(rig: Rig, drive: Drive) -> list[Entry]:
     return entries
 
 
-def _behaviour(rig: Rig, drive: Drive) -> list[Entry]:
+def _behaviour(rig: Rig, drive: Drive) -> list[SdoWrite]:
     counts = abs(drive.counts_per_radian)
     low, high = sorted(round(joint_to_counts(drive, angle)) for angle in (rig.limits.joint_min, rig.limits.joint_max))
     period, exponent = interpolation_period(rig.rate)
     return [
-        Entry(0x6060, 0, "<b", _CYCLIC_SYNC_POSITION if drive.mode == "cyclic" else _INTERPOLATED_POSITION),
-        Entry(0x60C2, 1, "<B", period),
-        Entry(0x60C2, 2, "<b", exponent),
-        Entry(0x1006, 0, "<I", round(1e6 / rig.rate)),
-        Entry(0x6065, 0, "<I", round(rig.limits.following_error * counts)),
-        Entry(0x6066, 0, "<H", 10),  # ms
-        Entry(0x607D, 1, "<i", low),
-        Entry(0x607D, 2, "<i", high),
-        Entry(0x6085, 0, "<I", round(rig.limits.acceleration * counts)),
+        SdoWrite(0x6060, 0, "<b", _CYCLIC_SYNC_POSITION if drive.mode == "cyclic" else _INTERPOLATED_POSITION),
+        SdoWrite(0x60C2, 1, "<B", period),
+        SdoWrite(0x60C2, 2, "<b", exponent),
+        SdoWrite(0x1006, 0, "<I", round(1e6 / rig.rate)),
+        SdoWrite(0x6065, 0, "<I", round(rig.limits.following_error * counts)),
+        SdoWrite(0x6066, 0, "<H", 10),  # ms
+        SdoWrite(0x607D, 1, "<i", low),
+        SdoWrite(0x607D, 2, "<i", high),
+        SdoWrite(0x6085, 0, "<I", round(rig.limits.acceleration * counts)),
     ]
 
 
-def _watchdogs() -> list[Entry]:
+def _watchdogs() -> list[SdoWrite]:
     return [
-        Entry(0x605A, 0, "<h", 2),  # quick stop: slow down on its ramp, then switch on disabled
-        Entry(0x605E, 0, "<h", 2),  # fault: likewise
-        Entry(0x6007, 0, "<h", 3),  # master lost: quick stop
-        Entry(0x1017, 0, "<H", DRIVE_HEARTBEAT_MS),
-        Entry(0x1016, 1, "<I", MASTER_ID << 16 | MASTER_TIMEOUT_MS),
+        SdoWrite(0x605A, 0, "<h", 2),  # quick stop: slow down on its ramp, then switch on disabled
+        SdoWrite(0x605E, 0, "<h", 2),  # fault: likewise
+        SdoWrite(0x6007, 0, "<h", 3),  # master lost: quick stop
+        SdoWrite(0x1017, 0, "<H", DRIVE_HEARTBEAT_MS),
+        SdoWrite(0x1016, 1, "<I", MASTER_ID << 16 | MASTER_TIMEOUT_MS),
     ]
 
 
-def tpdos(drive: Drive) -> list[list[Field]]:
+def tpdos(drive: Drive) -> list[list[PdoField]]:
     """What the drive answers to SYNC, one list per TPDO."""
-    fields = [Field("status", 0x6041_00_10, "H"), Field("position", 0x6064_00_20, "i")]
+    fields = [PdoField("status", 0x6041_00_10, "H"), PdoField("position", 0x6064_00_20, "i")]
     if drive.voltage.transfer == "pdo":
-        fields.append(Field("voltage", drive.voltage.index << 16 | drive.voltage.sub << 8 | 16, "h"))
-    torque = [Field("torque", 0x6077_00_10, "h")] if drive.torque_actual else []
+        fields.append(PdoField("voltage", drive.voltage.index << 16 | drive.voltage.sub << 8 | 16, "h"))
+    torque = [PdoField("torque", 0x6077_00_10, "h")] if drive.torque_actual else []
     if len(fields) == 2:
         return [fields + torque]
     return [fields, torque] if torque else [fields]
@@ -109,11 +109,11 @@ def pdo_sizes(drive: Drive) -> list[int]:
     return [6, *answers]
 
 
-def _rpdo(drive: Drive) -> list[Entry]:
+def _rpdo(drive: Drive) -> list[SdoWrite]:
     return _pdo(0x1400, 0x1600, 0x200 + drive.node_id, [0x6040_00_10, _TARGET[drive.mode]])
 
 
-def _tpdo(drive: Drive) -> list[Entry]:
+def _tpdo(drive: Drive) -> list[SdoWrite]:
     return [
         entry
         for number, fields in enumerate(tpdos(drive))
@@ -123,19 +123,19 @@ def _tpdo(drive: Drive) -> list[Entry]:
     ]
 
 
-def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list[Entry]:
+def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list[SdoWrite]:
     # The order CiA 301 asks for: switch the PDO off, empty the map, fill it, name its length, switch it on.
     return [
-        Entry(parameters, 1, "<I", 0x8000_0000 | cob_id, check=False),
-        Entry(parameters, 2, "<B", 1),  # synchronous, every SYNC
-        Entry(mapping, 0, "<B", 0, check=False),
-        *(Entry(mapping, i + 1, "<I", mapped) for i, mapped in enumerate(objects)),
-        Entry(mapping, 0, "<B", len(objects)),
-        Entry(parameters, 1, "<I", cob_id),
+        SdoWrite(parameters, 1, "<I", 0x8000_0000 | cob_id, check=False),
+        SdoWrite(parameters, 2, "<B", 1),  # synchronous, every SYNC
+        SdoWrite(mapping, 0, "<B", 0, check=False),
+        *(SdoWrite(mapping, i + 1, "<I", mapped) for i, mapped in enumerate(objects)),
+        SdoWrite(mapping, 0, "<B", len(objects)),
+        SdoWrite(parameters, 1, "<I", cob_id),
     ]
 
 
-def _configuration_file(drive: Drive) -> list[Entry]:
+def _configuration_file(drive: Drive) -> list[SdoWrite]:
     """The parameter values of the drive's DCF, in the order of their addresses."""
     if drive.dcf is None:
         return []
@@ -153,14 +153,14 @@ def _configuration_file(drive: Drive) -> list[Entry]:
     return [entry for variable in variables if (entry := _parameter(variable)) is not None]
 
 
-def _parameter(variable: Any) -> Entry | None:
+def _parameter(variable: Any) -> SdoWrite | None:
     if variable.value is None or not variable.writable:
         return None
     data = variable.encode_raw(variable.value)
     layout = {1: "<B", 2: "<H", 4: "<I"}.get(len(data))
     if layout is None:
         return None
-    return Entry(variable.index, variable.subindex, layout, struct.unpack(layout, data)[0])
+    return SdoWrite(variable.index, variable.subindex, layout, struct.unpack(layout, data)[0])
 
 
 def joint_to_counts(drive: Drive, angle: float) -> float:

@@ -6,8 +6,8 @@ from collections.abc import Generator
 from typing import Literal
 
 from drivers import cia402
-from drivers.protocol import Finding, Goal, Power
-from drivers.serial.protocol import Refused, Reply, Script, ask, ask_integer, tell
+from drivers.protocol import CheckResult, Goal, Power
+from drivers.serial.protocol import CommandRefused, Reply, Script, ask, ask_integer, tell
 from drivers.serial.setup import settings
 from recordings.errors import RunFailed
 from recordings.rig import Rig
@@ -34,14 +34,14 @@ LATCH = "latch"
 
 # The protocol has no statusword: recorded is what a CiA 402 drive in the same state would say.
 _STATE = {
-    Power.ON: cia402.State.ENABLED,
-    Power.OFF: cia402.State.SWITCH_ON_DISABLED,
-    Power.STOPPING: cia402.State.QUICK_STOP,
-    Power.FAULT: cia402.State.FAULT,
+    Power.ON: cia402.DriveState.ENABLED,
+    Power.OFF: cia402.DriveState.SWITCH_ON_DISABLED,
+    Power.STOPPING: cia402.DriveState.QUICK_STOP,
+    Power.FAULT: cia402.DriveState.FAULT,
 }
 
 
-class Axis:
+class SerialAxis:
     """One drive. The raw values are the last ones received."""
 
     def __init__(self, rig: Rig, joint: int) -> None:
@@ -69,7 +69,7 @@ class Axis:
         self.trouble: str | None = None
         self.lockstep = False
         """Simulated, and its time advances only with a latch."""
-        self.released = False
+        self.disable_acknowledged = False
         """Told to take power off, and acknowledged; no longer so once it is told to enable."""
         self._stopping = False
         self._moving = False
@@ -96,18 +96,18 @@ class Axis:
         text = yield from ask(self.get(names.device or names.status))
         return text if names.device else "serial drive"
 
-    def examine(self) -> Generator[str, Reply, list[Finding]]:
+    def check(self) -> Generator[str, Reply, list[CheckResult]]:
         """Part of a script: state and settings compared with the rig file."""
         yield from self._look()
-        state = Finding(self.name, "state", "off", self.power.value, "fine")
+        state = CheckResult(self.name, "state", "off", self.power.value, "fine")
         if self.power is Power.FAULT:
-            state = Finding(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
+            state = CheckResult(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
         findings = [state]
         for setting in settings(self._rig, self.drive):
             found = yield from ask_integer(self.get(setting.register))
             verdict: Literal["fine", "will be written"] = "fine" if found == setting.value else "will be written"
             what = f"{setting.register}: {setting.meaning}"
-            findings.append(Finding(self.name, what, str(setting.value), str(found), verdict))
+            findings.append(CheckResult(self.name, what, str(setting.value), str(found), verdict))
         return findings
 
     def configure(self) -> Script:
@@ -147,16 +147,16 @@ class Axis:
         """What was received before is no longer of this cycle."""
         self._known, self.answered = self.answered, False
 
-    def cycle(self, goal: Goal, target: str | None, look: bool) -> Script:
+    def cycle(self, goal: Goal, target: str | None, read_status: bool) -> Script:
         """One exchange with this drive: what `goal` asks for, status if it is its turn to `look`, position, voltage.
 
         What it is told comes first, so that a disturbance does not keep it from the drive.
         """
         try:
-            yield from self._steer(goal, target, look)
-            if look:
+            yield from self._steer(goal, target, read_status)
+            if read_status:
                 yield from self._look()
-        except Refused as refusal:
+        except CommandRefused as refusal:
             yield from self._look()  # what ails it says more than what it refused
             self.trouble = self.trouble or f"{self.name}: {refusal}"
         names = self._bus.registers
@@ -189,9 +189,9 @@ class Axis:
                 yield from self._move(target)
             elif look and self.power is Power.OFF and self._known and self.counts is not None:
                 yield from self._enable(self.counts)
-        elif goal is Goal.STOPPED and not (self.released or self._off or self._stands):
+        elif goal is Goal.STOPPED and not (self.disable_acknowledged or self._off or self._stands):
             yield from self._stop()
-        elif not (self.released and self._off):
+        elif not (self.disable_acknowledged and self._off):
             yield from self._release()
 
     @property
@@ -213,26 +213,26 @@ class Axis:
     def _enable(self, counts: int) -> Script:
         """Power on, with the measured position as target."""
         yield from tell(self.target(counts))
-        self.released = self._stopping = False
+        self.disable_acknowledged = self._stopping = False
         self.power = Power.UNKNOWN  # until it tells, not off
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
     def _stop(self) -> Script:
         try:
             yield from tell(self.prefix + self._bus.quick_stop)
-        except Refused:
+        except CommandRefused:
             yield from self._release()
         self._stopping = self._moving = True  # until it is seen to stand
 
     def _release(self) -> Script:
         yield from tell(self.set(self._bus.registers.state, self._bus.disable))
-        self.released = True
+        self.disable_acknowledged = True
 
     def stop(self) -> Script:
         """Nothing but the quick stop."""
         yield from self._stop()
 
-    def take_power(self, patience: float) -> Script:
+    def switch_off(self, patience: float) -> Script:
         """Power off, waiting for it for at most `patience` [s]."""
         deadline = time.perf_counter() + patience
         yield from self._release()
@@ -246,7 +246,7 @@ class Axis:
         if self.lockstep:
             yield from tell(self.prefix + LATCH)
 
-    def leave(self) -> Script:
+    def shut_down(self) -> Script:
         """Power off, watchdog off."""
         yield from self._release()
         if self._bus.registers.watchdog:

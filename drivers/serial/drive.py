@@ -20,10 +20,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.protocol import Finding, Goal, Identity, Power, Report, Sample
-from drivers.serial.axis import Axis
-from drivers.serial.line import Line, converse
-from drivers.serial.protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered
+from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
+from drivers.serial.axis import SerialAxis
+from drivers.serial.line import SerialLine, converse
+from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, Script, ReplyTimeout
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
@@ -45,12 +45,12 @@ T = TypeVar("T")
 class SerialDrives:
     """`drivers.protocol.Amplifiers` for the ASCII protocol on serial lines."""
 
-    def __init__(self, rig: Rig, lines: dict[str, Line], report: Report, *, stamped: bool) -> None:
+    def __init__(self, rig: Rig, lines: dict[str, SerialLine], report: Report, *, stamped: bool) -> None:
         """`lines` by port; `stamped`: values carry the time of measurement (not where time is simulated)."""
         self.goal = Goal.DISABLED
         self._report = report
         self._stamped = stamped
-        self._axes = [Axis(rig, joint) for joint in range(1, rig.dof + 1)]
+        self._axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
         self._lines = {line: [axis for axis in self._axes if axis.port == port] for port, line in lines.items()}
         self._turn = 0
         self._disturbances = 0
@@ -69,7 +69,7 @@ class SerialDrives:
         for axis in self._axes:
             try:
                 identities.append(self._identity(axis))
-            except (Unanswered, Garbage) as error:
+            except (ReplyTimeout, InvalidReply) as error:
                 silent.append(f"{axis.name}: {error}")
         if silent:
             raise RunFailed(
@@ -77,7 +77,7 @@ class SerialDrives:
             )
         return tuple(identities)
 
-    def _identity(self, axis: Axis) -> Identity:
+    def _identity(self, axis: SerialAxis) -> Identity:
         device = self._ask(axis, axis.identify)
         axis.lockstep = device == SIMULATED_LOCKSTEP
         return Identity(
@@ -91,9 +91,9 @@ class SerialDrives:
             lockstep=axis.lockstep,
         )
 
-    def examine(self) -> Sequence[Finding]:
+    def check(self) -> Sequence[CheckResult]:
         """See `Amplifiers`."""
-        return [finding for axis in self._axes for finding in self._insist(axis, axis.examine)]
+        return [finding for axis in self._axes for finding in self._insist(axis, axis.check)]
 
     def configure(self) -> None:
         """See `Amplifiers`."""
@@ -101,13 +101,13 @@ class SerialDrives:
         for axis in self._axes:
             self._insist(axis, axis.configure)
 
-    def _insist(self, axis: Axis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+    def _insist(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
         try:
             return self._ask(axis, script)
         except LineError as error:
             raise RunFailed(f"{axis.name}: {error}") from None
 
-    def _ask(self, axis: Axis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+    def _ask(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
         """Run a script with one drive; again if the line was disturbed.
 
         Raises:
@@ -121,7 +121,7 @@ class SerialDrives:
 
         for _ in range(_ATTEMPTS):
             failure = converse({line: keep()}, time.perf_counter() + _PATIENCE).get(line)
-            if not isinstance(failure, Garbage | Unanswered):
+            if not isinstance(failure, InvalidReply | ReplyTimeout):
                 break
         if isinstance(failure, LineLost):
             raise RunFailed(str(failure))
@@ -165,19 +165,19 @@ class SerialDrives:
         for line in self._alive()[:1]:
             converse({line: self._lines[line][0].latch()}, time.perf_counter() + _PATIENCE)
 
-    def _alive(self) -> list[Line]:
+    def _alive(self) -> list[SerialLine]:
         return [line for line in self._lines if not line.lost]
 
-    def _cycle(self, line: Line, setpoint: list[str] | None) -> Script:
+    def _cycle(self, line: SerialLine, setpoint: list[str] | None) -> Script:
         axes = self._lines[line]
         for i, axis in enumerate(axes):
             target = None if setpoint is None else setpoint[axis.joint - 1]
             try:
-                yield from axis.cycle(self.goal, target, look=i == self._turn % len(axes))
-            except (Garbage, Unanswered) as disturbance:
+                yield from axis.cycle(self.goal, target, read_status=i == self._turn % len(axes))
+            except (InvalidReply, ReplyTimeout) as disturbance:
                 self._note(line, disturbance)
 
-    def _note(self, line: Line, failure: LineError) -> None:
+    def _note(self, line: SerialLine, failure: LineError) -> None:
         # The first, second, fourth, eighth ...: a bad line would fill the log.
         self._disturbances += 1
         if self._disturbances & (self._disturbances - 1) == 0:
@@ -186,9 +186,9 @@ class SerialDrives:
     def _stop_the_rest(self) -> None:
         """Quick stop on the lines that are left."""
         self.goal = Goal.STOPPED
-        converse({line: self._all(line, Axis.stop) for line in self._alive()}, time.perf_counter() + _FAREWELL)
+        converse({line: self._all(line, SerialAxis.stop) for line in self._alive()}, time.perf_counter() + _FAREWELL)
 
-    def _all(self, line: Line, script: Callable[[Axis], Script]) -> Script:
+    def _all(self, line: SerialLine, script: Callable[[SerialAxis], Script]) -> Script:
         for axis in self._lines[line]:
             yield from script(axis)
 
@@ -212,17 +212,17 @@ class SerialDrives:
         """See `Amplifiers`: one drive after the other, each with the patience of the set-up."""
         for axis in self._axes:
             axis.power = Power.UNKNOWN
-        self._each("while taking the power", lambda axis: axis.take_power(_STOPPING_TIME))
+        self._each("while taking the power", lambda axis: axis.switch_off(_STOPPING_TIME))
         return tuple(axis.power for axis in self._axes)
 
     def close(self) -> None:
         """See `Amplifiers`: power off once more, watchdog off, ports released."""
         if self._configured:
-            self._each("while closing", Axis.leave)
+            self._each("while closing", SerialAxis.shut_down)
         for line in self._lines:
             line.close()
 
-    def _each(self, when: str, script: Callable[[Axis], Script]) -> None:
+    def _each(self, when: str, script: Callable[[SerialAxis], Script]) -> None:
         for axis in self._axes:
             try:
                 self._ask(axis, partial(script, axis))

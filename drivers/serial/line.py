@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import serial
 
-from drivers.serial.protocol import END, LONGEST_REPLY, Garbage, LineError, LineLost, Reply, Script, Unanswered, parse
+from drivers.serial.protocol import END, LONGEST_REPLY, InvalidReply, LineError, LineLost, Reply, Script, ReplyTimeout, parse
 
 _LONGEST_LINE = 256
 """Without an end so far: garbage."""
@@ -27,7 +27,7 @@ class Port(Protocol):
     def close(self) -> None: ...
 
 
-class Line:
+class SerialLine:
     """One line and what is known about its step."""
 
     def __init__(
@@ -39,7 +39,7 @@ class Line:
         turnaround: float,
         reply_timeout: float,
         echo: bool,
-        patience: float = 0.0,
+        least_timeout: float = 0.0,
     ) -> None:
         """`character`: time on the wire of one [s]; the other times [s] as in the rig file, `patience`: longer than
         the time-out where replies surely come (time is simulated)."""
@@ -48,7 +48,7 @@ class Line:
         self._port = port
         self._character = character
         self._reply_timeout = reply_timeout
-        self._patience = max(reply_timeout, patience)
+        self._patience = max(reply_timeout, least_timeout)
         # Silence after which nothing more belongs to what came before.
         self._quiet = LONGEST_REPLY * character + turnaround
         self._echo = echo
@@ -98,44 +98,44 @@ class Line:
             return None
         if not self._awaiting:
             if self._buffer:
-                self.fall_out()
+                self.resynchronize()
             return None
         try:
             return self._take_reply()
-        except Garbage:
-            self.fall_out()
+        except InvalidReply:
+            self.resynchronize()
             raise
 
     def _take_reply(self) -> Reply | None:
         *lines, rest = self._buffer.split(END)
         if self._echo and lines and lines.pop(0) != self._sent:
-            raise Garbage(f"the echo of {self._sent!r} expected, {self._buffer[:40]!r} found")
+            raise InvalidReply(f"the echo of {self._sent!r} expected, {self._buffer[:40]!r} found")
         if len(rest) > _LONGEST_LINE or len(lines) > 1 or (lines and rest):
-            raise Garbage(f"one reply expected, {self._buffer[:40]!r} found")
+            raise InvalidReply(f"one reply expected, {self._buffer[:40]!r} found")
         if not lines:
             return None
         if not self._echo and lines[0] == self._sent:
-            raise Garbage(f"the reply to {self._sent!r} expected, the command itself found; set bus.echo = true")
+            raise InvalidReply(f"the reply to {self._sent!r} expected, the command itself found; set bus.echo = true")
         self._reset()
         return parse(lines[0])
 
-    def in_step(self, now: float) -> bool:
+    def synchronized(self, now: float) -> bool:
         """Whether a command may be sent."""
         if self._out_of_step_until is not None and now >= self._out_of_step_until:
             self._reset()
         return self._out_of_step_until is None
 
     @property
-    def in_step_at(self) -> float:
+    def synchronized_at(self) -> float:
         """When that will be so if nothing more arrives [s]."""
         return self._out_of_step_until or 0.0
 
-    def fall_out(self) -> None:
+    def resynchronize(self) -> None:
         """What arrived is not the reply: it and all that follows without a pause is thrown away."""
         self._buffer = b""
         self._fall_out(time.perf_counter() + self._quiet)
 
-    def give_up(self) -> None:
+    def abandon_reply(self) -> None:
         """The reply did not come in time; it may come later."""
         self._fall_out(self._latest_reply)
         self._reply_owed = True
@@ -148,12 +148,12 @@ class Line:
         """Out of step: throw away what comes, unless it is the very reply that is late."""
         if not self._reply_owed or len(self._buffer) > _LONGEST_LINE:
             if self._buffer:
-                self.fall_out()
+                self.resynchronize()
             return
         try:
             self._take_reply()
-        except Garbage:
-            self.fall_out()
+        except InvalidReply:
+            self.resynchronize()
 
     def _reset(self) -> None:
         """In step, nothing under way."""
@@ -183,7 +183,7 @@ class Line:
         return LineLost(f"serial port {self.name} is lost ({error}); check cable and adapter")
 
 
-def converse(scripts: Mapping[Line, Script], deadline: float) -> dict[Line, LineError]:
+def converse(scripts: Mapping[SerialLine, Script], deadline: float) -> dict[SerialLine, LineError]:
     """Run each script on its line, all lines at the same time, until `deadline` [s, perf_counter].
 
     Garbage, and silence in place of a reply, are thrown into the script, which may catch them and go on; what it says
@@ -204,7 +204,7 @@ def converse(scripts: Mapping[Line, Script], deadline: float) -> dict[Line, Line
 class _Talk:
     """One script on its line."""
 
-    def __init__(self, line: Line, script: Script) -> None:
+    def __init__(self, line: SerialLine, script: Script) -> None:
         self.line = line
         self.over = False
         self.failure: LineError | None = None
@@ -218,7 +218,7 @@ class _Talk:
     @property
     def wake(self) -> float:
         """When something is to be done even if nothing arrives [s]."""
-        return self._due if self._command is None else self.line.in_step_at
+        return self._due if self._command is None else self.line.synchronized_at
 
     def step(self, deadline: float) -> None:
         """Do what can be done now."""
@@ -237,12 +237,12 @@ class _Talk:
                 return True
             if now < min(self._due, deadline):
                 return False
-            self.line.give_up()
-            error: LineError = Unanswered("no reply in time")
+            self.line.abandon_reply()
+            error: LineError = ReplyTimeout("no reply in time")
         except LineLost as lost:
             self._end(lost)
             return False
-        except Garbage as garbage:
+        except InvalidReply as garbage:
             error = garbage
         if time.perf_counter() >= deadline:
             self._end(error)
@@ -251,11 +251,11 @@ class _Talk:
         return True
 
     def _send(self, command: str, now: float, deadline: float) -> bool:
-        if self.line.in_step(now):
+        if self.line.synchronized(now):
             self._due = self.line.send(command)
             self._command = None
         elif now >= deadline:
-            self._end(Unanswered("no silence on the line after a disturbance"))
+            self._end(ReplyTimeout("no silence on the line after a disturbance"))
         else:
             return False
         return True
@@ -266,8 +266,8 @@ class _Talk:
             self._command = say()
         except StopIteration:
             self._end(None)
-        except Garbage as garbage:
-            self.line.fall_out()
+        except InvalidReply as garbage:
+            self.line.resynchronize()
             self._end(garbage)
         except LineError as error:
             self._end(error)

@@ -46,11 +46,11 @@ class LineError(Exception):
     """Something went wrong between a command and its reply."""
 
 
-class Garbage(LineError):
+class InvalidReply(LineError):
     """What came is not the reply to the command."""
 
 
-class Unanswered(LineError):
+class ReplyTimeout(LineError):
     """No reply in time."""
 
 
@@ -58,7 +58,7 @@ class LineLost(LineError):
     """The port is gone."""
 
 
-class Refused(LineError):
+class CommandRefused(LineError):
     """The drive replied `e CODE`."""
 
     def __init__(self, command: str, code: int) -> None:
@@ -91,7 +91,7 @@ def parse(line: bytes) -> Reply:
         return Reply("v", rest.strip())
     if kind == "e" and _CODE.fullmatch(rest):
         return Reply("e", rest)
-    raise Garbage(f"a reply expected, {line!r} found")
+    raise InvalidReply(f"a reply expected, {line!r} found")
 
 
 def ask(command: str) -> Generator[str, Reply, str]:
@@ -104,7 +104,7 @@ def ask(command: str) -> Generator[str, Reply, str]:
     reply = yield command
     _refuse_error(command, reply)
     if reply.kind != "v":
-        raise Garbage(f"a value expected in reply to '{command}', 'ok' found")
+        raise InvalidReply(f"a value expected in reply to '{command}', 'ok' found")
     return reply.text
 
 
@@ -112,7 +112,7 @@ def ask_integer(command: str) -> Generator[str, Reply, int]:
     """Part of a script: `ask`, where the value is a whole number."""
     text = yield from ask(command)
     if not _INTEGER.fullmatch(text):
-        raise Garbage(f"a whole number expected in reply to '{command}', {text!r} found")
+        raise InvalidReply(f"a whole number expected in reply to '{command}', {text!r} found")
     return int(text)
 
 
@@ -121,14 +121,14 @@ def tell(command: str) -> Generator[str, Reply, None]:
     reply = yield command
     _refuse_error(command, reply)
     if reply.kind != "ok":
-        raise Garbage(f"'ok' expected in reply to '{command}', the value {reply.text!r} found")
+        raise InvalidReply(f"'ok' expected in reply to '{command}', the value {reply.text!r} found")
 
 
 def _refuse_error(command: str, reply: Reply) -> None:
     if reply.kind == "e":
         code = int(reply.text)
         raise (
-            Garbage(f"'{command}' reached the drive disturbed (e {code})")
+            InvalidReply(f"'{command}' reached the drive disturbed (e {code})")
             if code in _MISHEARD
-            else Refused(command, code)
+            else CommandRefused(command, code)
         )

@@ -18,7 +18,7 @@ def settings(rig: Rig, drive: Drive) -> list[Setting]:
     """What one drive is told before it moves, in the order in which it is written."""
     bus, names = rig.serial, rig.serial.registers
     counts = abs(drive.counts_per_radian)
-    low, high = travel(rig, drive)
+    low, high = position_limits(rig, drive)
     table = [
         Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
         Setting(
@@ -34,7 +34,7 @@ def settings(rig: Rig, drive: Drive) -> list[Setting]:
     return [setting for setting in table if setting.register]
 
 
-def travel(rig: Rig, drive: Drive) -> tuple[int, int]:
+def position_limits(rig: Rig, drive: Drive) -> tuple[int, int]:
     """Lowest and highest allowed encoder position [counts]."""
     ends = (rig.limits.joint_min, rig.limits.joint_max)
     low, high = sorted(round((angle - drive.zero_offset) * drive.counts_per_radian) for angle in ends)

@@ -19,7 +19,7 @@ _ORDER = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class JointMotion:
     """What was measured at the motors, evenly sampled, n times, without noise."""
 
     position: Floats
@@ -33,7 +33,7 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False)
-class Remainder:
+class BaseModelResidual:
     """Where the fit was made, below the bandwidth: (m, 3) each."""
 
     residual: Floats
@@ -44,24 +44,24 @@ class Remainder:
     """[rad/s^2]."""
 
 
-def remainder(geometry: Geometry, motion: Motion, dt: float, window: slice, every: int) -> Remainder:
+def base_model_residual(geometry: Geometry, motion: JointMotion, dt: float, window: slice, decimation: int) -> BaseModelResidual:
     """Fit the base model to `motion`, sampled with `dt` [s]; torque and columns go through the same low-pass.
 
     `window` says which samples count, of which only one in `every` is fitted.
     """
     low_pass = _low_pass(1 / dt)
-    y: Floats = sosfiltfilt(low_pass, motion.torque, axis=0)[window][::every]
-    X: Floats = sosfiltfilt(low_pass, base_columns(geometry, motion), axis=0)[window][::every]
+    y: Floats = sosfiltfilt(low_pass, motion.torque, axis=0)[window][::decimation]
+    X: Floats = sosfiltfilt(low_pass, base_columns(geometry, motion), axis=0)[window][::decimation]
     matrix = X.reshape(-1, X.shape[2])
     scale = np.linalg.norm(matrix, axis=0)
     scale[scale == 0] = 1.0
     solution = np.linalg.lstsq(matrix / scale, y.ravel(), rcond=None)[0]
     residual = y - (matrix / scale @ solution).reshape(y.shape)
     joint = np.arange(3)
-    return Remainder(residual=residual, torque=y, acceleration=X[:, joint, joint])
+    return BaseModelResidual(residual=residual, torque=y, acceleration=X[:, joint, joint])
 
 
-def base_columns(geometry: Geometry, motion: Motion) -> Floats:
+def base_columns(geometry: Geometry, motion: JointMotion) -> Floats:
     """(n, 3, 12) torque per unit of I_1..3, T_g, m_p, c_v1..3, c_c1..3 and m_d (`rod_inertia`); positive opposes."""
     theta, rate, acceleration = motion.position, motion.velocity, motion.acceleration
     P = kinematics.forward(geometry, theta)
@@ -80,7 +80,7 @@ def base_columns(geometry: Geometry, motion: Motion) -> Floats:
     return columns
 
 
-def _rod_inertia(geometry: Geometry, motion: Motion, J: Floats, P_ddot: Floats) -> Floats:
+def _rod_inertia(geometry: Geometry, motion: JointMotion, J: Floats, P_ddot: Floats) -> Floats:
     """(n, 3) torque per unit mass of a uniform rod, beyond that of the same mass in two halves at its ends.
 
     The kinetic energy of a uniform rod is m (b.b + b.c + c.c) / 6 in the velocities b and c of its ends, that of the

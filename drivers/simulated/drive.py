@@ -9,7 +9,7 @@ from canopen.sdo import SdoAbortedError
 
 from drivers import cia402
 from drivers.canopen.setup import MASTER_ID
-from drivers.cia402 import State
+from drivers.cia402 import DriveState
 from drivers.simulated import drive_state_machine
 from drivers.simulated.node import Send, local_node
 from drivers.simulated.setpoint_generator import SetpointGenerator
@@ -24,7 +24,7 @@ _INTERPOLATED_POSITION, _INTERPOLATE = 7, 0x10
 _UNLIMITED = 2**32 - 1
 
 
-class SimulatedDrive:
+class SimulatedCanopenDrive:
     """One drive. `powered` and `setpoints` tell the machine what to do; `update` tells the drive how it fares."""
 
     def __init__(
@@ -32,7 +32,7 @@ class SimulatedDrive:
     ) -> None:
         """`dt`: plant step [s]; `read_voltage` measures the motor voltage [counts] between two SYNCs."""
         self.drive = drive
-        self.state = State.SWITCH_ON_DISABLED
+        self.state = DriveState.SWITCH_ON_DISABLED
         self._send = send
         self._read_voltage = read_voltage
         self._lockstep = lockstep
@@ -55,8 +55,8 @@ class SimulatedDrive:
         self._master_seen: float | None = None
         self._heartbeat_due = now
         self._followed_badly_since: float | None = None
-        self._after_stop = State.SWITCH_ON_DISABLED
-        self._disable(State.SWITCH_ON_DISABLED)
+        self._after_stop = DriveState.SWITCH_ON_DISABLED
+        self._disable(DriveState.SWITCH_ON_DISABLED)
         self._send(0x700 + self.drive.node_id, bytes([_BOOT_UP]))
 
     # What the machine asks
@@ -64,7 +64,7 @@ class SimulatedDrive:
     @property
     def powered(self) -> bool:
         """True while the position loop is closed."""
-        return self.state in (State.ENABLED, State.QUICK_STOP, State.FAULT_REACTION)
+        return self.state in (DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 
     # What comes from the bus
 
@@ -93,7 +93,7 @@ class SimulatedDrive:
             cob_id = self._object(0x1800 + number, 1)
             if not cob_id & _PDO_INVALID:
                 self._send(cob_id, self._pack_tpdo(0x1A00 + number))
-        if self.state is State.ENABLED and self._follows:
+        if self.state is DriveState.ENABLED and self._follows:
             counts = min(max(self._object(*self._target), self._object(0x607D, 1)), self._object(0x607D, 2))
             target = self.joint_angle(counts)
             period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
@@ -181,9 +181,9 @@ class SimulatedDrive:
     def statusword(self) -> int:
         """Object 6041."""
         word = cia402.STATUS_BITS[self.state] | _REMOTE
-        if self.state is not State.SWITCH_ON_DISABLED:
+        if self.state is not DriveState.SWITCH_ON_DISABLED:
             word |= _VOLTAGE_ENABLED
-        if self.state is State.ENABLED and self._follows:
+        if self.state is DriveState.ENABLED and self._follows:
             word |= cia402.TARGET_FOLLOWED
         if self._followed_badly_since is not None:
             word |= cia402.FOLLOWING_ERROR
@@ -196,16 +196,16 @@ class SimulatedDrive:
     # The power state machine
 
     def _apply_controlword(self, controlword: int) -> None:
-        state = drive_state_machine.after(self.state, controlword, self._previous_controlword)
+        state = drive_state_machine.next_state(self.state, controlword, self._previous_controlword)
         self._previous_controlword = controlword
         if state is self.state:
             return
-        if state is State.ENABLED:
+        if state is DriveState.ENABLED:
             # A target from before the power was on must not move the axis.
             self.generator.hold(self.joint_angle(self._counts))
-        if state is State.QUICK_STOP:
-            self._begin_stop(State.QUICK_STOP, State.SWITCH_ON_DISABLED)
-        elif self.state is State.FAULT:
+        if state is DriveState.QUICK_STOP:
+            self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
+        elif self.state is DriveState.FAULT:
             self._error_code = 0
             self._node.emcy.reset()
             self._disable(state)
@@ -214,32 +214,32 @@ class SimulatedDrive:
         else:
             self.state = state
 
-    def _begin_stop(self, during: State, afterwards: State) -> None:
+    def _begin_stop(self, during: DriveState, afterwards: DriveState) -> None:
         self.state = during
         self._after_stop = afterwards
         self.generator.stop(self._object(0x6085) / abs(self.drive.counts_per_radian))
 
-    def _disable(self, state: State) -> None:
+    def _disable(self, state: DriveState) -> None:
         self.state = state
         self.generator.hold(self.generator.position)
 
     def fail(self, code: int) -> None:
         """A fault: EMCY, stop on the quick stop ramp (object 605E = 2), then Fault."""
-        if self.state in (State.FAULT, State.FAULT_REACTION):
+        if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
             return
         self._error_code = code
         self._node.emcy.send(code, 0x01)
         if self.powered:
-            self._begin_stop(State.FAULT_REACTION, State.FAULT)
+            self._begin_stop(DriveState.FAULT_REACTION, DriveState.FAULT)
         else:
-            self._disable(State.FAULT)
+            self._disable(DriveState.FAULT)
 
     # Time passes
 
     def update(self, counts: int, now: float) -> None:
         """Encoder and clock [s] after the machine has moved: supervision, heartbeat, end of a stop."""
         self._counts = counts
-        if self.state in (State.QUICK_STOP, State.FAULT_REACTION) and self.generator.at_rest:
+        if self.state in (DriveState.QUICK_STOP, DriveState.FAULT_REACTION) and self.generator.at_rest:
             self._disable(self._after_stop)
         self._watch_following_error(now)
         self._watch_master(now)
@@ -271,5 +271,5 @@ class SimulatedDrive:
 
     def _lose_connection(self) -> None:
         """The process data have ended: object 6007 = 3 means quick stop."""
-        if self.state is State.ENABLED and self._object(0x6007) == 3:
-            self._begin_stop(State.QUICK_STOP, State.SWITCH_ON_DISABLED)
+        if self.state is DriveState.ENABLED and self._object(0x6007) == 3:
+            self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)

@@ -27,7 +27,7 @@ _FOLDERS = ("drivers.simulated.effects", "drivers.simulated.out_of_library")
 
 
 @dataclass(slots=True)
-class State:
+class JointState:
     """The machine at the beginning of a step, as the hooks see it; lists have one number per joint."""
 
     t: float = 0.0
@@ -42,7 +42,7 @@ class State:
     """Torque that went through friction to the rigid robot in the step before [N m]; likewise."""
 
 
-class Effect(Section):
+class HiddenEffect(Section):
     """Base of all hidden effects; as it stands, one that does nothing.
 
     The first field that a subclass adds is its *strength*: the effect grows with it and vanishes at zero. It acts on
@@ -126,11 +126,11 @@ class Effect(Section):
 
     # Hooks: torques and friction of the joint i (from 0)
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         """Torque that the motor must give in addition [N m]."""
         return 0.0
 
-    def friction(self, i: int, now: State) -> float:
+    def friction(self, i: int, now: JointState) -> float:
         """Further level of dry friction [N m]."""
         return 0.0
 
@@ -207,7 +207,7 @@ def draw_sign(rng: np.random.Generator, strength: float) -> float:
 
 
 @cache
-def discover() -> dict[str, type[Effect]]:
+def discover() -> dict[str, type[HiddenEffect]]:
     """All effects by name, those of the library and those outside."""
     kinds = [kind for folder in _FOLDERS for kind in _kinds(folder)]
     return {kind.name(): kind for kind in kinds}
@@ -218,12 +218,12 @@ def library() -> tuple[str, ...]:
     return tuple(sorted(name for name, kind in discover().items() if kind.in_library()))
 
 
-def outside() -> tuple[str, ...]:
+def out_of_library() -> tuple[str, ...]:
     """Names of the others, in alphabetical order."""
     return tuple(sorted(set(discover()) - set(library())))
 
 
-def _kinds(folder: str) -> list[type[Effect]]:
+def _kinds(folder: str) -> list[type[HiddenEffect]]:
     package = importlib.import_module(folder)
     modules = [importlib.import_module(f"{folder}.{found.name}") for found in pkgutil.iter_modules(package.__path__)]
     kinds = []
@@ -231,13 +231,13 @@ def _kinds(folder: str) -> list[type[Effect]]:
         (kind,) = (
             value
             for value in vars(module).values()
-            if isinstance(value, type) and issubclass(value, Effect) and value.__module__ == module.__name__
+            if isinstance(value, type) and issubclass(value, HiddenEffect) and value.__module__ == module.__name__
         )
         kinds.append(kind)
     return kinds
 
 
-def build(spec: EffectSpec) -> Effect:
+def build(spec: EffectSpec) -> HiddenEffect:
     """The effect that a sim file asks for.
 
     Raises:
@@ -249,6 +249,6 @@ def build(spec: EffectSpec) -> Effect:
     return validated(content, discover()[spec.name], f"effect {spec.name}")
 
 
-def overrides(effect: Effect, hook: str) -> bool:
+def overrides(effect: HiddenEffect, hook: str) -> bool:
     """Whether the effect has something of its own to say there."""
-    return getattr(type(effect), hook) is not getattr(Effect, hook)
+    return getattr(type(effect), hook) is not getattr(HiddenEffect, hook)

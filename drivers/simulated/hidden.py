@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import Effect, build, library
-from drivers.simulated.sizing import Ruler
+from drivers.simulated.effect import HiddenEffect, build, library
+from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -26,7 +26,7 @@ def draw(
     names: Sequence[str] | None = None,
     sizes: Sequence[float | None] = (None,),
     joints: Sequence[int] | None = None,
-    ruler: Ruler | None = None,
+    sizer: EffectSizer | None = None,
 ) -> tuple[EffectSpec, ...]:
     """Different effects, each sized alone on the machine of `config` along fig5a; the same for the same seed.
 
@@ -48,17 +48,17 @@ def draw(
         raise BadInput(f"at least {len(sizes)} effects to draw from expected, {len(left)} found; name more")
     for name in left:
         build(EffectSpec(name=name))
-    ruler = ruler or Ruler(rig, config)
+    sizer = sizer or EffectSizer(rig, config)
     found: list[EffectSpec] = []
     for size in sizes:
-        effect = _draw_sized(rng, ruler, left, size, joints)
+        effect = _draw_sized(rng, sizer, left, size, joints)
         left.remove(effect.name)
         found.append(effect)
     return tuple(found)
 
 
 def _draw_sized(
-    rng: np.random.Generator, ruler: Ruler, names: Sequence[str], size: float | None, joints: Sequence[int] | None
+    rng: np.random.Generator, ruler: EffectSizer, names: Sequence[str], size: float | None, joints: Sequence[int] | None
 ) -> EffectSpec:
     for _ in range(_DRAWS):
         effect = draw_effect(rng, names, joints)
@@ -72,7 +72,7 @@ def _draw_sized(
 
 def draw_effect(
     rng: np.random.Generator, names: Sequence[str] | None = None, joints: Sequence[int] | None = None
-) -> Effect:
+) -> HiddenEffect:
     """An effect with joints and shape as they might be found; of its strength only the sign means something.
 
     `names` and `joints` as for `draw`.

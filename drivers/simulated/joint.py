@@ -6,20 +6,20 @@ from drivers.simulated.amplifier import Amplifier, torque
 from drivers.simulated.bristle import Bristle
 from drivers.simulated.config import SimConfig
 from drivers.simulated.delay_line import DelayLine
-from drivers.simulated.effect import Effect, State, overrides
-from drivers.simulated.servo import Axis
+from drivers.simulated.effect import HiddenEffect, JointState, overrides
+from drivers.simulated.servo import PositionLoop
 from recordings.rig import Rig
 
 
 class Joint:
     """What lies between a setpoint and the torque on the motor's shaft, and what is reported of it."""
 
-    def __init__(self, i: int, effects: Sequence[Effect], rig: Rig, config: SimConfig, dt: float) -> None:
+    def __init__(self, i: int, effects: Sequence[HiddenEffect], rig: Rig, config: SimConfig, dt: float) -> None:
         """`i`: number of the joint, from 0; `effects`: those that act on it; `dt`: plant step [s]."""
         self._i, self._dt = i, dt
         self._rig_gain = rig.torque.gain[i]
         self._rig_exponent = 2.0 if rig.torque.map == "square" else 1.0
-        self._axis = Axis(config.servo, dt, smoothing=max(round(1 / (rig.rate * dt)), 1))
+        self._axis = PositionLoop(config.servo, dt, smoothing=max(round(1 / (rig.rate * dt)), 1))
         self._amplifier = self._make_amplifier(effects, rig, config)
         self._faulty = any(overrides(effect, "amplify") for effect in effects)
         lag, reach = sum(effect.lag() for effect in effects), sum(effect.bristle() for effect in effects)
@@ -34,7 +34,7 @@ class Joint:
         self.torque = 0.0
         """What the motor gives [N m]."""
 
-    def _make_amplifier(self, effects: Sequence[Effect], rig: Rig, config: SimConfig) -> Amplifier:
+    def _make_amplifier(self, effects: Sequence[HiddenEffect], rig: Rig, config: SimConfig) -> Amplifier:
         gain = (config.torque_gain or rig.torque.gain)[self._i]
         for effect in effects:
             gain *= effect.gain()
@@ -66,7 +66,7 @@ class Joint:
         """Whether the level of dry friction changes from step to step."""
         return bool(self._frictions or self._bristle)
 
-    def friction(self, brake: bool, now: State) -> tuple[float, float]:
+    def friction(self, brake: bool, now: JointState) -> tuple[float, float]:
         """Levels [N m] of what sticks at once, and of what has to bend first."""
         level = self._coulomb
         for hidden in self._frictions:
@@ -74,7 +74,7 @@ class Joint:
         held = self._brake_torque if brake else 0.0
         return (held, level) if self._bristle else (held + level, 0.0)
 
-    def step(self, setpoint: float, now: State, bent: float) -> float:
+    def step(self, setpoint: float, now: JointState, bent: float) -> float:
         """One step: torque on the shaft [N m]; `bent`: level of the friction that has to bend first [N m]."""
         i = self._i
         if self.enabled:

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.effect import Effect, State, build, overrides
+from drivers.simulated.effect import HiddenEffect, JointState, build, overrides
 from drivers.simulated.joint import Joint
 from drivers.simulated.model_xml import Arm
 from drivers.simulated.plant import Plant
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
-LONGEST_STEP = 2e-4
+MAX_STEP = 2e-4
 """Of the plant [s]; stiff joints need it this short."""
 Counts = tuple[int, int, int]
 
@@ -30,7 +30,7 @@ class Machine:
         """
         self._rig, self._config, self._rng = rig, config, rng
         effects = _effects(config)
-        self.dt = step(rig.rate)
+        self.dt = plant_step(rig.rate)
         """Of plant and servo loops [s]."""
         on_joint = [[effect for effect in effects if i + 1 in effect.joints] for i in range(3)]
         self._joints = [Joint(i, own, rig, config, self.dt) for i, own in enumerate(on_joint)]
@@ -41,7 +41,7 @@ class Machine:
         self._variable_friction = any(joint.variable_friction for joint in self._joints)
         self._masses = [effect.added_mass for effect in effects if overrides(effect, "added_mass")]
         self._drags = [effect.drag for effect in effects if overrides(effect, "drag")]
-        self._now = State()
+        self._now = JointState()
         self.reset(config.park)
 
     def reset(self, platform: Sequence[float]) -> None:
@@ -177,12 +177,12 @@ class Machine:
         return min(max(count, -0x8000), 0x7FFF)
 
 
-def step(rate: float) -> float:
+def plant_step(rate: float) -> float:
     """Longest step [s] up to LONGEST_STEP of which the cycles at `rate` [Hz] are whole multiples."""
-    return 1 / (rate * math.ceil(1 / (rate * LONGEST_STEP) - 1e-9))
+    return 1 / (rate * math.ceil(1 / (rate * MAX_STEP) - 1e-9))
 
 
-def _effects(config: SimConfig) -> list[Effect]:
+def _effects(config: SimConfig) -> list[HiddenEffect]:
     for spec in config.effects:
         if spec.size is not None:
             raise BadInput(f"effect {spec.name}: its size must be turned into parameters first (sizing.resolve)")
@@ -190,7 +190,7 @@ def _effects(config: SimConfig) -> list[Effect]:
 
 
 def _plant(
-    rig: Rig, config: SimConfig, effects: Sequence[Effect], on_joint: Sequence[Sequence[Effect]], dt: float
+    rig: Rig, config: SimConfig, effects: Sequence[HiddenEffect], on_joint: Sequence[Sequence[HiddenEffect]], dt: float
 ) -> Plant:
     """The mechanism as it really is."""
     geometry, arms = rig.geometry, [Arm.of(config.links)] * 3

@@ -13,9 +13,9 @@ import numpy as np
 from drivers.canopen.bus import Link
 from drivers.canopen.setup import SYNC_ID
 from drivers.simulated.config import SimConfig
-from drivers.simulated.drive import SimulatedDrive
+from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.machine import Machine
-from drivers.simulated.service import FALLING_BEHIND, Pace, Service, move
+from drivers.simulated.service import FALLING_BEHIND, Pace, Service, advance_machine
 from recordings.rig import Rig
 
 _CHUNK = 0.001
@@ -33,7 +33,7 @@ class SimulatedRig(Service):
         self.machine = Machine(rig, config, np.random.default_rng(seed))
         self._outbox: list[tuple[int, bytes]] = []
         self.drives = [
-            SimulatedDrive(
+            SimulatedCanopenDrive(
                 drive, self.machine.dt, self._send, partial(self._measure_voltage, j), lockstep=self._lockstep
             )
             for j, drive in enumerate(rig.drives)
@@ -120,7 +120,7 @@ class SimulatedRig(Service):
         self._flush()
 
     def _advance(self, duration: float) -> None:
-        if move(self.machine, self.drives, duration):
+        if advance_machine(self.machine, self.drives, duration):
             self._update()
 
     def _update(self) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.effect import Effect, build
-from drivers.simulated.sizing import Ruler
+from drivers.simulated.effect import HiddenEffect, build
+from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -22,22 +22,22 @@ def sealed_path(recording: Path) -> Path:
     return recording.with_suffix(".sealed.json")
 
 
-def truth(rig: Rig, config: SimConfig, seed: int | None, ruler: Ruler | None = None) -> dict[str, Any]:
+def truth(rig: Rig, config: SimConfig, seed: int | None, sizer: EffectSizer | None = None) -> dict[str, Any]:
     """What the machine really is: effects (SI) with their sizes along fig5a, seed of --hidden, plant.
 
     Of each effect also whether it is one of the list of effects, and on what it depends. `ruler`: one made for this
     machine before.
     """
-    ruler = ruler or Ruler(rig, config)
+    sizer = sizer or EffectSizer(rig, config)
     return {
         "schema": 1,
         "seed": seed,
-        "effects": [_described(build(spec), ruler) for spec in config.effects],
+        "effects": [_described(build(spec), sizer) for spec in config.effects],
         "plant": config.model_dump(mode="json", exclude={"effects"}),
     }
 
 
-def _described(effect: Effect, ruler: Ruler) -> dict[str, Any]:
+def _described(effect: HiddenEffect, ruler: EffectSizer) -> dict[str, Any]:
     size = ruler.size(effect)
     if not math.isfinite(size):
         raise BadInput(f"effect {effect.name()} keeps the robot from following fig5a; choose a smaller one")

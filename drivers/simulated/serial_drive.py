@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable
 
-from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR, Axis
+from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR, SerialAxis
 from drivers.serial.drive import SIMULATED, SIMULATED_LOCKSTEP
 from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Rig
@@ -34,7 +34,7 @@ class SimulatedSerialDrive:
         """Position loop closed."""
         self.generator = SetpointGenerator(dt)
         self.drive = rig.drives[joint - 1]
-        axis = Axis(rig, joint)
+        axis = SerialAxis(rig, joint)
         self.prefix, self.port = axis.prefix, axis.port
         self._bus, self._names = rig.serial, rig.serial.registers
         self._period = 1.0 / rig.rate

@@ -25,7 +25,7 @@ from drivers.serial.protocol import END
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Counts, Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
-from drivers.simulated.service import FALLING_BEHIND, Pace, Service, move
+from drivers.simulated.service import FALLING_BEHIND, Pace, Service, advance_machine
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -173,7 +173,7 @@ class SerialRig(Service):
             self._advance(behind)
 
     def _advance(self, duration: float) -> None:
-        if move(self.machine, self.drives, duration):
+        if advance_machine(self.machine, self.drives, duration):
             for drive in self.drives:
                 drive.update(self.machine.time)
 

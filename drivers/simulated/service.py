@@ -15,7 +15,7 @@ FALLING_BEHIND = 0.5
 """Real time: if the host cannot follow, simulated time slips rather than piling up [s]."""
 
 
-class Drive(Protocol):
+class SimulatedDrive(Protocol):
     """What the machine needs of a drive."""
 
     @property
@@ -25,7 +25,7 @@ class Drive(Protocol):
     def generator(self) -> SetpointGenerator: ...
 
 
-def move(machine: Machine, drives: Sequence[Drive], duration: float) -> bool:
+def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration: float) -> bool:
     """Let time pass [s] as the drives have it; False where it is less than half a step of the plant."""
     for j, drive in enumerate(drives):
         if machine.enabled[j] != drive.powered:

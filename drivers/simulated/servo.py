@@ -9,7 +9,7 @@ from collections import deque
 from drivers.simulated.config import Servo
 
 
-class Axis:
+class PositionLoop:
     """Position P, velocity PI with feed-forward, current limit and current loop of one joint."""
 
     def __init__(self, servo: Servo, dt: float, smoothing: int) -> None:

@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import Effect, build
-from drivers.simulated.machine import Machine, step
-from drivers.simulated.base_model_residual import Motion, Remainder, remainder
+from drivers.simulated.effect import HiddenEffect, build
+from drivers.simulated.machine import Machine, plant_step
+from drivers.simulated.base_model_residual import JointMotion, BaseModelResidual, base_model_residual
 from drivers.simulated.secant import solve
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -34,7 +34,7 @@ _SHAKING = 0.3
 """How far an effect may change the acceleration, as a share of it, before the loop counts as unstable."""
 
 
-class Ruler:
+class EffectSizer:
     """Measures effects on one robot and one trajectory, of which it runs as few repetitions as the effect allows."""
 
     def __init__(self, rig: Rig, config: SimConfig, trajectory: str = "fig5a") -> None:
@@ -44,7 +44,7 @@ class Ruler:
         self._trajectory = trajectory
         self._runs: dict[int, _Run] = {}
 
-    def size(self, effect: Effect) -> float:
+    def size(self, effect: HiddenEffect) -> float:
         """The effect's size; infinite where it keeps the robot from following the trajectory.
 
         What happens at some instant is made to happen in the middle of the motion.
@@ -56,7 +56,7 @@ class Ruler:
             self._runs[effect.cycles] = _Run(self._rig, self._config, self._trajectory, effect.cycles)
         return self._runs[effect.cycles].size(effect)
 
-    def nearest(self, effect: Effect, wanted: float) -> tuple[Effect, float]:
+    def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float]:
         """The effect with the strength, of the same sign, that brings its size nearest to `wanted`; and that size.
 
         Raises:
@@ -81,7 +81,7 @@ class _Run:
 
     def __init__(self, rig: Rig, config: SimConfig, name: str, cycles: int) -> None:
         self._rig, self._config = rig, config
-        dt = step(rig.rate)
+        dt = plant_step(rig.rate)
         self._dt = _LOOK_EVERY * dt
         trajectory = load(name, rig, cycles=cycles, rate=1 / dt)
         repeating = np.flatnonzero(trajectory.repeat >= 0) // _LOOK_EVERY
@@ -94,7 +94,7 @@ class _Run:
             raise BadInput(f"the simulated robot cannot follow {name}; change its servo or its links in the sim file")
         self._bare = bare
 
-    def size(self, effect: Effect) -> float:
+    def size(self, effect: HiddenEffect) -> float:
         middle = (self._window.start + self._window.stop) / 2 * self._dt
         joints = [joint - 1 for joint in effect.joints]
         left, bare = self._left((effect.at(middle),)), self._bare
@@ -102,18 +102,18 @@ class _Run:
             return math.inf
         return _rms((left.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
 
-    def _left(self, effects: Sequence[Effect]) -> Remainder | None:
+    def _left(self, effects: Sequence[HiddenEffect]) -> BaseModelResidual | None:
         """What the base model leaves; None where the robot does not follow."""
         try:
             motion = self._follow(effects)
             error = np.abs(self._setpoints[:, -1] - motion.position)[self._window]
             if not np.max(error) < self._rig.limits.following_error:
                 return None
-            return remainder(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
+            return base_model_residual(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
         except Unreachable:
             return None
 
-    def _follow(self, effects: Sequence[Effect]) -> Motion:
+    def _follow(self, effects: Sequence[HiddenEffect]) -> JointMotion:
         """What the machine with these effects reports."""
         specs = tuple(effect.spec() for effect in effects)
         machine = Machine(self._rig, self._config.model_copy(update={"effects": specs}), np.random.default_rng(0))
@@ -125,10 +125,10 @@ class _Run:
             rows.append((machine.position(), machine.velocity(), machine.reported_torque()))
         position, velocity, torque = np.moveaxis(np.array(rows), 1, 0)
         acceleration: Floats = np.gradient(velocity, self._dt, axis=0)
-        return Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
+        return JointMotion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
 
 
-def resolve(rig: Rig, config: SimConfig, ruler: Ruler | None = None) -> SimConfig:
+def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> SimConfig:
     """The same machine, its effects given by parameters in place of sizes; `ruler`: one made for it before.
 
     Raises:
@@ -140,12 +140,12 @@ def resolve(rig: Rig, config: SimConfig, ruler: Ruler | None = None) -> SimConfi
             raise BadInput(f"effect {spec.name}: a size or '{effect.strength()}' expected, both found; remove one")
     if all(spec.size is None for spec in config.effects):
         return config
-    ruler = ruler or Ruler(rig, config)
-    resolved = tuple(_resolved(ruler, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
+    sizer = sizer or EffectSizer(rig, config)
+    resolved = tuple(_resolved(sizer, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
     return config.model_copy(update={"effects": resolved})
 
 
-def _resolved(ruler: Ruler, spec: EffectSpec, effect: Effect) -> EffectSpec:
+def _resolved(ruler: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
     if spec.size is None:
         return spec
     effect, size = ruler.nearest(effect, spec.size)

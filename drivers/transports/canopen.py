@@ -29,7 +29,7 @@ def highest_rate(rig: Rig) -> float:
 def check(rig: Rig) -> None:
     """See `Transport`."""
     for drive in rig.drives:
-        setup.setup(rig, drive)
+        setup.sdo_writes(rig, drive)
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz the cycle would take up to {bus_load(rig, rig.rate):.0%} of the bus, bus.max_load "

@@ -4,12 +4,12 @@ import math
 from contextlib import suppress
 
 from drivers.protocol import Amplifiers, Goal, Power, Report
-from drivers.serial.axis import Axis
+from drivers.serial.axis import SerialAxis
 from drivers.serial.drive import SerialDrives
-from drivers.serial.line import Line
+from drivers.serial.line import SerialLine
 from drivers.serial.port import open_port
 from drivers.serial.protocol import parse
-from drivers.serial.setup import travel
+from drivers.serial.setup import position_limits
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -22,7 +22,7 @@ _LOCKSTEP_PATIENCE = 2.0
 
 def cycle_time(rig: Rig) -> float:
     """Longest time that one cycle takes on the wire, turn-arounds included [s]."""
-    axes = [Axis(rig, joint) for joint in range(1, rig.dof + 1)]
+    axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
     return max(_line_time(rig, [axis for axis in axes if axis.port == port]) for port in rig.serial.ports)
 
 
@@ -35,20 +35,20 @@ def skew(rig: Rig) -> float:
     """How much later the last drive of a line is read than the first one [s]."""
     if len(rig.serial.ports) > 1:
         return 0.0
-    return sum(_exchange_time(rig, Axis(rig, joint), Power.ON, look=False) for joint in range(1, rig.dof))
+    return sum(_exchange_time(rig, SerialAxis(rig, joint), Power.ON, look=False) for joint in range(1, rig.dof))
 
 
-def _line_time(rig: Rig, axes: list[Axis]) -> float:
+def _line_time(rig: Rig, axes: list[SerialAxis]) -> float:
     """Every drive is led; one of them is also asked for its status, and may just be enabled."""
     led = [_exchange_time(rig, axis, Power.ON, look=False) for axis in axes]
     looked_at = [max(_exchange_time(rig, axis, power, look=True) for power in (Power.ON, Power.OFF)) for axis in axes]
     return sum(led) + max(long - short for long, short in zip(looked_at, led, strict=True))
 
 
-def _exchange_time(rig: Rig, axis: Axis, power: Power, *, look: bool) -> float:
+def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, look: bool) -> float:
     """One drive's part of a cycle [s], counted on what the driver really says and the longest replies to it."""
     bus = rig.serial
-    position = max(map(str, travel(rig, axis.drive)), key=len)
+    position = max(map(str, position_limits(rig, axis.drive)), key=len)
     status = _ANY_STATUS & ~(bus.status.fault | bus.status.off) | (bus.status.off if power is Power.OFF else 0)
     values = {
         axis.get(bus.registers.position): position,
@@ -113,17 +113,17 @@ def lead(rig: Rig) -> float:
 def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
     """See `Transport`; there are no frames to tap."""
     bus = rig.serial
-    lines: dict[str, Line] = {}
+    lines: dict[str, SerialLine] = {}
     try:
         for name in bus.ports:
-            lines[name] = Line(
+            lines[name] = SerialLine(
                 open_port(name, bus.baud),
                 name,
                 character=bus.character,
                 turnaround=bus.turnaround,
                 reply_timeout=bus.reply_timeout,
                 echo=bus.echo,
-                patience=0.0 if clock is None else _LOCKSTEP_PATIENCE,
+                least_timeout=0.0 if clock is None else _LOCKSTEP_PATIENCE,
             )
     except BadInput:
         for line in lines.values():

@@ -177,5 +177,5 @@ def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, pr
     top = found.selection.steps[-1].model.solution
     bandwidth = found.split.datasets[0].bandwidth
     choices = identify.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
-    settled = top.composition, top.x
+    settled = top.structure, top.x
     return identify.identify(files, validate, choices, lambda *_: None, settled).model

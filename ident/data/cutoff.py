@@ -21,13 +21,13 @@ from ident.filters import stretches
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
-USUAL = 30.0
+DEFAULT_CUTOFF = 30.0
 """[Hz]"""
-TOLERATED = 0.02
+MAX_NOISE_SHARE = 0.02
 """Noise of the position, propagated to torque, over the torque (both RMS within the band)."""
-KEPT = 0.95
+POWER_SHARE = 0.95
 """Share of the torque's power that is to be kept."""
-LOWEST = 1.0
+MIN_CUTOFF = 1.0
 """[Hz]"""
 
 _RESOLUTION = 0.5
@@ -78,12 +78,12 @@ def given_or_chosen(hz: float | None, samples: Samples) -> Cutoff:
     return Cutoff(hz, "given")
 
 
-def choose(position: Floats, torque: Floats, rate: float, tolerated: float = TOLERATED) -> Cutoff:
+def choose(position: Floats, torque: Floats, rate: float, tolerated: float = MAX_NOISE_SHARE) -> Cutoff:
     """The low-pass for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides.
 
     tolerated: propagated noise of the position, over the torque.
     """
-    return decide(spectra(position, torque, rate), rate, tolerated)
+    return choose_from_spectra(spectra(position, torque, rate), rate, tolerated)
 
 
 def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:
@@ -93,14 +93,14 @@ def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:
     return [one for one in found if one is not None]
 
 
-def decide(joints: Sequence["Spectra"], rate: float, tolerated: float = TOLERATED) -> Cutoff:
+def choose_from_spectra(joints: Sequence["Spectra"], rate: float, tolerated: float = MAX_NOISE_SHARE) -> Cutoff:
     """The low-pass that suits all `joints` at `rate` [Hz]; `tolerated` as of `choose`."""
     highest = _permitted(rate)
-    wanted = max([USUAL, *(one.reach() for one in joints)])
-    encoder = max(LOWEST, min((one.limit(tolerated) for one in joints), default=np.inf))
+    wanted = max([DEFAULT_CUTOFF, *(one.signal_bandwidth() for one in joints)])
+    encoder = max(MIN_CUTOFF, min((one.noise_limit(tolerated) for one in joints), default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
     if wanted <= min(encoder, highest):
-        return Cutoff(hz, "signal" if wanted > USUAL else "usual")
+        return Cutoff(hz, "signal" if wanted > DEFAULT_CUTOFF else "usual")
     return Cutoff(hz, "encoder" if encoder < highest else "rate")
 
 
@@ -114,11 +114,11 @@ class Spectra:
     """[(rad/s^2)^2/Hz]"""
     torque: Floats
     """[(N m)^2/Hz]"""
-    common: Floats
+    cross_spectrum: Floats
     """Cross spectrum of torque and acceleration, real part."""
     rate: float
     """[Hz]"""
-    averaged: int
+    averages: int
     """Independent spectra, about, whose mean they are."""
 
     @classmethod
@@ -156,14 +156,14 @@ class Spectra:
         """Torque per acceleration where the acceleration is clear of noise, roughly [kg m^2]."""
         clear = self.acceleration > _CLEAR * self.position_noise * self._omega**4
         power = self.acceleration[clear].sum()
-        return float(abs(self.common[clear].sum()) / power) if power else 0.0
+        return float(abs(self.cross_spectrum[clear].sum()) / power) if power else 0.0
 
-    def reach(self) -> float:
+    def signal_bandwidth(self) -> float:
         """The frequency [Hz] below which KEPT of the torque's power above its noise lies."""
         signal = np.cumsum(np.maximum(self.torque - self.torque_noise, 0.0))
-        return float(self.frequency[np.searchsorted(signal, KEPT * signal[-1])])
+        return float(self.frequency[np.searchsorted(signal, POWER_SHARE * signal[-1])])
 
-    def limit(self, tolerated: float = TOLERATED) -> float:
+    def noise_limit(self, tolerated: float = MAX_NOISE_SHARE) -> float:
         """The frequency [Hz] up to which the propagated noise of the position stays below what is `tolerated`."""
         noise = np.cumsum(self.inertia**2 * self.position_noise * self._omega**4)
         small = noise <= tolerated**2 * np.cumsum(self.torque)
@@ -177,12 +177,12 @@ class Spectra:
     def _floor(self, density: Floats) -> float:
         empty = density[self.frequency[1:] > _EMPTY * self.rate]
         # The median of the chi-square distribution that averaged spectra have (Wilson and Hilferty), over its mean.
-        return float(np.median(empty) / (1 - 1 / (9 * self.averaged)) ** 3)
+        return float(np.median(empty) / (1 - 1 / (9 * self.averages)) ** 3)
 
 
 def _permitted(rate: float) -> float:
     """A tenth of the rate, which leaves room for the derivatives; slow recordings must do with a fifth."""
-    return max(rate / 10, min(USUAL, rate / 5))
+    return max(rate / 10, min(DEFAULT_CUTOFF, rate / 5))
 
 
 def _round_down(hz: float) -> float:

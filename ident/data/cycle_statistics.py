@@ -44,7 +44,7 @@ class Trend:
 
 
 @dataclass(frozen=True)
-class Split:
+class CycleStatistics:
     """Mean square of one joint's residual = repeating + noise + trend (only a significant one).
 
     All are unbiased, so one that is near zero may come out slightly negative.
@@ -95,7 +95,7 @@ def by_cycle(dataset: Dataset, x: Floats) -> Floats:
     return table
 
 
-def split(residual: Floats) -> tuple[Split, ...] | None:
+def of_cycles(residual: Floats) -> tuple[CycleStatistics, ...] | None:
     """What repeats in `residual` (cycles, phases, dof) and what does not, joint by joint.
 
     None where no joint can be judged: at least two repetitions with samples at the same phase are needed.
@@ -105,19 +105,19 @@ def split(residual: Floats) -> tuple[Split, ...] | None:
     return judged if len(judged) == len(joints) else None
 
 
-def pooled(splits: Sequence[tuple[Split, ...]]) -> tuple[Split, ...] | None:
+def pooled(splits: Sequence[tuple[CycleStatistics, ...]]) -> tuple[CycleStatistics, ...] | None:
     """One split per joint for several recordings, weighted by their samples; the clearest trend is kept."""
     return tuple(_pooled(joint) for joint in zip(*splits, strict=True)) if splits else None
 
 
-def _pooled(parts: Sequence[Split]) -> Split:
+def _pooled(parts: Sequence[CycleStatistics]) -> CycleStatistics:
     samples = [part.samples for part in parts]
 
     def mean(name: str) -> float:
         return float(np.average([getattr(part, name) for part in parts], weights=samples))
 
     trends = [part.trend for part in parts if part.trend]
-    return Split(
+    return CycleStatistics(
         samples=sum(samples),
         cycles=min(part.cycles for part in parts),
         total=mean("total"),
@@ -128,9 +128,9 @@ def _pooled(parts: Sequence[Split]) -> Split:
     )
 
 
-def of(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[Split, ...] | None:
+def of_residuals(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[CycleStatistics, ...] | None:
     """The split of `residuals` (m, dof), one array for each of `datasets`; None where nothing repeats."""
-    splits = [split(by_cycle(dataset, residual)) for dataset, residual in zip(datasets, residuals, strict=True)]
+    splits = [of_cycles(by_cycle(dataset, residual)) for dataset, residual in zip(datasets, residuals, strict=True)]
     return pooled([part for part in splits if part])
 
 
@@ -144,7 +144,7 @@ def _between_rows(x: Floats, shift: float) -> Floats:
     return convolve(x, taps / taps.sum())
 
 
-def _split(x: Floats) -> Split | None:
+def _split(x: Floats) -> CycleStatistics | None:
     """`x` (cycles, phases)."""
     from scipy.stats import f
 
@@ -164,7 +164,7 @@ def _split(x: Floats) -> Split | None:
     freedom = _freedom(deviation)
     cycles = samples / phases
     ratio = (repeating + noise / cycles) * cycles / noise if noise > 0 else np.inf
-    return Split(
+    return CycleStatistics(
         samples=samples,
         cycles=len(x),
         total=total,

@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data import preprocessing
 from ident.data.cutoff import Cutoff
-from ident.data.preprocessing import Prepared
+from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, sample
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
@@ -17,9 +17,9 @@ from recordings.recording import Floats, Ints, Recording
 
 BLOCK = 4096
 """Conditioned samples that are made at a time."""
-LEAST_ROWS = 10
+MIN_ROWS_PER_PARAMETER = 10
 """Usable samples per parameter below which nothing is fitted."""
-LONGEST = 4.0
+MAX_CYCLE = 4.0
 """Seconds that are drawn at most where curves must be told apart."""
 
 
@@ -59,15 +59,15 @@ class Dataset:
         torque = self.torque if self.offset is None else self.torque - self.offset
         return self.regressor.swapaxes(0, 1)[usable], torque.T[usable]
 
-    def computed(self, parameters: Floats) -> Floats:
+    def predicted_torque(self, parameters: Floats) -> Floats:
         """Torque (m, dof) [N m] that the model computes with `parameters` (k,)."""
         computed: Floats = self.regressor @ parameters
         return computed if self.offset is None else computed + self.offset
 
 
-def first_repetition(dataset: Dataset) -> slice:
+def first_cycle(dataset: Dataset) -> slice:
     """The first usable samples, one period of the motion or LONGEST, whichever is shorter."""
-    seconds = min(dataset.recording.run.period or LONGEST, LONGEST)
+    seconds = min(dataset.recording.run.period or MAX_CYCLE, MAX_CYCLE)
     first = int(np.argmax(np.isfinite(dataset.torque).any(axis=1)))
     return slice(first, first + int(seconds * dataset.rate) + 1)
 
@@ -88,17 +88,17 @@ def build(recording: Recording, mechanism: Mechanism, method: str, cutoff: float
         raise BadInput(f"{recording.path.name}: {error}") from None
 
 
-def assemble(recording: Recording, samples: Samples, prepared: Prepared, mechanism: Mechanism) -> Dataset:
+def assemble(recording: Recording, samples: Samples, prepared: Preprocessed, mechanism: Mechanism) -> Dataset:
     """The rows of `recording`, whose `samples` have been `prepared`, with the regressor of `mechanism`.
 
     Raises:
         BadInput: too few rows, or angles at which the mechanism does not close.
     """
     regressor = _conditioned(prepared, mechanism.regressor, mechanism.pointwise)
-    keep = slice(None, None, prepared.step)
+    keep = slice(None, None, prepared.decimation)
     instants = prepared.instants[keep]
-    usable = np.isfinite(prepared.torque) & np.isfinite(regressor).all(axis=2) & samples.wanted[instants, None]
-    _refuse_few(recording, int(usable.sum(axis=0).min()), LEAST_ROWS * regressor.shape[2])
+    usable = np.isfinite(prepared.torque) & np.isfinite(regressor).all(axis=2) & samples.selected[instants, None]
+    _refuse_few(recording, int(usable.sum(axis=0).min()), MIN_ROWS_PER_PARAMETER * regressor.shape[2])
     return Dataset(
         recording=recording,
         time=instants / samples.rate,
@@ -135,13 +135,13 @@ def build_all(
     )
 
 
-def _conditioned(prepared: Prepared, columns: Callable[[Motion], Floats], pointwise: bool) -> Floats:
+def _conditioned(prepared: Preprocessed, columns: Callable[[Motion], Floats], pointwise: bool) -> Floats:
     """What `columns` makes of the motion, conditioned: (m, ...).
 
     Columns of a long recording at full rate do not fit into memory. Where an instant's columns depend on nothing else
     (`pointwise`), they are made and conditioned in blocks, each with the surroundings that the filter looks at.
     """
-    n, step, reach = len(prepared.motion.position), prepared.step, prepared.reach
+    n, step, reach = len(prepared.motion.position), prepared.decimation, prepared.half_width
     if not pointwise or reach is None:
         return prepared.condition(columns(prepared.motion))
     before = -(-reach // step)
@@ -158,7 +158,7 @@ def _conditioned(prepared: Prepared, columns: Callable[[Motion], Floats], pointw
     return whole
 
 
-def _nominal(prepared: Prepared, mechanism: Mechanism) -> Floats | None:
+def _nominal(prepared: Preprocessed, mechanism: Mechanism) -> Floats | None:
     first = _part(prepared.motion, slice(1))
     if mechanism.nominal_torque(first) is None:
         return None

@@ -7,9 +7,9 @@ import numpy as np
 
 from recordings.recording import Recording
 
-LONGEST = 150.0
+MAX_DURATION = 150.0
 """Recordings up to this are used whole [s]; of longer ones about so much."""
-PARTS = 6
+COUNT = 6
 """From beginning to end, so that slow changes are seen."""
 _MARGIN = 1.0
 """Kept on both sides for the filters [s]."""
@@ -27,16 +27,16 @@ class Excerpt:
 def excerpts(recording: Recording) -> list[Excerpt]:
     """`recording` itself, or PARTS of it at even distances, of whole cycles where there are enough."""
     time = recording.time
-    if time[-1] - time[0] <= LONGEST:
+    if time[-1] - time[0] <= MAX_DURATION:
         return [Excerpt(recording, 0.0)]
-    length = LONGEST / PARTS
+    length = MAX_DURATION / COUNT
     cycles = np.unique(recording.repeat[recording.repeat >= 0])
     each = max(2, round(length / recording.run.period)) if len(cycles) else 0
-    if len(cycles) >= PARTS * each > 0:
-        first = np.linspace(0, len(cycles) - each, PARTS).round().astype(int)
+    if len(cycles) >= COUNT * each > 0:
+        first = np.linspace(0, len(cycles) - each, COUNT).round().astype(int)
         spans = [_span(recording, cycles[start], cycles[start + each - 1]) for start in first]
     else:
-        spans = [(start, start + length) for start in np.linspace(time[0], time[-1] - length, PARTS)]
+        spans = [(start, start + length) for start in np.linspace(time[0], time[-1] - length, COUNT)]
     return [_part(recording, start - _MARGIN, end + _MARGIN) for start, end in spans]
 
 

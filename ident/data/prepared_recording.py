@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data import preprocessing
 from ident.data.dataset import Dataset, assemble
-from ident.data.preprocessing import Prepared
+from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, sample
 from ident.dynamics import mechanisms, rods
 from ident.dynamics.effect_inputs import View
@@ -20,7 +20,7 @@ from recordings.rig import Rig
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class CorrectedMotion:
     """What the machine did, as its encoders and its rig file say once they are corrected: n instants."""
 
     rig: Rig
@@ -32,7 +32,7 @@ class Path:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    def view(self, course: "Course", load: Floats) -> View:
+    def effect_inputs(self, course: "PreparedRecording", load: Floats) -> View:
         """What effects see of it, with the `load` of a composition (k or k + 1,)."""
         parameters, m_d = load[: len(self.mechanism.parameters)], float(load[len(self.mechanism.parameters) :].sum())
         rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
@@ -45,19 +45,19 @@ class Path:
 
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
         by_name["m_d"] = m_d
-        rate, bandwidth = course.samples.rate, course.prepared.bandwidth
+        rate, bandwidth = course.samples.rate, course.preprocessed.bandwidth
         return View(self.rig, rate, course.time, self.motion, rigid_at, bandwidth, by_name)
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class PreparedRecording:
     """A recording with its samples, filters and measured torque."""
 
     samples: Samples
-    prepared: Prepared
+    preprocessed: Preprocessed
     dataset: Dataset
     method: str
-    path: Path
+    as_recorded: CorrectedMotion
     """As the recording and its rig file have it."""
     start: float = 0.0
     """On the clock that effects see [s]: not 0 for a part of a longer recording."""
@@ -70,7 +70,7 @@ class Course:
     @cached_property
     def time(self) -> Floats:
         """(n,) of the motion's instants [s]."""
-        seconds: Floats = self.start + self.prepared.instants / self.samples.rate
+        seconds: Floats = self.start + self.preprocessed.instants / self.samples.rate
         return seconds
 
     @cached_property
@@ -80,16 +80,16 @@ class Course:
 
     def condition(self, x: Floats) -> Floats:
         """`x` (n, ...) filtered and decimated as the torque was: (m, ...)."""
-        return self.prepared.condition(x)
+        return self.preprocessed.condition(x)
 
-    def corrected(self, rig: Rig, position: Callable[[Floats], Floats]) -> Path:
+    def corrected_motion(self, rig: Rig, position: Callable[[Floats], Floats]) -> CorrectedMotion:
         """The path if the rig were `rig`, and the encoders' angles what `position` makes of those recorded."""
         samples = replace(self.samples, position=position(self.samples.position))
-        motion = preprocessing.load(self.method)(samples, self.prepared.bandwidth).motion
-        return Path(rig, motion, mechanisms.create(rig))
+        motion = preprocessing.load(self.method)(samples, self.preprocessed.bandwidth).motion
+        return CorrectedMotion(rig, motion, mechanisms.create(rig))
 
 
-def prepare(recording: Recording, method: str, cutoff: float | None, start: float = 0.0) -> Course:
+def prepare(recording: Recording, method: str, cutoff: float | None, start: float = 0.0) -> PreparedRecording:
     """Preprocess `recording`, which begins at `start` [s], by `method` at `cutoff` [Hz], or the method's own.
 
     Raises:
@@ -103,4 +103,4 @@ def prepare(recording: Recording, method: str, cutoff: float | None, start: floa
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
     dataset = replace(dataset, time=dataset.time + start)
-    return Course(samples, prepared, dataset, method, Path(recording.rig, prepared.motion, mechanism), start)
+    return PreparedRecording(samples, prepared, dataset, method, CorrectedMotion(recording.rig, prepared.motion, mechanism), start)

@@ -9,17 +9,17 @@ from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
-LEAST_TRAVEL = 1e-3
+MIN_TRAVEL = 1e-3
 """A joint that moves less than this is held still [rad or m]."""
-ON_TIME = 0.1
+MAX_LATENESS = 0.1
 """A sample that is further than this from its SYNC, in sample periods, is not of an even grid."""
-LEAST_RATE = 5.0
+MIN_RATE = 5.0
 """Slower recordings show no dynamics of a drive; mostly their time is in another unit [Hz]."""
-LONGEST_STEP = 2.0
+MAX_STEP = 2.0
 """Samples further apart than this, in sample periods, have a gap between them."""
-LONGEST_DELAYED = 1.6
+MAX_DELAYED_STEP = 1.6
 """Likewise where one is due in every period, but measured somewhat later than its instant."""
-AT_REST = 0.01
+REST_SHARE = 0.01
 """A motion begins when a joint has left its place by this share of its travel."""
 
 
@@ -41,7 +41,7 @@ class Samples:
     """(n,) repetition of the motion; -1 outside of all."""
     phase: Floats
     """(n,) time since the repetition began [s]; NaN outside of all."""
-    wanted: Bools
+    selected: Bools
     """(n,) False while approaching and stopping, or at rest before and after a motion that is not marked."""
 
 
@@ -76,7 +76,7 @@ def sample(recording: Recording) -> Samples:
         slope=slope,
         repeat=repeat,
         phase=phase,
-        wanted=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
+        selected=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
     )
 
 
@@ -107,7 +107,7 @@ def _refuse_useless(recording: Recording, drive: Floats) -> None:
         zip(recording.position[motion].T, drive[motion].T, strict=True), start=1
     ):
         position, signal = position[np.isfinite(position)], signal[np.isfinite(signal)]
-        if not len(position) or np.ptp(position) < LEAST_TRAVEL:
+        if not len(position) or np.ptp(position) < MIN_TRAVEL:
             raise BadInput(f"{name}: joint {joint} should move, but its position is constant; record a motion")
         if not len(signal) or np.ptp(signal) == 0:
             found = f"{signal[0]:g} {units[joint - 1]} throughout" if len(signal) else "never received"
@@ -128,9 +128,9 @@ def _refuse_backwards(recording: Recording) -> None:
 
 
 def _refuse_slow(recording: Recording, rate: float) -> None:
-    if rate < LEAST_RATE:
+    if rate < MIN_RATE:
         raise BadInput(
-            f"{recording.path.name}: at least {LEAST_RATE:g} samples per second expected, {rate:.3g} found in "
+            f"{recording.path.name}: at least {MIN_RATE:g} samples per second expected, {rate:.3g} found in "
             f"{recording.time[-1]:.0f} s; check that time is in seconds, and not in milliseconds"
         )
 
@@ -175,7 +175,7 @@ def _on_grid(
     if delay is not None:
         time = time + delay
     instants = np.arange(index[-1] + 1) / rate
-    longest = (LONGEST_DELAYED if even else LONGEST_STEP) / rate
+    longest = (MAX_DELAYED_STEP if even else MAX_STEP) / rate
     columns = [_interpolated(own, signal, instants, longest) for own, signal in zip(time.T, x.T, strict=True)]
     return np.stack(columns, axis=1)
 
@@ -183,7 +183,7 @@ def _on_grid(
 def _is_even(recording: Recording, index: Ints) -> bool:
     """Whether every sample is on time for the SYNC `index` (n,), and no two for the same."""
     off = np.abs(recording.time * recording.run.rate - index)
-    return bool((np.diff(index) >= 1).all() and off.max() <= ON_TIME)
+    return bool((np.diff(index) >= 1).all() and off.max() <= MAX_LATENESS)
 
 
 def _on_every_instant(x: Floats, index: Ints) -> Floats:
@@ -235,7 +235,7 @@ def _repetitions(recording: Recording, index: Ints, rate: float) -> tuple[Ints, 
 
 def _in_motion(position: Floats) -> Bools:
     """(n,) True from where the first joint has left the place it began at, until the last is where it ends."""
-    away = AT_REST * (np.nanmax(position, axis=0) - np.nanmin(position, axis=0))
+    away = REST_SHARE * (np.nanmax(position, axis=0) - np.nanmin(position, axis=0))
     known = np.isfinite(position)
     first = position[known.argmax(axis=0), np.arange(position.shape[1])]
     last = position[len(position) - 1 - known[::-1].argmax(axis=0), np.arange(position.shape[1])]

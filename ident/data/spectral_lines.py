@@ -12,7 +12,7 @@ import numpy as np
 from ident.data.dataset import Dataset
 from recordings.recording import Floats
 
-LOWEST = 1.0
+MIN_FREQUENCY = 1.0
 """Slower than this is no vibration [Hz]."""
 _CHANCE = 1e-6
 """Probability that the highest peak of noise is as high."""
@@ -25,7 +25,7 @@ _AROUND = 2.0
 
 
 @dataclass(frozen=True)
-class Line:
+class SpectralLine:
     """A vibration of one joint."""
 
     frequency: float
@@ -34,7 +34,7 @@ class Line:
     """[(N m)^2]"""
 
 
-def lines(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[Line | None, ...]:
+def strongest_lines(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[SpectralLine | None, ...]:
     """The strongest line of each joint in `residuals` (m, dof), if it stands out of the noise in any recording."""
     dof = residuals[0].shape[1]
     found = []
@@ -45,7 +45,7 @@ def lines(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[Lin
     return tuple(found)
 
 
-def _line(dataset: Dataset, residual: Floats) -> Line | None:
+def _line(dataset: Dataset, residual: Floats) -> SpectralLine | None:
     """Of one joint of one recording."""
     differing, kept = _differing(dataset, residual)
     known = np.isfinite(differing)
@@ -55,7 +55,7 @@ def _line(dataset: Dataset, residual: Floats) -> Line | None:
     size = _PADDING * (1 << int(np.ceil(np.log2(len(differing)))))
     power = np.abs(np.fft.rfft(np.where(known, differing, 0.0), size)) ** 2 / count
     frequency = np.fft.rfftfreq(size, 1 / dataset.rate).astype(np.float64)
-    inside = (frequency > LOWEST) & (frequency < dataset.bandwidth)
+    inside = (frequency > MIN_FREQUENCY) & (frequency < dataset.bandwidth)
     if not inside.any() or not power[inside].any():
         return None
     # What was taken off lies at the motion's own frequencies, and makes the level seem lower.
@@ -66,7 +66,7 @@ def _line(dataset: Dataset, residual: Floats) -> Line | None:
     if power[peak] / noise < _STEEP * np.log(independent / _CHANCE):
         return None
     # A sine of amplitude A gives a peak of A^2 count / 4, and has the mean square A^2 / 2.
-    return Line(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * kept)
+    return SpectralLine(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * kept)
 
 
 def _differing(dataset: Dataset, residual: Floats) -> tuple[Floats, float]:

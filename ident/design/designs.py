@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.cutoff import USUAL
+from ident.data.cutoff import DEFAULT_CUTOFF
 from ident.design.discrimination import LEAST, Pair, rivals
 from ident.design.motions import repeated
 from ident.design.problem import Criterion
@@ -74,7 +74,7 @@ def excitation(order: Order, mechanism: Mechanism, criterion: Criterion, progres
         BadInput: there is no motion within the limits.
     """
     reference = order.compared
-    before = judge(reference, order.rig, mechanism, order.noise, USUAL) if reference else None
+    before = judge(reference, order.rig, mechanism, order.noise, DEFAULT_CUTOFF) if reference else None
     against = order.against or (reference.name if reference else None)
     return _found(order, mechanism, criterion, against, before, progress)
 
@@ -102,7 +102,7 @@ def discrimination(
     mechanism = mechanism.sampled(reference.rate).as_strong_as_on(repeated(reference))
     for other in recorded[1:]:
         mechanism = mechanism.sampled(other.trajectory.rate).beside(repeated(other.trajectory))
-    before = judge(reference, order.rig, mechanism, order.noise, USUAL)
+    before = judge(reference, order.rig, mechanism, order.noise, DEFAULT_CUTOFF)
     against = reference.name if recorded else order.against or reference.name
     if recorded:
         mechanism = mechanism.sampled(reference.rate).beside(repeated(reference))
@@ -141,7 +141,7 @@ def _found(
         noise=order.noise,
         seconds=after.cycles * after.period,
         parameters=mechanism.parameters,
-        after=judge(after, order.rig, mechanism, order.noise, USUAL),
+        after=judge(after, order.rig, mechanism, order.noise, DEFAULT_CUTOFF),
         against=against,
         before=before,
     )

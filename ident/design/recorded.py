@@ -46,7 +46,7 @@ def recorded(paths: Sequence[Path]) -> list[Recorded]:
 
 def _seen(recording: Recording) -> Recorded:
     course = prepare(recording, "parallel", None)
-    rig, motion = recording.rig, course.path.motion
+    rig, motion = recording.rig, course.as_recorded.motion
     regressor = course.condition(with_effects(rig, always_true(rig)).regressor(motion))
     torque = course.dataset.torque
     usable = course.usable & np.isfinite(regressor).all(axis=2)

@@ -1,4 +1,4 @@
-"""The answer to a diagnosis in words and numbers."""
+"""Convert a diagnosis to the document that is printed: sentences and numbers."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -28,16 +28,17 @@ from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import source
 from recordings.recording import Floats
 
-_NOTHING = 0.01
-"""Share of the loss that an effect may as well gain by chance."""
-_ABSORBED = 0.05
-"""An effect that would have gained this share of the loss at first, and nothing at the end, is in others."""
+_CHANCE_LEVEL = 0.01
+"""Share of the loss that an effect may explain by chance."""
+_MIN_ABSORBED = 0.05
+"""An effect counts as absorbed if it explained more than this share of the first loss, and less than half of its
+first share of the final loss."""
 
 
 def to_document(found: Diagnosis) -> Document:
-    """All that the diagnosis says."""
+    """The document of a `diagnosis`."""
     material, ladder = found.split, found.selection
-    rig = material.predictors[0].course.path.rig
+    rig = material.predictors[0].prepared.as_recorded.rig
     verdict = _verdict(found)
     return Document(
         schema=1,
@@ -59,9 +60,9 @@ def to_document(found: Diagnosis) -> Document:
             why=found.unexplained.sentence,
             structured_rms=_numbers(found.unexplained.rms),
         ),
-        next_motion=next_motion(found, _news(found)),
+        next_motion=next_motion(found, _new_findings(found)),
         cautions=(
-            *_beside_unknown(found),
+            *_bias_caution(found),
             *data_warnings(material, ladder.steps[-1].model, ladder.noise_floor, found.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(material, range(len(material.datasets)))),
@@ -69,7 +70,7 @@ def to_document(found: Diagnosis) -> Document:
 
 
 def write_learned_curve(found: Diagnosis, path: Path) -> LearnedCurveEntry | None:
-    """Write the curves that stand in for what remains to the effect file `path`; None if there are none that hold."""
+    """Write the learned curves to the effect file `path`; None if there are none that the test rows support."""
     learned = found.learned
     if learned is None or not learned.supported:
         return None
@@ -91,28 +92,31 @@ def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
 
 
-def _news(found: Diagnosis) -> list[Finding]:
-    """Findings that are not true of any such machine anyway, nor in the model already."""
-    begun = _begun(found)
+def _new_findings(found: Diagnosis) -> list[Finding]:
+    """Findings that are neither mandatory effects nor part of the initial model, and that the test rows support."""
+    begun = _initial_effects(found)
     return [
         one
         for one in merge_repeated(found.selection.findings)
-        if not one.term.effect.always_true and one.term.name not in begun and _borne_out(found, one)
+        if not one.term.effect.always_true and one.term.name not in begun and _is_supported(found, one)
     ]
 
 
-def _borne_out(found: Diagnosis, finding: Finding) -> bool:
-    """Whether rows that no fit saw speak for it, which has to be asked where it was added whatever it explains."""
+def _is_supported(found: Diagnosis, finding: Finding) -> bool:
+    """Whether the test rows support a finding. This is open only for forced effects, which are added in any case."""
     return not found.forced or is_supported(finding.improvement)
 
 
-def _begun(found: Diagnosis) -> set[str]:
-    """Names of the effects with which it began."""
+def _initial_effects(found: Diagnosis) -> set[str]:
+    """Names of the effects of the initial model."""
     return {term.name for term in found.selection.steps[0].model.terms}
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
-    """Each effect once: of several lines of a spectrum the one that is worth most, on the joints of all of them."""
+    """Merge the findings of the same effect: several lines of a spectrum become one finding.
+
+    The finding with the largest improvement is kept, with the joints of all of them.
+    """
     merged: dict[str, Finding] = {}
     for one in findings:
         other = merged.setdefault(one.term.name, one)
@@ -125,17 +129,17 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
 def _verdict(found: Diagnosis) -> Verdict:
     if found.unexplained.significant:
         return "unknown-structure"
-    return "missing-effect" if _news(found) else "adequate"
+    return "missing-effect" if _new_findings(found) else "adequate"
 
 
 def _sentence(found: Diagnosis, verdict: Verdict) -> str:
-    names = ", ".join(_called(one) for one in _news(found))
+    names = ", ".join(_describe(one) for one in _new_findings(found))
     if found.forced:
         left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
         if not names:
             return f"What was asked for explains nothing. {left.capitalize()} without it: {found.unexplained.sentence}"
         return f"With {names}, as asked for, {left}: {found.unexplained.sentence}"
-    begun = ", ".join(sorted(_begun(found)))
+    begun = ", ".join(sorted(_initial_effects(found)))
     model = f"The model with {begun}" if begun else "The base model"
     if verdict == "adequate":
         return "Nothing structured is left above the noise: the model is adequate on these recordings."
@@ -145,8 +149,8 @@ def _sentence(found: Diagnosis, verdict: Verdict) -> str:
     return f"{partly} that no effect of the library explains: {found.unexplained.sentence}"
 
 
-def _beside_unknown(found: Diagnosis) -> Iterator[str]:
-    """That values are not to be trusted while something else is missing."""
+def _bias_caution(found: Diagnosis) -> Iterator[str]:
+    """A caution that estimates may be biased while an effect is missing."""
     if found.unexplained.significant and found.selection.findings:
         yield (
             "Values and intervals hold if nothing else is missing, but something is: they may be off by more than "
@@ -154,7 +158,7 @@ def _beside_unknown(found: Diagnosis) -> Iterator[str]:
         )
 
 
-def _called(finding: Finding) -> str:
+def _describe(finding: Finding) -> str:
     term = finding.term
     joints = "" if term.effect.whole_robot else f" (joint {', '.join(str(joint + 1) for joint in term.joints)})"
     other = f" or {' or '.join(finding.alternatives)}" if finding.alternatives else ""
@@ -162,7 +166,7 @@ def _called(finding: Finding) -> str:
 
 
 def describe_test_data(material: SplitData) -> str:
-    """On what models are validated."""
+    """The data on which the models are validated, in words."""
     if material.other_motion:
         files = file_names(material, [i for i, held in enumerate(material.test) if held.any()])
         return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
@@ -170,7 +174,7 @@ def describe_test_data(material: SplitData) -> str:
 
 
 def step_entry(material: SplitData, rung: SelectionStep) -> StepEntry:
-    """One model of the ladder in numbers."""
+    """One model of the selection in numbers."""
     state = rung.model
     return StepEntry(
         added=rung.added,
@@ -185,7 +189,7 @@ def _parameters(material: SplitData, rung: SelectionStep) -> dict[str, Parameter
     solution = rung.model.solution
     recording = material.datasets[0].recording
     gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
-    named = solution.composition.named
+    named = solution.structure.named
     limits = confidence_intervals(material, solution, gain)
     return {
         one.name: ParameterValue(
@@ -204,7 +208,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
     effect, gain = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
     why = f"It takes away {gain.share:.0%} of the error above the noise on motion that the fit did not see"
-    if not _borne_out(found, finding):
+    if not _is_supported(found, finding):
         why = "It was asked for, but motion that the fit did not see does not bear it out"
     elif finding.alternatives:
         why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
@@ -215,7 +219,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         gain=gain.share,
         gain_ci95=gain.interval,
         status=_status(found, finding),
-        in_model=finding.term.name in _begun(found),
+        in_model=finding.term.name in _initial_effects(found),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,
         looks=effect.looks,
@@ -225,7 +229,7 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
 
 
 def _status(found: Diagnosis, finding: Finding) -> FindingStatus:
-    if not _borne_out(found, finding):
+    if not _is_supported(found, finding):
         return "not-supported"
     return "asked-for" if found.forced else "supported"
 
@@ -234,7 +238,7 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
     ladder = found.selection
     present = {one.term.name for one in ladder.findings}
     contained = {name: one.term.name for one in ladder.findings for name in one.term.effect.contains}
-    mechanism = found.split.predictors[0].course.path.rig.mechanism
+    mechanism = found.split.predictors[0].prepared.as_recorded.rig.mechanism
     for name, effect in found.library.items():
         if name in present:
             continue
@@ -247,7 +251,7 @@ def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
         elif name in contained:
             why = f"It is a part of {contained[name]}, which has been added."
             yield RejectedEntry(effect=name, status="absorbed", why=why)
-        elif ladder.last_extensions.excluded.get(name) == "imitated":
+        elif ladder.last_extensions.excluded.get(name) == "collinear":
             why = "This motion does not show it: other parameters can imitate all that it would change."
             yield RejectedEntry(effect=name, status="not-tested", why=why)
         elif name in ladder.last_extensions.excluded:
@@ -262,12 +266,12 @@ def _not_added(found: Diagnosis, name: str, present: Sequence[str]) -> RejectedE
     if found.forced:
         why = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
         return RejectedEntry(effect=name, status="not-supported", why=why)
-    if first > _ABSORBED and last < first / 2:
+    if first > _MIN_ABSORBED and last < first / 2:
         beside = ", ".join(present)
         why = f"Alone it would explain {first:.0%} of the first residual, but once {beside} is in, {last:.1%}."
         return RejectedEntry(effect=name, status="absorbed", why=why)
     much = (
-        "but motion that the fit did not see does not bear it out" if last > _NOTHING else "hardly more than chance"
+        "but motion that the fit did not see does not bear it out" if last > _CHANCE_LEVEL else "hardly more than chance"
     )
     why = f"It would explain {last:.1%} of what is left, {much}."
-    return RejectedEntry(effect=name, status="not-supported", why=why, hopeless=last <= _NOTHING)
+    return RejectedEntry(effect=name, status="not-supported", why=why, hopeless=last <= _CHANCE_LEVEL)

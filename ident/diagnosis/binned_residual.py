@@ -1,4 +1,4 @@
-"""What an effect looks like: a residual over the quantity on which the effect depends."""
+"""A residual over the quantity on which an effect depends: samples and their means in bins."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,27 +10,27 @@ from recordings.recording import Floats
 
 BINS = 40
 SAMPLES = 3000
-"""Points that are drawn, about."""
-_LEAST = 8
-"""Samples in a bin; others are left out."""
+"""Approximate number of points to draw."""
+_MIN_COUNT = 8
+"""Bins with fewer samples are left out."""
 
 
 @dataclass(frozen=True, eq=False)
 class BinnedResidual:
-    """Samples, thinned out, and the mean in bins of equal width."""
+    """Thinned samples, and their means in bins of equal width."""
 
     x: Floats
     """(s,)"""
     y: Floats
     """(s,)"""
     centre: Floats
-    """(b,) mean of x in the bin."""
+    """(b,) mean of x in each bin."""
     mean: Floats
-    """(b,) mean of y in the bin."""
+    """(b,) mean of y in each bin."""
 
 
 def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joint: int) -> tuple[Floats, str]:
-    """The quantity `axis` of a joint in all rows (m,) of all recordings, and its name with its unit."""
+    """Values (m,) of the quantity `axis` of a joint over all rows of all recordings, and its label with the unit."""
     unit = datasets[0].recording.rig.position_units[joint]
     effort = datasets[0].recording.rig.effort_units[joint]
     sources: dict[str, tuple[list[Floats], str]] = {
@@ -46,13 +46,13 @@ def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Float
 
 
 def bin_means(x: Floats, y: Floats) -> BinnedResidual:
-    """`y` (m,) over `x` (m,), without gaps."""
+    """Bin `y` (m,) over `x` (m,); rows with NaN are skipped."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     edges = np.linspace(x.min(), x.max(), BINS + 1)
     number = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
     count = np.bincount(number, minlength=BINS)
-    enough = count >= _LEAST
+    enough = count >= _MIN_COUNT
     mean = np.bincount(number, y, BINS)[enough] / count[enough]
     centre = np.bincount(number, x, BINS)[enough] / count[enough]
     thin = slice(None, None, max(1, len(x) // SAMPLES))

@@ -1,4 +1,4 @@
-"""What could be added to a model: every effect of the library, looked at, and the promising ones refined."""
+"""Candidate effects for a model: screen every effect of the library and refine the most promising ones."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -14,220 +14,223 @@ from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 MAX_REFINED = 8
-"""Candidates of each round whose parameters are searched; the others promise too little."""
+"""Number of candidates whose nonlinear parameters are optimized in each round."""
 MIN_PROMISE = 0.4
-"""Nor is one that at first sight would gain less than this share of what the best has gained: a search for its
+"""A candidate is not refined if screening promises less than this share of the best reduction so far: optimizing its
 parameters seldom doubles that."""
 MIN_SIGNIFICANCE = 15.0
-"""Fall of the loss per parameter, over what noise alone makes of it, from which on it counts."""
+"""A reduction of the loss is significant if it exceeds this many times what the same number of parameters gains by
+fitting noise."""
 MIN_SHAPE_EFFECT = 0.01
-"""A shape is told by the data if, moved across its range, it changes the residual by more than this share of what is
-left, in squares."""
-_KEPT = 0.95
-"""Share of the gain that the first look promised which a search has to find to be believed."""
-_TURNED = 0.1
-"""A parameter that cannot be negative may come out so by this share of what it was, by chance."""
+"""A shape parameter is identifiable if moving it across its range changes the residual by more than this share of the
+remaining loss, in squares."""
+_MIN_REALISED = 0.95
+"""Share of the reduction promised by screening that an optimization must reach; otherwise the next start is tried."""
+_SIGN_TOLERANCE = 0.1
+"""A positive parameter may become negative by this share of its former value by chance."""
 
-_Key = tuple[tuple[str, tuple[int, ...]], ...]
+_EffectKey = tuple[tuple[str, tuple[int, ...]], ...]
 """The effects of a model, each with its joints."""
 
 
 class CandidateSearch:
-    """Finds the options beyond a model on some material, from a library of effects."""
+    """Search a library of effects for extensions of a model."""
 
-    def __init__(self, material: SplitData, library: Mapping[str, Effect]) -> None:
-        self._material, self._library = material, library
-        self._known: dict[_Key, Extensions] = {}
-        self._looked: dict[_Key, list[Candidate]] = {}
-        """From which the options of these models were found."""
+    def __init__(self, split: SplitData, library: Mapping[str, Effect]) -> None:
+        self._split, self._library = split, library
+        self._extensions: dict[_EffectKey, Extensions] = {}
+        self._screened: dict[_EffectKey, list[Candidate]] = {}
+        """The screened candidates of each model in `_extensions`."""
 
-    def extensions(self, state: FittedModel) -> Extensions:
-        """All that could be added to `state`."""
-        key = effect_key(state)
-        if key not in self._known:
-            self._known[key] = self._find(state, "")
-        return self._known[key]
+    def extensions(self, model: FittedModel) -> Extensions:
+        """All extensions of `model` by one effect."""
+        key = effect_key(model)
+        if key not in self._extensions:
+            self._extensions[key] = self._search(model, "")
+        return self._extensions[key]
 
-    def alternatives(self, name: str, without: FittedModel) -> list[FittedModel]:
-        """What could be added to `without`, a model that lacks the effect `name`, in its place."""
-        known = self._known.get(effect_key(without))
-        return [one for one in (known or self._find(without, name)).models if one.terms[-1].name != name]
+    def alternatives(self, name: str, reduced: FittedModel) -> list[FittedModel]:
+        """Extensions of `reduced`, a model without the effect `name`, by another effect."""
+        extensions = self._extensions.get(effect_key(reduced))
+        return [extension for extension in (extensions or self._search(reduced, name)).models if extension.terms[-1].name != name]
 
-    def fit(self, composition: Composition, x: Floats) -> FittedModel:
-        """`composition` fitted from `x` (K,)."""
-        solution = self._material.fit(composition, x)
-        return FittedModel(solution, self._material.residuals(solution))
+    def fit(self, structure: Composition, x: Floats) -> FittedModel:
+        """Fit the model `structure` starting from `x` (K,)."""
+        solution = self._split.fit(structure, x)
+        return FittedModel(solution, self._split.residuals(solution))
 
     def chance_reduction(self, loss: float) -> float:
-        """Fall of the loss that one more parameter makes by fitting noise."""
-        return loss / self._material.independent_rows
+        """Reduction of the loss that one more parameter gains by fitting noise."""
+        return loss / self._split.independent_rows
 
     def is_significant(self, before: float, after: float, parameters: int) -> bool:
-        """Whether the loss has fallen by more than so many `parameters` make of noise."""
+        """Whether the loss falls by more than so many `parameters` gain by fitting noise."""
         return before - after > MIN_SIGNIFICANCE * parameters * self.chance_reduction(after)
 
-    def is_redundant(self, name: str, state: FittedModel, other: FittedModel) -> bool:
-        """Whether what `other` adds contains the effect `name` of `state`, and explains no more than that."""
-        parameters = max(len(other.solution.x) - len(state.solution.x), 0)
+    def is_redundant(self, name: str, model: FittedModel, other: FittedModel) -> bool:
+        """Whether the last effect of `other` contains the effect `name` of `model` and explains no more than that."""
+        parameters = max(len(other.solution.x) - len(model.solution.x), 0)
         contained = name in other.terms[-1].effect.contains
-        return contained and not self.is_significant(state.solution.loss, other.solution.loss, parameters)
+        return contained and not self.is_significant(model.solution.loss, other.solution.loss, parameters)
 
-    def skipped_extensions(self, state: FittedModel) -> list[FittedModel]:
-        """What `options` left out beyond `state`, as it promised too little beside what was found: the best first."""
-        known = {one.terms[-1] for one in self.extensions(state).models}
-        worth = self._worth(state, self._looked[effect_key(state)])
-        others = [one for one in worth if all(one.term.name != term.name for term in known)][:MAX_REFINED]
-        return sorted((self.add(state, one) for one in others), key=lambda one: one.solution.loss)
+    def skipped_extensions(self, model: FittedModel) -> list[FittedModel]:
+        """Extensions of `model` that `extensions` did not refine because others promised more; the best first."""
+        refined = {candidate.terms[-1] for candidate in self.extensions(model).models}
+        significant = self._significant(model, self._screened[effect_key(model)])
+        skipped = [candidate for candidate in significant if all(candidate.term.name != term.name for term in refined)][:MAX_REFINED]
+        return sorted((self.add(model, candidate) for candidate in skipped), key=lambda candidate: candidate.solution.loss)
 
-    def joint_extensions(self, state: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
-        """`state` with one of its effects on one more of the `joints` (from 0)."""
+    def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
+        """Models in which one effect of `model` acts on one more of the `joints` (from 0)."""
         return [
-            self._widened(state, index, joint)
-            for index, term in enumerate(state.terms)
+            self._extend_to_joint(model, index, joint)
+            for index, term in enumerate(model.terms)
             if not (term.effect.whole_robot or term.effect.repeated)
             for joint in joints
             if joint not in term.joints
         ]
 
-    def _widened(self, state: FittedModel, index: int, joint: int) -> FittedModel:
-        """With the effect `index` on one more `joint`, which begins as the others are on the average."""
-        before, x = state.solution.composition, state.solution.x
-        term, own = state.terms[index], before.own(index, x)
-        more = tuple(sorted((*term.joints, joint)))
-        values = np.insert(own, more.index(joint), own.mean(axis=0), axis=0)
-        wider = before.without(index).plus(replace(term, joints=more))
+    def _extend_to_joint(self, model: FittedModel, index: int, joint: int) -> FittedModel:
+        """Extend the effect `index` to one more `joint`, starting from the mean of the other joints' parameters."""
+        narrow, x = model.solution.structure, model.solution.x
+        term, local = model.terms[index], narrow.own(index, x)
+        joints = tuple(sorted((*term.joints, joint)))
+        values = np.insert(local, joints.index(joint), local.mean(axis=0), axis=0)
+        extended = narrow.without(index).plus(replace(term, joints=joints))
         return self.fit(
-            wider, np.concatenate([x[~before.entries(index)], values.ravel(), before.shapes(index, x)])
+            extended, np.concatenate([x[~narrow.entries(index)], values.ravel(), narrow.shapes(index, x)])
         )
 
-    def _find(self, state: FittedModel, leave: str) -> Extensions:
-        candidates, unseen, gains = self.screen(state, leave)
-        if not leave:
-            self._looked[effect_key(state)] = candidates
-        return Extensions(tuple(self._refined(state, self._worth(state, candidates))), unseen, gains)
+    def _search(self, model: FittedModel, skip: str) -> Extensions:
+        candidates, excluded, loss_reductions = self.screen(model, skip)
+        if not skip:
+            self._screened[effect_key(model)] = candidates
+        return Extensions(tuple(self._refine(model, self._significant(model, candidates))), excluded, loss_reductions)
 
-    def _worth(self, state: FittedModel, candidates: Sequence[Candidate]) -> list[Candidate]:
-        return [one for one in candidates if self.is_significant(state.solution.loss, one.loss, one.parameter_count)]
+    def _significant(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[Candidate]:
+        return [candidate for candidate in candidates if self.is_significant(model.solution.loss, candidate.loss, candidate.parameter_count)]
 
     def screen(
-        self, state: FittedModel, leave: str = ""
+        self, model: FittedModel, skip: str = ""
     ) -> tuple[list[Candidate], Mapping[str, Exclusion], Mapping[str, float]]:
-        """What could be added, the most promising first; what does not show; what each would gain at first sight."""
-        present = {term.name for term in state.terms}
-        covered = {name for term in state.terms for name in term.effect.contains}
+        """Screen the library for effects that could be added to `model`.
+
+        Returns the candidates, the most promising first; the excluded effects with the reason; and the relative
+        reduction of the loss that each candidate promises.
+        """
+        present = {term.name for term in model.terms}
+        covered = {name for term in model.terms for name in term.effect.contains}
         library = {
             name: effect
             for name, effect in self._library.items()
-            if (name not in present or effect.repeated) and name not in covered and name != leave
+            if (name not in present or effect.repeated) and name not in covered and name != skip
         }
-        candidates, unseen = Screener(self._material, state.solution).screen(library)
-        before = state.solution.loss
-        gains = {one.term.name: 1 - one.loss / before for one in reversed(candidates)}
-        return candidates, unseen, gains
+        candidates, excluded = Screener(self._split, model.solution).screen(library)
+        before = model.solution.loss
+        loss_reductions = {candidate.term.name: 1 - candidate.loss / before for candidate in reversed(candidates)}
+        return candidates, excluded, loss_reductions
 
-    def add(self, state: FittedModel, candidate: Candidate) -> FittedModel:
-        """`state` with the `candidate`, all parameters refined."""
-        return self._signed(self._with(state, candidate), state)
+    def add(self, model: FittedModel, candidate: Candidate) -> FittedModel:
+        """Add the `candidate` to `model` and refit all parameters."""
+        return self._drop_impossible_joints(self._best_fit(model, candidate), model)
 
-    def _refined(self, state: FittedModel, candidates: Sequence[Candidate]) -> list[FittedModel]:
-        """States with each of the `candidates`, as far as they promise anything beside the best, the best first."""
-        before = state.solution.loss
-        states: list[FittedModel] = []
-        for one in candidates[:MAX_REFINED]:
-            least = min((found.solution.loss for found in states), default=before)
-            if before - one.loss < MIN_PROMISE * (before - least) and not _another(state, one):
+    def _refine(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[FittedModel]:
+        """Models with each of the `candidates` that promise enough compared with the best one; the best first."""
+        before = model.solution.loss
+        models: list[FittedModel] = []
+        for candidate in candidates[:MAX_REFINED]:
+            best = min((refined.solution.loss for refined in models), default=before)
+            if before - candidate.loss < MIN_PROMISE * (before - best) and not _is_further_line(model, candidate):
                 continue
-            states.append(self.add(state, one))
-        return sorted(states, key=lambda one: one.solution.loss)
+            models.append(self.add(model, candidate))
+        return sorted(models, key=lambda candidate: candidate.solution.loss)
 
-    def _with(self, state: FittedModel, candidate: Candidate) -> FittedModel:
-        best = min(self._found(state, candidate), key=lambda one: one.loss)
-        return FittedModel(best, self._material.residuals(best))
+    def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
+        best = min(self._fits(model, candidate), key=lambda solution: solution.loss)
+        return FittedModel(best, self._split.residuals(best))
 
-    def _found(self, state: FittedModel, candidate: Candidate) -> Iterator[Solution]:
-        """`state` with the `candidate`, from one of its starts after the other, as far as they are worth it.
+    def _fits(self, model: FittedModel, candidate: Candidate) -> Iterator[Solution]:
+        """Fit `model` with the `candidate` from one initial guess after the other.
 
-        What leaves more from each of them than there was without it has not kept what the first look promised, and
-        stays at nothing; what has kept that from one of them needs no other; but for landscapes with many valleys.
+        If every start increases the loss, the effect is set to zero. If one start realises what screening promised,
+        the others are skipped, except for effects that require a multistart.
         """
-        composition = state.solution.composition.plus(candidate.term)
-        before, many = state.solution.loss, candidate.term.effect.valleys > 1
-        begun = [
-            self._material.fit_linear(composition, np.concatenate([state.solution.x, one])) for one in candidate.initial_guesses
+        structure = model.solution.structure.plus(candidate.term)
+        before, multistart = model.solution.loss, candidate.term.effect.valleys > 1
+        starts = [
+            self._split.fit_linear(structure, np.concatenate([model.solution.x, start])) for start in candidate.initial_guesses
         ]
-        if not many and min(one.loss for one in begun) > before:
-            nothing = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
-            x = np.concatenate([state.solution.x, nothing, candidate.shapes])
-            yield self._material.fit_linear(composition, x)
+        if not multistart and min(start.loss for start in starts) > before:
+            zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
+            x = np.concatenate([model.solution.x, zeros, candidate.shapes])
+            yield self._split.fit_linear(structure, x)
             return
-        for one in begun:
-            found = self._material.refine(one)
-            yield found
-            if not many and before - found.loss >= _KEPT * (before - candidate.loss):
+        for start in starts:
+            solution = self._split.refine(start)
+            yield solution
+            if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
                 return
 
-    def _signed(self, state: FittedModel, before: FittedModel) -> FittedModel:
-        """Without the joints whose coefficients came out beyond what is possible."""
-        term, own = state.terms[-1], within_limits(state)
-        possible = [joint for joint, inside in zip(term.joints, own, strict=False) if inside]
+    def _drop_impossible_joints(self, model: FittedModel, before: FittedModel) -> FittedModel:
+        """Remove the joints on which the coefficients of the last effect are outside of their physical limits."""
+        term, within = model.terms[-1], within_limits(model)
+        possible = [joint for joint, inside in zip(term.joints, within, strict=False) if inside]
         if term.effect.whole_robot or len(term.joints) == 1 or len(possible) in (0, len(term.joints)):
-            return state
-        composition, index = state.solution.composition, len(state.terms) - 1
-        owners = [i for i, joint in enumerate(term.joints) if joint in possible]
-        values = composition.own(index, state.solution.x)[owners].ravel()
-        shapes = composition.shapes(index, state.solution.x)
-        fewer = before.solution.composition.plus(replace(term, joints=tuple(possible)))
-        return self.fit(fewer, np.concatenate([before.solution.x, values, shapes]))
+            return model
+        structure, index = model.solution.structure, len(model.terms) - 1
+        instances = [i for i, joint in enumerate(term.joints) if joint in possible]
+        values = structure.own(index, model.solution.x)[instances].ravel()
+        shapes = structure.shapes(index, model.solution.x)
+        reduced = before.solution.structure.plus(replace(term, joints=tuple(possible)))
+        return self.fit(reduced, np.concatenate([before.solution.x, values, shapes]))
 
 
-def within_limits(state: FittedModel) -> list[bool]:
-    """For each owner of the last term, whether its own parameters are within their physical range."""
-    term = state.terms[-1]
-    own = state.solution.composition.own(len(state.terms) - 1, state.solution.x)
-    lower, upper = (np.array([getattr(q, side) for q in term.own]) for side in ("lower", "upper"))
-    return [bool(((lower <= row) & (row <= upper)).all()) for row in own]
+def within_limits(model: FittedModel) -> list[bool]:
+    """For each instance of the last term, whether its local parameters are within their physical limits."""
+    term = model.terms[-1]
+    local = model.solution.structure.own(len(model.terms) - 1, model.solution.x)
+    lower, upper = (np.array([getattr(quantity, side) for quantity in term.own]) for side in ("lower", "upper"))
+    return [bool(((lower <= row) & (row <= upper)).all()) for row in local]
 
 
-def is_physical(state: FittedModel, before: FittedModel) -> bool:
-    """Whether all that the last term of `state` brought is physically possible.
+def is_physical(model: FittedModel, before: FittedModel) -> bool:
+    """Whether the last term of `model` and its influence on the mechanism's parameters are physically possible.
 
-    That is its own parameters, and what became of the mechanism's: an effect that needs friction to help the motion,
-    where there was no such thing `before`, is not there.
+    An effect is rejected if it makes a positive parameter of the mechanism negative that was not so `before`, for
+    example friction that drives the motion.
     """
-    parameters = state.solution.composition.mechanism.parameters
+    parameters = model.solution.structure.mechanism.parameters
     positive = np.array([parameter.physically_positive for parameter in parameters])
-    now, then = (one.solution.x[: len(parameters)] for one in (state, before))
-    turned = positive & (then >= 0) & (now < -_TURNED * np.abs(then))
-    return all(within_limits(state)) and not turned.any() and not _at_the_end(state)
+    now, then = (fitted.solution.x[: len(parameters)] for fitted in (model, before))
+    flipped = positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then))
+    return all(within_limits(model)) and not flipped.any() and not _shape_at_limit(model)
 
 
-def _at_the_end(state: FittedModel) -> bool:
-    """Whether the search for a shape has run into the end of its range where that is not physical any more.
-
-    A shape that these data do not tell may be anywhere.
+def _shape_at_limit(model: FittedModel) -> bool:
+    """Whether an identifiable shape parameter stopped at a limit of its range beyond which it is no longer physical.
     """
-    term, index = state.terms[-1], len(state.terms) - 1
-    shapes = zip(term.effect.shapes, state.solution.composition.shapes(index, state.solution.x), strict=True)
-    first = len(state.solution.x) - len(term.effect.shapes)
+    term, index = model.terms[-1], len(model.terms) - 1
+    shapes = zip(term.effect.shapes, model.solution.structure.shapes(index, model.solution.x), strict=True)
+    first = len(model.solution.x) - len(term.effect.shapes)
     return any(
-        ((one.open == "upper" and value >= one.upper) or (one.open == "lower" and value <= one.lower))
-        and _told(state, entry, one.upper - one.lower)
-        for entry, (one, value) in enumerate(shapes, start=first)
+        ((shape.open == "upper" and value >= shape.upper) or (shape.open == "lower" and value <= shape.lower))
+        and _is_identifiable(model, entry, shape.upper - shape.lower)
+        for entry, (shape, value) in enumerate(shapes, start=first)
     )
 
 
-def _told(state: FittedModel, entry: int, span: float) -> bool:
-    """Whether the loss depends on an `entry` of the parameter vector, anywhere in its `span`."""
-    pairs = zip(state.solution.weights, state.solution.derivatives, strict=True)
+def _is_identifiable(model: FittedModel, entry: int, span: float) -> bool:
+    """Whether the loss depends on entry `entry` of the parameter vector anywhere in its range `span`."""
+    pairs = zip(model.solution.weights, model.solution.derivatives, strict=True)
     changed = sum(float(np.nansum((weight * by_x[:, :, entry] * span) ** 2)) for weight, by_x in pairs)
-    return changed > MIN_SHAPE_EFFECT * state.solution.loss
+    return changed > MIN_SHAPE_EFFECT * model.solution.loss
 
 
-def _another(state: FittedModel, candidate: Candidate) -> bool:
-    """Whether this is one more line of a spectrum of which the model has some: each is judged for itself."""
-    return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in state.terms)
+def _is_further_line(model: FittedModel, candidate: Candidate) -> bool:
+    """Whether the candidate is a further line of a spectrum: each line is judged on its own."""
+    return candidate.term.effect.repeated and any(term.name == candidate.term.name for term in model.terms)
 
 
-def effect_key(state: FittedModel) -> _Key:
-    """What tells models apart: their effects, in any order."""
-    return tuple(sorted((term.name, term.joints) for term in state.terms))
+def effect_key(model: FittedModel) -> _EffectKey:
+    """Identify a model by its effects, in any order."""
+    return tuple(sorted((term.name, term.joints) for term in model.terms))

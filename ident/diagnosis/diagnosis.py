@@ -1,4 +1,4 @@
-"""From recordings to the answer: is anything missing, what, what else could it be, and what remains."""
+"""Diagnose recordings: missing effects, their alternatives, and the residual that remains unexplained."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +10,7 @@ import numpy as np
 from ident import filters
 from ident.data import cutoff
 from ident.data.excerpts import excerpts
-from ident.data.prepared_recording import Course, prepare
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import holds_torque, sample
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
@@ -28,45 +28,46 @@ from recordings.reader import read
 from recordings.recording import Floats, Recording
 
 MAX_ENCODER_NOISE = 0.004
-"""Encoder noise in the torque, over the torque: the smallest effects that matter are not much larger."""
+"""Largest ratio of encoder noise to torque: the smallest relevant effects are not much larger."""
 MIN_BANDWIDTH = 10.0
-"""Where coarse encoders ask for less than this, friction at reversals counts for more [Hz]."""
+"""The cut-off is not lowered below this for coarse encoders, because friction at reversals matters more [Hz]."""
 
 _TINY = 1e-12
 MAX_TORQUE_LOSS = 0.1
-"""Share of the torque, in RMS, that a low-pass must not take away because of encoder noise: ripple would be gone."""
+"""Largest share of the torque RMS that a lower cut-off may remove: otherwise ripple would be lost."""
 
 StatusCallback = Callable[[str], None]
 
 
 @dataclass(frozen=True)
 class DiagnosisOptions:
-    """What the user chose."""
+    """Options of the user."""
 
     preprocessing: str = "parallel"
     cutoff: float | None = None
     """[Hz]; None: chosen from the spectra."""
     only: tuple[str, ...] = ()
-    """Effects to add in this order, and no others; empty: whichever explain most."""
+    """Effects to add in this order, without any others; empty: stepwise selection."""
 
 
 @dataclass(frozen=True, eq=False)
 class DiagnosisInputs:
-    """What a diagnosis begins with."""
+    """Data, effects and initial model of a diagnosis."""
 
     split: SplitData
     observable: Mapping[str, Effect]
+    """Effects that such recordings can show."""
     unobservable: Mapping[str, str]
-    """Effects that such recordings cannot show, and why."""
+    """Effects that such recordings cannot show, with the reason."""
     excerpt_share: float | None
-    """Share of the recordings that is looked at, where they are too long for all."""
+    """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
 
     def initial_model(self, library: Mapping[str, Effect], model: Model | None = None) -> tuple[Composition, Floats]:
-        """The bare mechanism, or `model`, with where to begin its parameters (K,).
+        """The structure and initial parameters (K,) of `model`, or of the mechanism without effects.
 
         Raises:
             BadInput: the model is of another rig.
-        """
+        """as_recordedprepared
         path = self.split.predictors[0].course.path
         if model is None:
             bare = Composition(path.mechanism, path.rig)
@@ -77,20 +78,20 @@ class DiagnosisInputs:
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """The answer, with all that it was found from."""
+    """The result of a diagnosis, with the data behind it."""
 
     split: SplitData
     library: Mapping[str, Effect]
     unobservable: Mapping[str, str]
-    """Effects that such recordings cannot show, and why."""
+    """Effects that such recordings cannot show, with the reason."""
     selection: Selection
     unexplained: UnexplainedResidual
     learned: NonparametricFit | None
-    """Curves for the remainder, where there are any."""
+    """Learned curves for the unexplained residual, if it depends on any variable."""
     excerpt_share: float | None
-    """Share of the recordings that was looked at, where they were too long for all."""
+    """Share of the rows that was analysed, if the recordings were too long to analyse them completely."""
     forced: bool = False
-    """Whether the effects were asked for, and no others were tried."""
+    """Whether the user chose the effects and no others were tried."""
 
 
 def diagnose(
@@ -101,25 +102,25 @@ def diagnose(
     progress: StatusCallback = lambda what: None,
     initial_model: Model | None = None,
 ) -> Diagnosis:
-    """Find out which effects of the `library` the base model lacks in the recordings `files`.
+    """Find the effects of the `library` that the base model lacks in the recordings `files`.
 
-    validate: recordings of other motions, which no fit sees; without any, phase segments are held out.
-    model: with whose effects to begin.
+    validate: recordings of other motions, used only for validation; without any, phase segments are held out.
+    initial_model: the model whose effects are the starting point; None: the mechanism without effects.
 
     Raises:
-        BadInput: a recording cannot be used, they are not of the same rig, or an effect that was asked for does not
-            exist or show.
+        BadInput: a recording cannot be used, the recordings are not of the same rig, or a requested effect does not
+            exist or cannot be observed.
     """
-    _refuse(options.only, library, {})
+    _check_effects(options.only, library, {})
     asked = prepare_inputs(files, validate, library, options)
-    _refuse(options.only, library, asked.unobservable)
+    _check_effects(options.only, library, asked.unobservable)
     material, climber = asked.split, Selector(asked.split, asked.observable, progress)
     beginning = asked.initial_model(library, initial_model)
-    ladder = _ladder(climber, beginning, options)
+    ladder = _select(climber, beginning, options)
     told = material.without_saturated_rows(ladder.steps[-1].model.solution, ladder.noise_floor.rms)
     if told is not material:
         material, climber = told, Selector(told, asked.observable, progress)
-        ladder = _ladder(climber, beginning, options)
+        ladder = _select(climber, beginning, options)
     progress("what remains")
     left = estimate_unexplained(material, ladder.steps[-1].model, ladder.noise_floor)
     stand_in = None
@@ -131,7 +132,7 @@ def diagnose(
     return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt_share, bool(options.only))
 
 
-def _refuse(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
+def _check_effects(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
     for name in names:
         if name not in library:
             raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; correct it")
@@ -141,40 +142,40 @@ def _refuse(names: Sequence[str], library: Mapping[str, Effect], unobservable: M
             )
 
 
-def _ladder(climber: Selector, beginning: tuple[Composition, Floats], choices: DiagnosisOptions) -> Selection:
+def _select(climber: Selector, beginning: tuple[Composition, Floats], choices: DiagnosisOptions) -> Selection:
     return climber.select_forced(*beginning, choices.only) if choices.only else climber.select(*beginning)
 
 
 def prepare_inputs(
     files: Sequence[Path], validate: Sequence[Path], library: Mapping[str, Effect], options: DiagnosisOptions
 ) -> DiagnosisInputs:
-    """What there is to work with: recordings as `diagnose` takes them.
+    """Read and prepare recordings as `diagnose` uses them.
 
     Raises:
-        BadInput: a recording cannot be used, or they are not of the same rig.
+        BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
     refuse_the_same_twice((*files, *validate))
     recordings = [read(path) for path in (*files, *validate)]
     refuse_different_rigs(recordings)
     refuse_overlap(recordings)
-    courses, share = _courses(recordings, options)
+    courses, share = _prepare_recordings(recordings, options)
     train, held = courses[: len(files)], courses[len(files) :]
     material = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
-    return DiagnosisInputs(material, *_offered(recordings[0], library), share)
+    return DiagnosisInputs(material, *_observable_effects(recordings[0], library), share)
 
-
-def _courses(recordings: Sequence[Recording], choices: DiagnosisOptions) -> tuple[list[list[Course]], float | None]:
-    """The courses of each recording, all at the lowest cut-off that any of them asks for."""
+PreparedRecording
+def _prepare_recordings(recordings: Sequence[Recording], choices: DiagnosisOptions) -> tuple[list[list[Course]], float | None]:
+    """The prepared excerpts of each recording, all at the lowest cut-off of any, and the share of rows in them."""
     cut = [excerpts(recording) for recording in recordings]
-    choices = replace(choices, cutoff=choices.cutoff or _cutoff(recordings))
+    choices = replace(choices, cutoff=choices.cutoff or _choose_cutoff(recordings))
     courses = [
         [prepare(part.recording, choices.preprocessing, choices.cutoff, part.start) for part in parts]
         for parts in cut
-    ]
+    ]preprocessed
     lowest = min(course.prepared.bandwidth for group in courses for course in group)
     same = [
         [
-            course
+            coursepreprocessed
             if course.prepared.bandwidth == lowest
             else prepare(course.recording, choices.preprocessing, lowest, course.start)
             for course in group
@@ -186,21 +187,21 @@ def _courses(recordings: Sequence[Recording], choices: DiagnosisOptions) -> tupl
     return same, None if kept == whole else kept / whole
 
 
-def _cutoff(recordings: Sequence[Recording]) -> float:
-    """[Hz] A low-pass that leaves less of the encoders' noise than a fit would bear: effects are small."""
+def _choose_cutoff(recordings: Sequence[Recording]) -> float:
+    """A cut-off [Hz] that leaves less encoder noise than a fit would tolerate, because effects are small."""
     found = []
     for recording in recordings:
         samples = sample(excerpts(recording)[0].recording)
         position, torque = samples.position, samples.torque
-        spectra = cutoff.spectra(position, torque, samples.rate)
-        usual = cutoff.decide(spectra, samples.rate).hz
+        spectra = cutofchoose_from_spectratra(position, torque, samples.rate)
+        usual = cutoff.decide(choose_from_spectraa, samples.rate).hz
         fine = min(max(cutoff.decide(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
-        found.append(usual if _between(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
+        found.append(usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
     return min(found)
 
 
-def _between(torque: Floats, rate: float, low: float, high: float) -> float:
-    """Share of the RMS of `torque` (n, dof) up to `high` that lies above `low` [Hz], of the joint with most."""
+def _band_share(torque: Floats, rate: float, low: float, high: float) -> float:
+    """Share of the RMS of `torque` (n, dof) below `high` that lies above `low` [Hz], of the joint with most."""
     if low >= high:
         return 0.0
     more, less = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
@@ -208,8 +209,8 @@ def _between(torque: Floats, rate: float, low: float, high: float) -> float:
     return float(np.nanmax(share))
 
 
-def _offered(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:
-    """The effects that such a recording may show, and why it cannot show the others of this mechanism."""
+def _observable_effects(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:
+    """The effects that such a recording can show, and the reasons why it cannot show the others of this mechanism."""
     rig, torque_measured = recording.rig, holds_torque(recording)
     offered, unobservable = {}, {}
     for name, effect in library.items():

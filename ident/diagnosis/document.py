@@ -1,4 +1,4 @@
-"""A diagnosis as a document: what `ident diagnose --json` prints."""
+"""The JSON document of a diagnosis, as printed by `ident diagnose --json`."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -19,20 +19,20 @@ class ParameterValue(Section):
     value: float
     unit: str
     ci95: tuple[float, float] | None
-    """None where the data do not tell."""
+    """None if the parameter is not identifiable."""
     meaning: str
     lower: float | None
-    """Physical range; None where there is no limit."""
+    """Physical limits; None: unbounded."""
     upper: float | None
 
     @property
     def infinite(self) -> bool:
-        """Whether it is an instant that does not come."""
+        """Whether it is an instant that never occurs."""
         return is_never(self.value, self.unit)
 
 
 class StepEntry(Section):
-    """A model of the ladder."""
+    """One model of the selection."""
 
     added: str | None
     effects: tuple[str, ...]
@@ -43,9 +43,9 @@ class StepEntry(Section):
 
 
 def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
-    """Names of the models of a ladder, by what each has more or less than the one before.
+    """Names of the models of a selection, by the difference of their effects from the model before.
 
-    rungs: the effects of each. More than one may come at a time: what is true of any such machine is always there.
+    models: the effects of each model. A step may add several effects: mandatory effects are always included.
     """
     first, *others = rungs
     names = [f"base model with {', '.join(first)}" if first else "base model"]
@@ -57,16 +57,17 @@ def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
 
 
 FindingStatus = Literal["supported", "asked-for", "not-supported"]
-"""The latter two where nothing else was tried: what was asked for, and whether held-out rows bear it out."""
+"""The latter two apply to forced effects: requested and supported by the test rows, or requested and not supported.
+"""
 
 
 class FindingEntry(Section):
-    """An effect that is there."""
+    """An effect that was found."""
 
     effect: str
     status: FindingStatus = "supported"
     in_model: bool = False
-    """Whether the model with which the diagnosis began had it already."""
+    """Whether the initial model already contained it."""
     joints: tuple[int, ...]
     """From 1."""
     confusable_with: tuple[str, ...]
@@ -80,20 +81,20 @@ class FindingEntry(Section):
 
 
 class RejectedEntry(Section):
-    """An effect that was looked for in vain."""
+    """An effect that was tested but not found, or could not be tested."""
 
     effect: str
     status: Literal["not-supported", "not-tested", "not-observable", "absorbed"]
     why: str
     hopeless: bool = Field(default=False, exclude=True)
-    """Whether it would explain hardly more than chance does: not worth a line of its own."""
+    """Whether it would explain hardly more than chance: it needs no line of its own."""
 
 
 class Remaining(Section):
-    """What the last model leaves."""
+    """The residual of the final model."""
 
     structured_share: float
-    """Of the remaining mean square, 0 to 1."""
+    """Of the mean square of the residual, 0 to 1."""
     depends_on: tuple[str, ...]
     why: str
     structured_rms: Numbers
@@ -101,15 +102,15 @@ class Remaining(Section):
 
 
 class LearnedCurveEntry(Section):
-    """Curves in an effect file that take the place of what is not known."""
+    """Learned curves in an effect file that replace an unknown effect."""
 
     file: str
     command: str
-    """Which fits the model with them."""
+    """Command that fits the model with the curves."""
     joints: tuple[int, ...]
     """From 1."""
     over: tuple[str, ...]
-    """The variables."""
+    """The variables of the curves."""
     validate_rms: Numbers
     """Per joint, with the curves [N m]."""
     gain: float
@@ -117,14 +118,14 @@ class LearnedCurveEntry(Section):
 
 
 class NextMotion(Section):
-    """What to record next, and why."""
+    """The motion to record next, and why."""
 
     why: str
     command: str
 
 
 class Document(Section):
-    """All that a diagnosis says."""
+    """The complete result of a diagnosis."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
     verdict: Verdict
@@ -132,14 +133,14 @@ class Document(Section):
     """The verdict in words."""
     bandwidth_hz: float
     noise_rms: Numbers
-    """Per joint: the line to reach, noise with what encoder steps propagate into it [N m]."""
+    """Per joint: noise floor, including the propagated encoder quantization [N m]."""
     torque_rms: Numbers
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
     simulated: bool
     """Whether any of the recordings is of a simulated machine."""
     held_out: str
-    """On what the models were validated."""
+    """The data on which the models were validated."""
     rungs: tuple[StepEntry, ...]
     findings: tuple[FindingEntry, ...]
     rejected: tuple[RejectedEntry, ...]
@@ -147,15 +148,15 @@ class Document(Section):
     next_motion: NextMotion | None
     stand_in: LearnedCurveEntry | None = None
     cautions: tuple[str, ...] = ()
-    """What these recordings tell less well than their length promises."""
+    """Limitations of these recordings that affect the results."""
     recordings: tuple[str, ...] = ()
 
     @property
     def labels(self) -> list[str]:
-        """Names of the rungs."""
+        """Names of the models in `rungs`."""
         return labels([rung.effects for rung in self.rungs])
 
     def as_json(self) -> dict[str, Any]:
-        """As it is printed."""
+        """The document as it is printed."""
         document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
         return document

@@ -1,7 +1,7 @@
-"""Where held-out recordings go beyond what fits have seen, and whether it is there that the model fails.
+"""Warn where test recordings leave the range of the training data and the model fails there.
 
-An effect that shows only there - play where the load never changed its side, saturation that was never reached -
-cannot be known from the training; the error of the held-out rows says nothing against the model then.
+An effect that occurs only outside of that range, such as backlash without load reversal or saturation that was never
+reached, cannot be identified from the training data. The error in those rows is no evidence against the model.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,45 +16,45 @@ from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import FittedModel
 from recordings.recording import Bools, Floats
 
-_FAILS = 1.25
-"""A joint that leaves no more than so many times its floor does not fail: the floor is not known that well."""
+_MIN_FAILURE = 1.25
+"""A joint fails if its error exceeds the noise floor by this factor: the floor is not known more accurately."""
 _MARGIN = 0.02
-"""Of the range seen, by which it may be left."""
-_MOST = 0.7
-"""Share of what is above the floor that has to be beyond the range to be blamed on that."""
-_DENSER = 3.0
-"""So many times as much has to be above the floor there, row by row, as within the range."""
-_WITHIN = 0.2
-"""Share of the rows that has to be within it: a motion that is elsewhere altogether says nothing of why."""
-_ONE = 0.5
-"""Share of it that a single stretch of time may hold: more is an event, and may be anything."""
-_SPREAD = 1.5
-"""A filter spreads what happens at an instant over so many periods of the bandwidth."""
+"""Share of the training range by which it may be exceeded."""
+_MIN_BLAMED_SHARE = 0.7
+"""Share of the excess error that must lie outside of the range to be explained by it."""
+_MIN_DENSITY_RATIO = 3.0
+"""Per row, the excess error outside of the range must be this many times that inside."""
+_MIN_INSIDE_SHARE = 0.2
+"""Share of the rows that must lie inside the range: a motion entirely outside of it explains nothing."""
+_MAX_BLOCK_SHARE = 0.5
+"""Share of the excess error that a single block of time may hold: more is an isolated event."""
+_FILTER_SPREAD = 1.5
+"""A filter spreads an instantaneous event over this many periods of the bandwidth."""
 _TINY = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class TrainingRange:
-    """Of a quantity of one joint, as the fits have seen it."""
+    """The range of a quantity of one joint in the training rows."""
 
     joint: int
     """From 0."""
     text: str
-    """In words, with its unit."""
+    """Description with the unit."""
     outside: tuple[Bools, ...]
-    """(m,) of each recording."""
+    """(m,) rows of each recording outside of the range."""
 
 
 def extrapolation_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
-    """A sentence for each range that held-out recordings leave, and where the model `state` fails for it."""
+    """Yield one sentence for each range that the test recordings leave, if the `model` fails there."""
     if not material.other_motion:
         return
-    failing = np.flatnonzero(rms(state.residuals, material.test) > _FAILS * floor.rms)
+    failing = np.flatnonzero(rms(state.residuals, material.test) > _MIN_FAILURE * floor.rms)
     ranges = list(_ranges(material)) if len(failing) else []
     blamed: dict[str, list[tuple[int, float]]] = {}
     for joint in map(int, failing):
-        shares = [(_share(material, state, floor, one.outside, joint), one) for one in ranges]
-        found = [(share, one) for share, one in shares if share > _MOST]
+        shares = [(_excess_share(material, state, floor, one.outside, joint), one) for one in ranges]
+        found = [(share, one) for share, one in shares if share > _MIN_BLAMED_SHARE]
         if found:  # what the joint itself does is the likelier reason
             share, one = max(found, key=lambda each: (each[1].joint == joint, each[0]))
             blamed.setdefault(one.text, []).append((joint + 1, min(share, 1.0)))
@@ -86,21 +86,21 @@ def _range(material: SplitData, values: Sequence[Floats], seen: Floats, joint: i
     low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
     margin = _MARGIN * (high - low)
     outside = tuple(
-        _spread((one < low - margin) | (one > high + margin), data.rate * _SPREAD / data.bandwidth)
+        _dilated((one < low - margin) | (one > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
         for one, data in zip(values, material.datasets, strict=True)
     )
     text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
     return TrainingRange(joint, text, outside)
 
 
-def _spread(rows: Bools, by: float) -> Bools:
-    """(m,) also those rows that are no more than so many away."""
+def _dilated(rows: Bools, by: float) -> Bools:
+    """(m,) `rows`, extended by `distance` rows to both sides."""
     around: Bools = maximum_filter1d(rows, 2 * int(by) + 1)
     return around
 
 
-def _share(material: SplitData, state: FittedModel, floor: NoiseFloor, outside: Sequence[Bools], joint: int) -> float:
-    """Of the mean square above the floor that a `joint` leaves held out, that of the rows `outside`."""
+def _excess_share(material: SplitData, state: FittedModel, floor: NoiseFloor, outside: Sequence[Bools], joint: int) -> float:
+    """Share of the excess mean square of a `joint` on the test rows that lies in the rows `outside`."""
     squares, far, most, size = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
     for data, residual, held, away in zip(material.datasets, state.residuals, material.test, outside, strict=True):
         known = held[:, joint] & np.isfinite(residual[:, joint])
@@ -109,7 +109,7 @@ def _share(material: SplitData, state: FittedModel, floor: NoiseFloor, outside: 
         if known.any():
             most = max(most, float(np.bincount((data.time[known] // BLOCK_SECONDS).astype(int), squares[-1].clip(0)).max()))
     above, there = np.concatenate(squares), np.concatenate(far)
-    if not there.any() or there.mean() > 1 - _WITHIN or most > _ONE * above.sum():
+    if not there.any() or there.mean() > 1 - _MIN_INSIDE_SHARE or most > _MAX_BLOCK_SHARE * above.sum():
         return 0.0
-    alike = above[there].mean() < _DENSER * above[~there].mean()
+    alike = above[there].mean() < _MIN_DENSITY_RATIO * above[~there].mean()
     return 0.0 if alike else float(above[there].sum() / above.sum())

@@ -1,6 +1,6 @@
-"""How far Coulomb friction and an offset can be told apart, where a joint mostly moves in one direction.
+"""Confounding of Coulomb friction and a constant offset, if a joint moves mainly in one direction.
 
-In one direction alone they are the same thing; so what a rarely visited direction tells decides between them.
+With one direction of motion both are indistinguishable; the rows in the rarer direction discriminate them.
 """
 
 from collections.abc import Iterator
@@ -15,12 +15,15 @@ from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 MAX_RARE_SHARE = 0.25
-"""Share of the moving time below which a direction is rare."""
+"""A direction is rare below this share of the moving time."""
 _OFFSET = "torque_offset"
 
 
 def confounding_warnings(material: SplitData, solution: Solution, offset: Effect | None) -> Iterator[str]:
-    """A sentence for each joint with a rare direction: both values and intervals with the `offset` in the model."""
+    """Yield a sentence for each joint with a rare direction, with both estimates and their intervals.
+
+    offset: the effect that is added to the model for this purpose.
+    """
     shares = rarer_direction_share(material)
     for joint in np.flatnonzero(shares < MAX_RARE_SHARE):
         if not shares[joint]:
@@ -29,11 +32,11 @@ def confounding_warnings(material: SplitData, solution: Solution, offset: Effect
                 "told apart."
             )
         elif offset:
-            yield _caution(material, _with(material, solution, offset, int(joint)), int(joint), float(shares[joint]))
+            yield _warning(material, _with_offset(material, solution, offset, int(joint)), int(joint), float(shares[joint]))
 
 
 def rarer_direction_share(material: SplitData) -> Floats:
-    """(dof,) share of the rows seen, among those that move, that move in the rarer direction."""
+    """(dof,) share of the moving traipreparedows that move in the rarer direction."""
     forwards, backwards = (
         sum(
             (seen & (sign * evaluator.course.dataset.motion.velocity > 0)).sum(axis=0)
@@ -44,16 +47,16 @@ def rarer_direction_share(material: SplitData) -> Floats:
     share: Floats = np.minimum(forwards, backwards) / np.maximum(forwards + backwards, 1)
     return share
 
-
-def _with(material: SplitData, solution: Solution, offset: Effect, joint: int) -> Solution:
-    """The model with an offset of that joint, which it may have already."""
+structure
+def _with_offset(material: SplitData, solution: Solution, offset: Effect, joint: int) -> Solution:
+    """The model with an offset on that joint; unchanged if it already has one."""
     composition: Composition = solution.composition
     if any(term.name == _OFFSET and joint in term.joints for term in composition.terms):
         return solution
     return material.fit(composition.plus(Term(_OFFSET, offset, (joint,))), np.append(solution.x, 0.0))
+structure
 
-
-def _caution(material: SplitData, solution: Solution, joint: int, share: float) -> str:
+def _warning(material: SplitData, solution: Solution, joint: int, share: float) -> str:
     named = solution.composition.named
     friction = next(i for i, one in enumerate(named) if one.name == f"c_c{joint + 1}")
     constant = next(i for i, one in enumerate(named) if one.name == f"{_OFFSET}.a{joint + 1}")

@@ -1,4 +1,4 @@
-"""Whether one model is better than another, on rows that no fit has seen or on all of them, and by how much."""
+"""The improvement of one model over another on test rows or on all rows, with its uncertainty."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,25 +9,25 @@ from ident.diagnosis.split_data import SplitData
 from recordings.recording import Bools, Floats
 
 BLOCK_SECONDS = 0.25
-"""Rows closer than this are not independent: they are judged together [s]."""
+"""Rows closer than this are not independent: they are averaged to one block [s]."""
 _RESAMPLES = 400
 _SEED = 0
-"""The same verdict each time."""
+"""Fixed, so that results are reproducible."""
 
 
 @dataclass(frozen=True)
 class Improvement:
-    """Fall of the mean square, over what of it is above the floor."""
+    """Reduction of the mean square, relative to its excess above the noise floor."""
 
     share: float
     interval: tuple[float, float]
-    """95 %, from resampled blocks."""
+    """95 % interval, from a block bootstrap."""
     t_statistic: float
-    """Student's t of the fall over the blocks."""
+    """Student's t of the reduction over the blocks."""
     reduction: float
-    """Of the mean square, in units of the squared floor."""
+    """Of the mean square, in units of the squared noise floor."""
     remaining: float
-    """Mean square above the floor that is left, in the same units."""
+    """Mean square of the better model above the noise floor, in the same units."""
 
 
 def measure_improvement(
@@ -37,16 +37,16 @@ def measure_improvement(
     floor: Floats,
     rows: Sequence[Bools] | None = None,
 ) -> Improvement:
-    """From the residuals (m, dof) of every recording, `before` and `after`, and the `floor` (dof,) [N m].
+    """Compare the residuals (m, dof) of every recording `before` and `after`, with the noise `floor` (dof,) [N m].
 
-    Each joint counts by its squared floor, or by its smallest residual: noise is to weigh the same in all.
-    rows: (m, dof) of every recording, on which they are compared; those held out if not said.
+    Each joint is weighted by its squared noise floor, so that noise counts the same in all joints. rows: (m, dof)
+    rows of every recording on which they are compared; default: the test rows.
     """
     size, rows = np.maximum(floor, 1e-12), material.test if rows is None else rows
     # An effect may know less of the recording than the model without it: both are judged where both say something.
     pairs = zip(rows, before, after, strict=True)
     rows = [judged & np.isfinite(old) & np.isfinite(new) for judged, old, new in pairs]
-    first, second = (_blocks(material, residuals, size, rows) for residuals in (before, after))
+    first, second = (_block_means(material, residuals, size, rows) for residuals in (before, after))
     fall = first - second
     count = len(fall)
     if count < 3:
@@ -65,8 +65,8 @@ def _share(fall: Floats, excess: Floats) -> Floats:
     return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
 
 
-def _blocks(material: SplitData, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
-    """(b,) mean squares of `rows`, in units of the floor, of stretches of about BLOCK seconds."""
+def _block_means(material: SplitData, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
+    """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
     found = []
     for dataset, known, residual in zip(material.datasets, rows, residuals, strict=True):
         squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)

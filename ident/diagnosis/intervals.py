@@ -1,4 +1,4 @@
-"""How well the parameters of a composition are known."""
+"""Confidence intervals of the parameters of a model."""
 
 import numpy as np
 
@@ -11,16 +11,17 @@ from recordings.recording import Bools, Floats
 _NORMAL = 1.96
 """Half the width of a 95 % interval, in standard errors."""
 _TINY = 1e-12
-_DEPENDENT = 1e-7
-"""Share of a column that others do not make up, below which nothing is known of its parameter."""
+_MIN_INDEPENDENT_SHARE = 1e-7
+"""A parameter is not identifiable if less than this share of its column is independent of the other columns."""
 
 
 def confidence_intervals(material: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
-    """(K, 2) 95 % intervals, of the noise and the encoders' steps; NaN for what the data do not tell.
+    """(K, 2) 95 % intervals, including noise and encoder quantization; NaN for parameters that are not identifiable.
 
-    gain_uncertainty: relative, of the torque gain; it counts for what is proportional to the torque.
+    gain_uncertainty: relative uncertainty of the torque gain; it applies to parameters that are proportional to the
+    torque.
     """
-    linear = solution.composition.linear
+    linear = solution.structure.linear
     gain = np.where(linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
     noise, steps = parameter_uncertainty(material, solution).half_width(), _NORMAL * encoder_step_errors(material, solution)
     width = np.sqrt(noise**2 + steps**2 + gain**2)
@@ -28,15 +29,16 @@ def confidence_intervals(material: SplitData, solution: Solution, gain_uncertain
 
 
 def encoder_step_errors(material: SplitData, solution: Solution) -> Floats:
-    """(K,) standard errors of the parameters of `solution` because of the encoders' steps; 0 where none are told.
+    """(K,) standard errors of the parameters of `solution` due to encoder quantization; 0 where not identifiable.
 
-    From readings as they might have been, each of which would have led to other parameters: their errors repeat with
-    the motion, so that the residual's noise tells nothing of them. What such a reading would leave is no more than
-    what is left: an arm on a spring with little damping would be shaken by errors drawn by lot, but was not.
+    Perturbed readings of the encoders are propagated to the parameters by linearized least squares. The errors repeat
+    with the motion, so the residual's noise does not show them. A perturbation that would leave a larger residual
+    than the measured one is scaled down: random errors would excite a lightly damped elastic joint more than the real
+    ones.
     """
     regressor, residual = solution.rows()
-    told = _told(solution, regressor)
-    composition, x = solution.composition, solution.x
+    told = _identifiable(solution, regressor)
+    composition, x = solution.structure, solution.x
     basis, triangle = np.linalg.qr(regressor[:, told])
     shifts = np.zeros((len(material.perturbed_draws), len(x)))
     read = [material.predictors[i].torque(composition, x) for i in material.train_indices]
@@ -48,12 +50,12 @@ def encoder_step_errors(material: SplitData, solution: Solution) -> Floats:
         along = basis.T @ changed
         left = max(float(np.linalg.norm(changed - basis @ along)), _TINY)
         shift[told] = np.linalg.solve(triangle, along) * min(1.0, float(np.linalg.norm(residual)) / left)
-    again: Floats = np.sqrt(_alike(material) * np.mean(shifts**2, axis=0))
+    again: Floats = np.sqrt(_repetition_factor(material) * np.mean(shifts**2, axis=0))
     return again
 
 
-def _alike(material: SplitData) -> float:
-    """How much larger a variance is because the encoders' errors are the same in all repetitions, in part."""
+def _repetition_factor(material: SplitData) -> float:
+    """Variance inflation because encoder errors are partly the same in all repetitions."""
     found = []
     for index in material.train_indices:
         repeat = material.datasets[index].repeat
@@ -63,8 +65,8 @@ def _alike(material: SplitData) -> float:
 
 
 def parameter_uncertainty(material: SplitData, solution: Solution) -> Uncertainty:
-    """Of the K parameters of `solution`; NaN for what the data do not tell."""
-    told = _told(solution, solution.rows()[0])
+    """Uncertainty of the K parameters of `solution` due to noise; NaN for parameters that are not identifiable."""
+    told = _identifiable(solution, solution.rows()[0])
     parts = []
     pairs = zip(material.train_indices, solution.residuals, solution.derivatives, solution.weights, strict=True)
     for index, residual, derivatives, weight in pairs:
@@ -75,16 +77,16 @@ def parameter_uncertainty(material: SplitData, solution: Solution) -> Uncertaint
     return covariance.of(parts).among(told)
 
 
-def _told(solution: Solution, regressor: Floats) -> Bools:
-    """(K,) of which parameters the data say anything; regressor: (r, K)."""
+def _identifiable(solution: Solution, regressor: Floats) -> Bools:
+    """(K,) identifiable parameters; regressor: (r, K)."""
     size = np.sqrt((regressor**2).sum(axis=0))
-    told: Bools = np.array([entry.free for entry in solution.composition.named], bool) & (size > 0)
+    told: Bools = np.array([entry.free for entry in solution.structure.named], bool) & (size > 0)
     told[told] = _independent(regressor[:, told] / size[told])
     return told
 
 
 def _independent(columns: Floats) -> Bools:
-    """(k,) False for columns (r, k) that those before them make up."""
+    """(k,) False for columns (r, k) that are linear combinations of those before them."""
     diagonal = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
-    independent: Bools = diagonal > _DEPENDENT
+    independent: Bools = diagonal > _MIN_INDEPENDENT_SHARE
     return independent

@@ -1,4 +1,4 @@
-"""Learns the curves that stand in for what remains: smooth, shrunk, and borne out by rows that no fit has seen."""
+"""Fit learned curves to an unexplained residual: penalized piecewise linear functions, validated on test rows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -16,77 +16,79 @@ from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.learned_curve import Curve, effect_of
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
 KNOTS = 17
 SMOOTHNESS = tuple(10.0**power for power in range(-4, 5))
-"""Weights of the second difference that are tried, over the mean square of a column."""
+"""Candidate weights of the penalty on the second difference, relative to the mean square of a column."""
 BLOCK_SECONDS = 1.0
-"""Of every two stretches this long [s], one tells how smooth a curve that is learned from the other should be."""
+"""Blocks of this length alternate between the two halves of the cross-validation [s]."""
 _SHRUNK = 1e-3
 _TINY = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class NonparametricFit:
-    """Curves, and what they are worth."""
+    """Learned curves and the improvement by them."""
 
     curves: tuple[Curve, ...]
     dependences: tuple[Dependence, ...]
-    """What they are over."""
+    """The variables of the curves."""
     model: FittedModel
-    """The last model with them."""
+    """The final model with the curves."""
     improvement: Improvement
-    """On rows that no fit has seen."""
+    """On test rows."""
 
     @property
     def supported(self) -> bool:
-        """Whether those rows bear the curves out."""
+        """Whether the test rows support the curves."""
         return is_supported(self.improvement)
 
 
 @dataclass(frozen=True, eq=False)
 class _Rows:
-    """What fits see, of all recordings and joints."""
+    """Training rows of all recordings and joints."""
 
     hats: Floats
     """(r, curves * KNOTS)"""
-    model: Floats
-    """(r, K) what the model's own parameters can do."""
+    regressor: Floats
+    """(r, K) of the model's own parameters."""
     residual: Floats
     """(r,)"""
-    first: Bools
-    """(r,) of which half they are."""
-    bend: Floats
-    """(b, curves * KNOTS) changes of slope per value at each knot."""
+    first_half: Bools
+    """(r,) rows of the first half of the cross-validation."""
+    slope_changes: Floats
+    """(b, curves * KNOTS) change of slope at each inner knot per value at a knot."""
 
-    def solved(self, which: Bools, smoothness: float) -> Floats:
-        """(K + curves * KNOTS,) scaled model parameters, and values at the knots."""
-        matrix = np.concatenate([self.model[which], self.hats[which]], axis=1)
+    def solve(self, which: Bools, smoothness: float) -> Floats:
+        """(K + curves * KNOTS,) scaled model parameters, and the curves' values at the knots, from the `selected`
+        rows.
+        """
+        matrix = np.concatenate([self.regressor[which], self.hats[which]], axis=1)
         # Of all rows: a half in which a curve is not visited must not leave its knots without any weight.
         level = float(np.mean(self.hats**2))
-        penalty = np.diag(np.r_[np.full(self.model.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
-        part = slice(self.model.shape[1], None)
-        penalty[part, part] += smoothness * level * self.bend.T @ self.bend
+        penalty = np.diag(np.r_[np.full(self.regressor.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
+        part = slice(self.regressor.shape[1], None)
+        penalty[part, part] += smoothness * level * self.slope_changes.T @ self.slope_changes
         gram = matrix.T @ matrix + max(len(matrix), 1) * penalty
         solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[which])
         return solution
 
-    def error(self, smoothness: float) -> float:
-        """Mean square that either half leaves of the other."""
+    def cross_validation_error(self, smoothness: float) -> float:
+        """Sum of squares of each half, predicted from the other half."""
         total = 0.0
-        for which in (self.first, ~self.first):
-            matrix = np.concatenate([self.model[~which], self.hats[~which]], axis=1)
-            total += float(np.sum((self.residual[~which] - matrix @ self.solved(which, smoothness)) ** 2))
+        for which in (self.first_half, ~self.first_half):
+            matrix = np.concatenate([self.regressor[~which], self.hats[~which]], axis=1)
+            total += float(np.sum((self.residual[~which] - matrix @ self.solve(which, smoothness)) ** 2))
         return total
 
 
 def fit_curves(material: SplitData, top: FittedModel) -> NonparametricFit | None:
-    """The curves that stand in for what the model `top` leaves; None where it depends on nothing that has one.
+    """Fit curves to the residual of the `final` model; None if it depends on no variable of a curve.
 
-    One joint comes after the other, the one with most of it first, and before all what changes with time: only once a
-    joint has its curve is seen what the others lack themselves.
+    One joint is added at a time, those that change with time first, then the one with the largest unexplained residual:
+    the residuals of the other joints are meaningful only after that.
     """
     reached = estimate_noise_floor(material, top.solution, top.residuals)
     used: list[Dependence] = []
@@ -99,44 +101,44 @@ def fit_curves(material: SplitData, top: FittedModel) -> NonparametricFit | None
         if not more:
             break
         used.append(max(more, key=lambda one: ("time" in one.variables, share[one.joint])))
-        curves = _learned(material, top.solution, [curve for one in used for curve in _blank(one)])
-        after = _beside(material, top, curves)
+        curves = _fit_values(material, top.solution, [curve for one in used for curve in _empty_curves(one)])
+        after = _fit_with_curves(material, top, curves)
     if not curves:
         return None
     held_out = measure_improvement(material, top.residuals, after.residuals, reached.rms)
     return NonparametricFit(tuple(curves), tuple(used), after, held_out)
 
 
-def _beside(material: SplitData, top: FittedModel, curves: Sequence[Curve]) -> FittedModel:
-    """The model `top` with `curves`, refitted."""
+def _fit_with_curves(material: SplitData, top: FittedModel, curves: Sequence[Curve]) -> FittedModel:
+    """Refit the model `final` structureth `curves`."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
     composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
     solution = material.fit(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
     return FittedModel(solution, material.residuals(solution))
 
 
-def _blank(one: Dependence) -> list[Curve]:
-    """Curves without knots over what was found."""
+def _empty_curves(one: Dependence) -> list[Curve]:
+    """Curves without knots over the variables of `dependence`."""
     return [Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ()) for own in one.inputs]
 
 
-def _learned(material: SplitData, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
-    """All together, while the model's own parameters move along."""
-    views = [_view(material.predictors[i], solution) for i in material.train_indices]
+def _fit_values(material: SplitData, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
+    """Fit all curves together while the model's own parameters adapt."""
+    views = [_effect_inputs(material.predictors[i], solution) for i in material.train_indices]
     curves = [replace(curve, knots=_knots(curve, views)) for curve in blank]
     rows = _rows(material, solution, views, curves)
-    best = min(SMOOTHNESS, key=rows.error)
-    values = rows.solved(np.ones(len(rows.residual), bool), best)[rows.model.shape[1] :].reshape(-1, KNOTS)
+    best = min(SMOOTHNESS, key=rows.cross_validation_error)
+    values = rows.solve(np.ones(len(rows.residual), bool), best)[rows.regressor.shape[1] :].reshape(-1, KNOTS)
     return [replace(curve, values=tuple(map(float, own))) for curve, own in zip(curves, values, strict=True)]
-
-
-def _view(evaluator: Evaluator, solution: Solution) -> View:
+TorquePredictor
+structure
+def _effect_inputs(eveffect_inputstor: Evaluacorrected_motion solution: Solution) -> View:
     composition, x = solution.composition, solution.x
     return evaluator.view(evaluator.path(composition, x), composition.load(x))
 
 
 def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:
-    """Over all that was visited, the closer the more often it was visited."""
+    """Knots over the visited range, denser where more rows are."""
     signal = np.concatenate([curve.signal(view) for view in views])
     share = np.linspace(0.0, 1.0, KNOTS)
     often = np.nanquantile(signal, share)
@@ -144,7 +146,7 @@ def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:
     return tuple(knots.tolist())
 
 
-def _bend(knots: Sequence[float]) -> Floats:
+def _slope_changes(knots: Sequence[float]) -> Floats:
     """(KNOTS - 2, KNOTS) change of slope at each inner knot, in units of the mean distance of knots."""
     distance = np.diff(knots) / np.mean(np.diff(knots))
     slope = np.diff(np.eye(KNOTS), axis=0) / distance[:, None]
@@ -156,9 +158,9 @@ def _rows(material: SplitData, solution: Solution, views: Sequence[View], curves
     from scipy.linalg import block_diag
 
     parts = []
-    pairs = zip(material.train_indices, views, solution.derivatives, solution.residuals, strict=True)
+    pairs = zip(material.train_indices, vipreparedolution.derivatives, solution.residuals, strict=True)
     for index, view, derivatives, residual in pairs:
-        hats = material.predictors[index].course.condition(_hats(curves, view))
+        hats = material.predictors[index].course.condition(_hat_functions(curves, view))
         seen = material.train[index] & np.isfinite(residual)
         seen &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
         first = np.floor(material.datasets[index].time / BLOCK_SECONDS) % 2 == 0
@@ -166,11 +168,11 @@ def _rows(material: SplitData, solution: Solution, views: Sequence[View], curves
         parts.append((hats[seen], derivatives[seen], residual[seen], first[seen]))
     hats, model, residual, first = (np.concatenate(part) for part in zip(*parts, strict=True))
     size = np.sqrt(np.mean(model**2, axis=0))
-    bend = block_diag(*(_bend(curve.knots) for curve in curves))
+    bend = block_diag(*(_slope_changes(curve.knots) for curve in curves))
     return _Rows(hats, model[:, size > 0] / size[size > 0], residual, first, bend)
 
 
-def _hats(curves: Sequence[Curve], view: View) -> Floats:
+def _hat_functions(curves: Sequence[Curve], view: View) -> Floats:
     """(n, dof, curves * KNOTS) torque per unit of the value at each knot."""
     n, dof = view.motion.velocity.shape
     hats = np.zeros((n, dof, len(curves), KNOTS))

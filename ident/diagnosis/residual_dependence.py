@@ -1,8 +1,8 @@
-"""What a remainder depends on that no effect of the library explains: smooth curves of the motion, tried in turn.
+"""Find the variables on which an unexplained residual depends, by smooth curves of the motion.
 
-Joint by joint, curves of one variable (and of position in each direction of motion, and of the other joints' motion)
-are fitted to what the last model leaves, together with all of the model's parameters, on rows that fits may see, and
-judged by what they explain of the rows held out. The simplest that explains nearly as much as the best is named.
+For each joint, curves of one variable (also of position in each direction of motion, and of the other joints' motion)
+are fitted to the residual of the final model, together with all of its parameters, on the training rows. They are
+scored by the share of the test residual that they explain. The simplest one close to the best is chosen.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,37 +16,37 @@ from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 
 KNOTS = 8
-"""Pieces of a curve, each with as many samples as the others."""
+"""Number of pieces of a curve, with the same number of samples each."""
 MIN_RELATIVE_SHARE = 0.85
-"""Share of what the best curve explains that a simpler one must reach."""
+"""A simpler curve must explain this share of what the best one explains."""
 MIN_EXPLAINED = 0.2
-"""Share of the remainder that a curve must explain on held-out rows to be named at all."""
+"""A curve must explain this share of the test residual."""
 _RIDGE = 1e-3
-"""Of the mean square of a column; keeps pieces that were hardly visited from swinging."""
+"""Ridge penalty relative to the mean square of a column; it regularizes pieces with few samples."""
 
 
 @dataclass(frozen=True)
 class CurveInput:
-    """What a curve is over."""
+    """The variable of a curve."""
 
     variable: Variable
     joint: int
-    """Whose, from 0."""
+    """Joint of the variable, from 0."""
     times: Times = "one"
-    """What the curve's values are multiplied with."""
+    """Factor by which the curve's values are multiplied."""
 
 
 @dataclass(frozen=True)
 class Dependence:
-    """Of the remainder of one joint."""
+    """Variables on which the residual of one joint depends."""
 
     joint: int
     """From 0."""
     inputs: tuple[CurveInput, ...]
-    """A sum of a curve over each."""
+    """The dependence is the sum of one curve over each input."""
     variables: tuple[str, ...]
     explained: float
-    """Share of its mean square on held-out rows."""
+    """Share of the mean square on test rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +57,8 @@ class _Rows:
     """(m, dof)"""
     regressor: Floats
     """(m, dof, K) of the model."""
-    seen: Bools
-    held: Bools
+    train: Bools
+    test: Bools
     """(m, dof)"""
     signals: dict[Variable, Floats]
     """(m, dof) by variable."""
@@ -69,14 +69,14 @@ class _Rows:
 def find_dependences(
     material: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
 ) -> list[Dependence]:
-    """What the residuals (m, dof) of `joints` depend on; nothing where no curve explains any of it."""
+    """Dependences of the residuals (m, dof) of the given `joints`; joints that no curve explains are left out."""
     rows = _rows(material, solution, residuals)
-    return [found for joint in joints if (found := _of(rows, joint))]
+    return [found for joint in joints if (found := _dependence(rows, joint))]
 
 
 def _rows(material: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
     datasets = material.datasets
-    derivatives = [one.linearised(solution.composition, solution.x)[1] for one in material.predictors]
+    derivatives = [one.linearized(solution.structure, solution.x)[1] for one in material.predictors]
     computed = [data.torque - left for data, left in zip(datasets, residuals, strict=True)]
     dof = residuals[0].shape[1]
     signals: dict[Variable, list[Floats]] = {
@@ -100,20 +100,20 @@ def _rows(material: SplitData, solution: Solution, residuals: Sequence[Floats]) 
     return _Rows(residual, regressor, seen, held, joined, factors)
 
 
-def _of(rows: _Rows, joint: int) -> Dependence | None:
+def _dependence(rows: _Rows, joint: int) -> Dependence | None:
     tried = [
-        (sources, _explained(rows, joint, _columns(rows, joint, sources))) for sources in _candidates(rows, joint)
+        (sources, _explained_share(rows, joint, _columns(rows, joint, sources))) for sources in _input_candidates(rows, joint)
     ]
     best = max(share for _, share in tried)
     if best < MIN_EXPLAINED:
         return None
     enough = [one for one in tried if one[1] >= MIN_RELATIVE_SHARE * best]
-    sources, share = min(enough, key=lambda one: (len(_variables(joint, one[0])), -one[1]))
-    return Dependence(joint, sources, _variables(joint, sources), share)
+    sources, share = min(enough, key=lambda one: (len(_variable_names(joint, one[0])), -one[1]))
+    return Dependence(joint, sources, _variable_names(joint, sources), share)
 
 
-def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:
-    """What sums of curves may be over."""
+def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:
+    """Inputs of the sums of curves to try."""
     for name in rows.signals:
         yield (CurveInput(name, joint),)
     for name in rows.signals:
@@ -128,25 +128,25 @@ def _candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:
             yield tuple(CurveInput(name, other) for other in others)
 
 
-def _variables(joint: int, sources: Sequence[CurveInput]) -> tuple[str, ...]:
-    """As a diagnosis names them."""
+def _variable_names(joint: int, sources: Sequence[CurveInput]) -> tuple[str, ...]:
+    """Names of the variables as they are reported."""
     turned = ["velocity"] if any(one.times != "one" for one in sources) else []
     others = [f"joint_{one.joint + 1}" for one in sources if one.joint != joint]
     return sources[0].variable, *turned, *others
 
 
 def _columns(rows: _Rows, joint: int, sources: Sequence[CurveInput]) -> Floats:
-    """(m, c) of a curve over each of the `sources`."""
+    """(m, c) columns of one curve over each of the `inputs`."""
     curves = [
-        _curve(rows.signals[one.variable][:, one.joint], rows.seen[:, joint])
+        _hat_functions(rows.signals[one.variable][:, one.joint], rows.train[:, joint])
         * rows.factors[one.times][:, joint, None]
         for one in sources
     ]
     return np.concatenate(curves, axis=1)
 
 
-def _curve(x: Floats, seen: Bools) -> Floats:
-    """(m, KNOTS + 1) piecewise linear functions of `x` (m,) that add up to one."""
+def _hat_functions(x: Floats, seen: Bools) -> Floats:
+    """(m, KNOTS + 1) piecewise linear functions of `x` (m,) that add up to one; knots from the `train` rows."""
     inside = x[seen]
     knots = np.unique(np.quantile(inside, np.linspace(0, 1, KNOTS + 1)))
     place = np.interp(np.nan_to_num(x), knots, np.arange(len(knots)))
@@ -154,12 +154,12 @@ def _curve(x: Floats, seen: Bools) -> Floats:
     return hats
 
 
-def _explained(rows: _Rows, joint: int, columns: Floats) -> float:
-    """Share of the held-out mean square of a joint that curves with these `columns` (m, c) explain.
+def _explained_share(rows: _Rows, joint: int, columns: Floats) -> float:
+    """Share of the test mean square of a joint that curves with these `columns` (m, c) explain.
 
-    The model's own parameters move along, but only as far as this joint asks for it.
+    The model's parameters adapt, but only as far as this joint requires.
     """
-    seen, held = rows.seen[:, joint], rows.held[:, joint]
+    seen, held = rows.train[:, joint], rows.test[:, joint]
     own = rows.regressor[:, joint]
     own = own[:, np.abs(own[seen]).sum(axis=0) > 0]
     both = np.concatenate([own / np.sqrt(np.mean(own[seen] ** 2, axis=0)), columns], axis=1)

@@ -1,8 +1,8 @@
-"""Which effects could explain what a model leaves: a first look at all of them, by linear algebra alone.
+"""Screen all effects of the library for what they could explain of a residual, by linear algebra alone.
 
-Each candidate's columns, at every shape that its search would begin with, lose what the model so far (all of its
-parameters, also those of effects already in it) could imitate of them; what is left explains so much of the residual
-as an orthogonal forward selection says. No candidate is judged by its likeness to the residual itself.
+The columns of each candidate, at every initial shape, are projected onto the orthogonal complement of the model's
+regressor, including the effects already in it. The projected columns then give the reduction of the loss, as in
+orthogonal forward selection. Correlation with the residual alone is not used.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,77 +19,77 @@ from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
-"""Below this share of its size that no parameter of the model imitates, a column counts as not excited."""
-_SUBSETS_UP_TO = 4
-"""Joints up to which all their subsets are tried."""
-_LINES = 4
-"""Places of an effect that may be there several times which are kept."""
-_STRAIGHT = 0.7
-"""A distortion that is to be larger or smaller than where it was looked at by more than this (natural logarithm) may
-be bent on the way."""
+"""A column is not excited if its part outside of the model's column space is below this share of its size."""
+_MAX_SUBSET_JOINTS = 4
+"""Up to this number of joints, all subsets are tried."""
+_MAX_LINES = 4
+"""Number of candidates kept for an effect that may occur several times."""
+_LINEAR_RANGE = 0.7
+"""The coefficient of a nonlinear effect may differ from the linearization point by this much (natural logarithm)
+before that point becomes a second initial guess."""
 _TINY = 1e-12
-_SHARE = 0.03
-"""What a joint must add to the gain of an effect to be among its joints."""
+_MIN_JOINT_SHARE = 0.03
+"""A joint must add this share of the reduction to be included."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """An effect on some joints, and where the search for its parameters begins."""
+    """An effect on some joints, with initial guesses of its parameters."""
 
     term: Term
     initial_guesses: tuple[Floats, ...]
-    """(own + shapes,) its entries of the parameter vector: as far as a straight line tells, and where it was looked
-    at, if that is elsewhere."""
+    """(own + shapes,) entries of the parameter vector: by linear extrapolation, and the linearization point if that
+    differs."""
     loss: float
-    """Weighted sum of squares that it is expected to leave."""
+    """Expected weighted sum of squares with the candidate."""
     parameter_count: int
-    """How many own parameters it has, in all, with its searched shapes."""
+    """Number of its local parameters, including optimized shapes."""
     coefficients: Floats
-    """(owners * c,) of its columns, as far as a straight line tells."""
+    """(instances * c,) of its columns, by linear extrapolation."""
     scale: Floats
-    """(owners, c) where it was looked at: own parameter per unit of column coefficient."""
+    """(instances, c) local parameter per unit of column coefficient at the linearization point."""
     shapes: Floats
     """(s,) shape parameters of its columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Block:
-    """Weighted columns (r, owners * c) of an effect at one start, and the start of each owner's parameters."""
+    """Weighted columns (r, instances * c) of an effect at one initial guess."""
 
     columns: Floats
     scale: Floats
-    """(owners, c) parameter per unit of column coefficient."""
+    """(instances, c) local parameter per unit of column coefficient."""
     shapes: Floats
     one_signed: Floats
-    """(c,) +1 where only a positive coefficient is meant, else 0."""
+    """(c,) 1 where only a positive coefficient is possible, else 0."""
 
 
 class Screener:
-    """A model so far, ready to look at candidates."""
+    """Screens candidates against one model."""
 
     def __init__(self, material: SplitData, solution: Solution) -> None:
-        self._material, self._solution = material, solution
+        self._split, self._solution = material, solution
         regressor, self._residual = solution.rows()
         size = np.sqrt((regressor**2).sum(axis=0))
         self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
         self.loss = solution.loss
-        self._evaluators = [material.predictors[i] for i in material.train_indices]
+        self._predictors = [material.predictors[i] for i in material.train_indices]
 
     def screen(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Exclusion]]:
-        """The best start of every effect, the most promising first, and why the others have none.
+        """The best candidate of every effect, the most promising first, and the reason why others are excluded.
 
-        Of what may be there several times, several.
+        Effects that may occur several times have several candidates.
         """
         found: list[Candidate] = []
         unseen: dict[str, Exclusion] = {}
         for name, effect in library.items():
-            judged = [self._judged(name, effect, block) for block in self._blocks(name, effect)]
+            judged = [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
             candidates = [one for one in judged if isinstance(one, Candidate)]
             if candidates:
                 candidates.sort(key=lambda one: one.loss)
-                found += candidates[:_LINES] if effect.repeated else [_together(candidates[: effect.valleys])]
+                found += candidates[:_MAX_LINES] if effect.repeated else [_merge_guesses(candidates[: effect.valleys])]
             else:
-                unseen[name] = "sign" if "sign" in judged else "imitated"
+                unseen[name] = "sign" if "sign" in judged else "collinear"
         return sorted(found, key=lambda one: one.loss), unseen
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
@@ -108,37 +108,37 @@ class Screener:
             owners = 1 if effect.whole_robot else len(self._joints(effect))
             starts = [np.array(one) for one in zip(*_padded([q.starts for q in effect.parameters]), strict=True)]
             places = [(np.tile(one, (owners, 1)), values) for one, values in product(starts, shapes)]
-            places += [(_by_owner(one, effect.parameters, owners), _vector(one, effect.shapes)) for one in whole]
+            places += [(_by_instance(one, effect.parameters, owners), _vector(one, effect.shapes)) for one in whole]
             for at, values in places:
                 yield self._signal(name, effect, at, values)
 
     def _joints(self, effect: Effect) -> tuple[int, ...]:
-        return tuple(range(self._solution.composition.rig.dof))
+        return tuple(range(self._solution.structure.rig.dof))
 
     def _suggested(self, effect: Effect) -> list[Suggestion]:
-        """What the effect suggests from the residual of each recording."""
+        """Initial guesses that the effect suggests from the residual of each recording."""
         if effect.suggest is None:
             return []
         found: list[Suggestion] = []
-        x, composition = self._solution.x, self._solution.composition
-        pairs = zip(self._evaluators, self._solution.weights, self._solution.residuals, strict=True)
+        x, composition = self._solution.x, self._solution.structure
+        pairs = zip(self._predictors, self._solution.weights, self._solution.residuals, strict=True)
         for evaluator, weight, residual in pairs:
-            view = evaluator.view(evaluator.path(composition, x), composition.load(x))
+            view = evaluator.effect_inputs(evaluator.corrected_motion(composition, x), composition.load(x))
             left = np.where(weight > 0, residual, np.nan)
-            found += effect.suggest(view.every(evaluator.course.prepared.step), left)
+            found += effect.suggest(view.every(evaluator.prepared.preprocessed.decimation), left)
         return found
 
     def _additive(self, term: Term, shapes: Floats) -> Floats:
-        x, composition = self._solution.x, self._solution.composition
+        x, composition = self._solution.x, self._solution.structure
         rigid = composition.load(x)
         parts = []
-        for evaluator, weight in zip(self._evaluators, self._solution.weights, strict=True):
-            columns = evaluator.columns(term, shapes, evaluator.path(composition, x), rigid)
-            parts.append(self._weighted(evaluator.course.condition(columns), weight))
+        for evaluator, weight in zip(self._predictors, self._solution.weights, strict=True):
+            columns = evaluator.columns(term, shapes, evaluator.corrected_motion(composition, x), rigid)
+            parts.append(self._weighted(evaluator.prepared.condition(columns), weight))
         return np.concatenate(parts)
 
     def _signal(self, name: str, effect: Signal, starts: Floats, shapes: Floats) -> _Block:
-        """Differences that the effect makes at `starts` (owners, c), owner by owner and parameter by parameter."""
+        """Torque differences by the effect at `guesses` (instances, c), one column per instance and parameter."""
         owners = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
         columns = [
             self._difference(Term(name, effect, owner), np.where(np.arange(len(own)) == i, own, 0.0), shapes)
@@ -150,12 +150,12 @@ class Screener:
 
     def _difference(self, term: Term, own: Floats, shapes: Floats) -> Floats:
         solution = self._solution
-        composition = solution.composition.plus(term)
+        composition = solution.structure.plus(term)
         x = np.concatenate([solution.x, own, shapes])
-        rigid = solution.composition.load(solution.x)
+        rigid = solution.structure.load(solution.x)
         parts = []
-        for evaluator, weight, residual in zip(self._evaluators, solution.weights, solution.residuals, strict=True):
-            before = evaluator.course.dataset.torque - residual
+        for evaluator, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
+            before = evaluator.prepared.dataset.torque - residual
             parts.append(self._weighted((evaluator.torque(composition, x, rigid) - before)[:, :, None], weight)[:, 0])
         return np.concatenate(parts)
 
@@ -163,8 +163,8 @@ class Screener:
         rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
         return rows
 
-    def _judged(self, name: str, effect: Effect, block: _Block) -> Candidate | Exclusion:
-        """The best joints for `block`, or why there are none."""
+    def _evaluate(self, name: str, effect: Effect, block: _Block) -> Candidate | Exclusion:
+        """The best joints for `block`, or the reason why there are none."""
         c = block.scale.shape[1]
         size = np.sqrt((block.columns**2).sum(axis=0))
         rest = block.columns - self._basis @ (self._basis.T @ block.columns)
@@ -172,24 +172,26 @@ class Screener:
         seen = np.sqrt((rest**2).sum(axis=0)) > MIN_EXCITATION * size
         gram, right = rest.T @ rest, rest.T @ self._residual
         owners = [owner for owner in range(len(size) // c) if seen[owner * c : owner * c + c].any() and size.any()]
-        subsets = {subset: self._gain(gram, right, subset, block, c) for subset in _subsets(owners)}
+        subsets = {subset: self._reduction(gram, right, subset, block, c) for subset in _subsets(owners)}
         best = _parsimonious({subset: gain for subset, (gain, _) in subsets.items()})
         if best is None:
-            return "sign" if owners else "imitated"
+            return "sign" if owners else "collinear"
         gain, coefficients = subsets[best]
         term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
         scale = block.scale[list(best)]
         starts = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
-        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _STRAIGHT).all():
+        if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
             looked = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
             starts.append(np.concatenate([looked, block.shapes]))
         own = len(best) * c + sum(shape.searched for shape in effect.shapes)
         return Candidate(term, tuple(starts), max(self.loss - gain, 0.0), own, coefficients, scale, block.shapes)
 
-    def _gain(
+    def _reduction(
         self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int
     ) -> tuple[float, Floats]:
-        """Fall of the loss by the owners in `subset`, and their coefficients; none if a sign is against it."""
+        """Reduction of the loss by the instances in `subset`, and their coefficients; -inf if a coefficient has the
+        wrong sign.
+        """
         which = np.concatenate([np.arange(owner * c, owner * c + c) for owner in subset])
         own = gram[np.ix_(which, which)]
         size = np.sqrt(np.diag(own))
@@ -201,8 +203,8 @@ class Screener:
 
 
 def _subsets(owners: Sequence[int]) -> Iterator[tuple[int, ...]]:
-    """All of them, or with many joints each alone and all together."""
-    if len(owners) <= _SUBSETS_UP_TO:
+    """All subsets; with many joints, each alone and all together."""
+    if len(owners) <= _MAX_SUBSET_JOINTS:
         for size in range(1, len(owners) + 1):
             yield from combinations(owners, size)
     else:
@@ -211,16 +213,16 @@ def _subsets(owners: Sequence[int]) -> Iterator[tuple[int, ...]]:
 
 
 def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | None:
-    """The fewest joints of which none more would add much to the gain."""
+    """The smallest subset to which no further joint would add much."""
     possible = {subset: gain for subset, gain in gains.items() if gain > 0}
     if not possible:
         return None
     most = max(possible.values())
-    return min(possible, key=lambda subset: most - possible[subset] + _SHARE * most * len(subset))
+    return min(possible, key=lambda subset: most - possible[subset] + _MIN_JOINT_SHARE * most * len(subset))
 
 
-def _together(candidates: Sequence[Candidate]) -> Candidate:
-    """The first of the `candidates`, with the starts of those that are on the same joints."""
+def _merge_guesses(candidates: Sequence[Candidate]) -> Candidate:
+    """The first of the `candidates`, with the initial guesses of all that act on the same joints."""
     best = candidates[0]
     starts = [start for one in candidates if one.term == best.term for start in one.initial_guesses]
     return replace(best, starts=tuple(starts))
@@ -231,12 +233,12 @@ def _vector(values: Suggestion, quantities: Sequence[Quantity]) -> Floats:
     return np.array([values[one.name] for one in quantities], float)
 
 
-def _by_owner(values: Suggestion, quantities: Sequence[Quantity], owners: int) -> Floats:
-    """(owners, c) the `values` of the `quantities`, in their order."""
+def _by_instance(values: Suggestion, quantities: Sequence[Quantity], owners: int) -> Floats:
+    """(instances, c) `values` of the `quantities`, in their order."""
     return np.stack([np.broadcast_to(np.asarray(values[one.name], float), owners) for one in quantities], axis=1)
 
 
 def _padded(starts: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
-    """All as long as the longest, the last one repeated."""
+    """Sequences padded to the length of the longest by repeating the last value."""
     longest = max(len(one) for one in starts)
     return [(*one, *[one[-1]] * (longest - len(one))) for one in starts]

@@ -1,4 +1,4 @@
-"""What a diagnosis works with: recordings, and which of their rows fits may see."""
+"""Split recordings into training rows and test rows."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -7,105 +7,106 @@ from functools import cached_property
 import numpy as np
 
 from ident.data import noise
-from ident.data.cycles import repeating
+from ident.data.cycles import repeating_share
 from ident.data.dataset import Dataset
-from ident.data.prepared_recording import Course
+from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import Composition
-from ident.estimation.nonlinear_fit import Solution, begun, improved
-from ident.estimation.predicted_torque import KEPT, Evaluator
+from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
+from ident.estimation.predicted_torque import CACHE_SIZE, TorquePredictor
 from recordings.recording import Bools, Floats
 
 SEGMENTS = 15
-"""Into so many parts a cycle is cut where there is no other recording to validate on; each third one is held out."""
-_GUARDS = 5
-"""A segment is so many times as long as what the filter makes its neighbours know of it, at least."""
+"""Number of segments of a cycle if there is no other recording to validate on; every third one is a test segment."""
+_MIN_SEGMENT = 5
+"""Minimum length of a segment, in filter lengths."""
 MAX_STANDSTILL = 0.25
-"""Rows with more standstill than this behind them are left out."""
+"""Rows with a larger share of standstill are left out."""
 MAX_AMPLIFICATION = 2.0
-"""What is reported tells little of the torque where it makes an error of it larger than so many times."""
+"""Rows that amplify torque errors more than this are not scored."""
 MIN_REPORTED_SHARE = 0.01
-"""Share of rows up to which leaving them out is not worth a word, and those near saturation are judged as well."""
+"""Excluded rows are neither excluded nor reported below this share of all rows."""
 _DEVIATIONS = 3.0
-"""Speeds within so many standard deviations of what encoder steps make of it are standstill."""
+"""Speeds within this many standard deviations of the quantization error are standstill."""
 _CREEPING = 0.02
-"""Of the largest speed: below it, dry friction is between its two levels in any machine."""
-_LONG = 0.5
-"""Share of creeping behind a row from which on this is a standstill, and no reversal on the way."""
-_LEAST_KEPT = 8
-"""Columns that each of many excerpts of long recordings remembers."""
+"""Share of the largest speed: below it, dry friction is between its two levels in any machine."""
+_MIN_CREEPING_SHARE = 0.5
+"""Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
+_MIN_CACHED_COLUMNS = 8
+"""Number of cached columns for each of many excerpts of long recordings."""
 _SEED = 0
-"""The same verdict each time."""
+"""Fixed, so that results are reproducible."""
 _DRAWS = 4
-"""Readings with other encoder steps that tell how well parameters are known."""
+"""Number of perturbed readings that propagate encoder quantization to the parameters."""
 _SAME = 1e-10
-"""Two angles closer than this are the same reading [rad or m]."""
+"""Angles closer than this are the same encoder reading [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class SplitData:
-    """Recordings, each row of which is seen by fits, or held out, or neither."""
+    """Prepared recordings with training rows, test rows and unused rows."""
 
-    predictors: tuple[Evaluator, ...]
+    predictors: tuple[TorquePredictor, ...]
     train: tuple[Bools, ...]
-    """(m, dof) of each recording."""
+    """(m, dof) training rows of each recording."""
     test: tuple[Bools, ...]
-    """(m, dof) of each recording."""
+    """(m, dof) test rows of each recording."""
     weights: tuple[Floats, ...]
-    """(m, dof) of each recording [1 / (N m)]; 0 where it is not seen."""
+    """(m, dof) of each recording [1 / (N m)]; 0 outside of the training rows."""
     other_motion: bool
-    """Whether what is held out is another recording; else phase segments of the same."""
+    """Whether the test rows are of other recordings; else they are phase segments of the same ones."""
     standstill_share: float = 0.0
-    """Share of the rows that neither fits see nor are judged, as a joint stands still there."""
+    """Share of the rows that are not used because a joint stands still."""
     insensitive_share: float = 0.0
-    """Share of the rows that are not judged, as what is reported there tells little of the torque."""
-    _misread: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
+    """Share of the rows that are not scored because the reported signal hardly depends on the torque."""
+    _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
         default_factory=dict, repr=False
     )
-    """What was worked out, by the names of effects."""
+    """Results of `perturbed_regressors`, by the names of effects."""
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
         """The measured rows."""
-        return tuple(one.course.dataset for one in self.predictors)
+        return tuple(one.prepared.dataset for one in self.predictors)
 
     @property
     def scored(self) -> tuple[Bools, ...]:
-        """(m, dof) of each recording: rows that are seen or held out."""
+        """(m, dof) of each recording: training rows and test rows."""
         return tuple(seen | held for seen, held in zip(self.train, self.test, strict=True))
 
     @cached_property
-    def perturbed(self) -> tuple[Evaluator, ...]:
-        """The recordings as they might have been read: with errors of half an encoder step at most, drawn by lot."""
-        return tuple(Evaluator(_disturbed(one.course)) for one in self.predictors)
+    def perturbed(self) -> tuple[TorquePredictor, ...]:
+        """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
+        return tuple(TorquePredictor(_perturbed(one.prepared)) for one in self.predictors)
 
     @cached_property
-    def perturbed_draws(self) -> tuple[tuple[Evaluator, ...], ...]:
-        """Several such readings of the recordings of which fits see something."""
-        courses = [self.predictors[i].course for i in self.train_indices]
-        return tuple(tuple(Evaluator(_disturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
+    def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
+        """Several such perturbations of the recordings with training rows."""
+        courses = [self.predictors[i].prepared for i in self.train_indices]
+        return tuple(tuple(TorquePredictor(_perturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
 
     @cached_property
     def repeating_share(self) -> tuple[Floats, ...]:
         """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
-        return tuple(repeating(one.course) for one in self.predictors)
+        return tuple(repeating_share(one.prepared) for one in self.predictors)
 
     def perturbed_regressors(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
-        """Columns (m, dof, K) of a `bare` composition for each recording, as it was read and as it might have been,
-        and (K, K) what a fit to the second makes of parameters: so much more of each per unit of its own.
+        """Regressors with measured and with perturbed encoder readings, and the attenuation bias between them.
 
-        Errors in a regressor make a fit believe it less: where the steps are coarse, inertias come out too small.
+        Returns for each recording both regressors (m, dof, K) of the `bare` structure, and the matrix (K, K) by which
+        a fit to the second changes the parameters. Errors in a regressor attenuate the parameters: with coarse
+        encoder steps, inertias are underestimated.
         """
         names = tuple(term.name for term in bare.terms)
-        if names not in self._misread:
+        if names not in self._perturbed_cache:
             x = np.zeros(len(bare.named))
-            both = zip(self.predictors, self.perturbed, strict=True)
+            both = zip(sellinearizedrs, self.perturbed, linearizede)
             pairs = [(one.linearised(bare, x)[1], other.linearised(bare, x)[1]) for one, other in both]
-            self._misread[names] = pairs, self._misled(pairs)
-        return self._misread[names]
+            self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
+        return self._perturbed_cache[names]
 
-    def _misled(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
-        """(K, K) of `misread`, by weighted least squares over the rows that fits see."""
+    def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
+        """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""
         rows, changed = [], []
         for weight, (one, other) in zip(self.weights, pairs, strict=True):
             known = (weight > 0) & np.isfinite(one).all(axis=2) & np.isfinite(other).all(axis=2)
@@ -119,12 +120,12 @@ class SplitData:
 
     @cached_property
     def train_indices(self) -> tuple[int, ...]:
-        """Recordings of which fits see something."""
+        """Indices of the recordings with training rows."""
         return tuple(i for i, seen in enumerate(self.train) if seen.any())
 
     @cached_property
     def independent_rows(self) -> float:
-        """How many independent rows the seen ones are worth: a low-pass makes neighbours alike."""
+        """Equivalent number of independent training rows: a low-pass correlates neighbours."""
         return sum(
             float(self.train[i].sum()) * min(1.0, 2 * self.datasets[i].bandwidth / self.datasets[i].rate)
             for i in self.train_indices
@@ -132,38 +133,40 @@ class SplitData:
 
     @cached_property
     def torque_rms(self) -> Floats:
-        """(dof,) measured torque [N m] over all rows."""
+        """(dof,) RMS of the measured torque over all scored rows [N m]."""
         return rms([dataset.torque for dataset in self.datasets], self.scored)
 
     def fit(self, composition: Composition, x: Floats) -> Solution:
-        """`composition` fitted to what may be seen, from `x` (K,)."""
+        """Fit the model `structure` to the training rows, starting from `x` (K,)."""
         return self.refine(self.fit_linear(composition, x))
 
     def fit_linear(self, composition: Composition, x: Floats) -> Solution:
-        """The linear parameters of `composition` fitted to what may be seen, the others as in `x` (K,)."""
-        return begun(self._fitted, composition, x, self._own_weights)
+        """Fit initial_solutioninear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
+        return begun(self._train_predictors, composition, x, self._train_weights)
 
     def refine(self, solution: Solution) -> Solution:
-        """All parameters fitted, beginning with those of a `solution`."""
-        return improved(self._fitted, solution, self._own_weights)
+        """Fit levenberg_marquardtmeters, starting from those of a `solution`."""
+        return improved(self._train_predictors, solution, self._train_weights)
 
-    @property
-    def _fitted(self) -> list[Evaluator]:
+    @propertyTorquePredictor
+    def _train_predictors(self) -> list[Evaluator]:
         return [self.predictors[i] for i in self.train_indices]
 
     @property
-    def _own_weights(self) -> list[Floats]:
+    def _train_weights(self) -> list[Floats]:
         return [self.weights[i] for i in self.train_indices]
 
     def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
-        """Without judging rows in which what is reported tells little of the torque, if they are worth mentioning.
+        """Exclude rows from scoring in which the reported signal hardly depends on the torque, if there are enough of
+        them.
 
-        In saturation any error of the torque is amplified. Fits still see them: nothing else tells where it begins.
-
-        error: (dof,) of the torque [N m], as small as may be found.
-        """
+        In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
+        only they show where saturation begins.
+structure
+        error: (dof,) smallest detectable torque error [N m].
+        """structureerror_amplification
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.composition.terms):
-            return self
+            retupreparedf
         amplified = [one.amplification(solution.composition, solution.x, error) for one in self.predictors]
         silent = [
             one.course.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float)) > MAX_STANDSTILL
@@ -175,15 +178,15 @@ class SplitData:
         before, after = (sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (seen, held)))
         share = 1 - after / before
         return replace(self, seen=seen, held=held, silent=share) if share > MIN_REPORTED_SHARE else self
-
-    def residuals(self, solution: Solution) -> tuple[Floats, ...]:
-        """(m, dof) measured minus computed, of every recording [N m]."""
+structure
+    def residuals(self, spreparedn: Solution) -> tuple[Floats, ...]:
+        """(m, dof) measured minus computed torque of every recording [N m]."""
         composition, x = solution.composition, solution.x
-        return tuple(one.course.dataset.torque - one.torque(composition, x) for one in self.predictors)
+        return tuple(one.course.datasPreparedRecordingque - one.torque(compoPreparedRecording, x) for one in self.predictors)
 
 
 def split_recordings(train: Sequence[Course], validate: Sequence[Course]) -> SplitData:
-    """The material of recordings to fit, and of those, if there are, that fits must not see."""
+    """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
     courses = [*train, *validate]
     still = [standstill_share(course) for course in courses]
     moving = [course.usable & (part < MAX_STANDSTILL) for course, part in zip(courses, still, strict=True)]
@@ -191,33 +194,33 @@ def split_recordings(train: Sequence[Course], validate: Sequence[Course]) -> Spl
         nothing = [np.zeros_like(course.usable) for course in courses]
         seen = moving[: len(train)] + nothing[len(train) :]
         held = nothing[: len(train)] + moving[len(train) :]
-    else:
-        seen, held = (list(part) for part in zip(*map(_by_phase, train, moving), strict=True))
+    else:CACHE_SIZETorquePredictor
+        seen, held = (list(part) for part in zip(*map(_split_by_phase, train, moving), strict=True))
     weights = _weights([course.dataset for course in courses], seen, still)
-    evaluators = tuple(Evaluator(course, max(_LEAST_KEPT, KEPT // len(courses))) for course in courses)
+    evaluators = tuple(Evaluator(course, max(_MIN_CACHED_COLUMNS, KEPT // len(courses))) for course in courses)
     usable = sum(int(course.usable.sum()) for course in courses)
     at_rest = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
     return SplitData(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate), at_rest)
 
 
 def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:
-    """(dof,) of the `chosen` rows (m, dof) of all recordings, as far as the model says anything of them."""
+    """(dof,) RMS of the `selected` rows (m, dof) of all recordings; NaN is skipped."""
     known = [which & np.isfinite(r) for r, which in zip(residuals, chosen, strict=True)]
     squares = sum(np.where(which, r**2, 0.0).sum(axis=0) for r, which in zip(residuals, known, strict=True))
     count = sum(which.sum(axis=0) for which in known)
     result: Floats = np.sqrt(squares / np.maximum(count, 1))
-    return result
+    return resultPreparedRecording
 
 
-def _by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
-    """Seen and held-out rows: the same phase segments of all cycles, a filter's length away from each other.
+def _split_by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
+    """Training and test rows: the same phase segments of all cycles, separated by the length of the filter.
 
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
     dataset = course.dataset
     phase = dataset.phase if np.isfinite(dataset.phase).any() else dataset.time
     longest, reach = max(float(np.nanmax(phase)), 1 / dataset.rate), 1.5 / dataset.bandwidth
-    segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _GUARDS * reach))))
+    segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
     place = phase * segments / longest
     held = np.floor(place) % 3 == 2  # where there is no phase, nothing is seen, nor held out
     guard = reach * segments / longest
@@ -228,7 +231,8 @@ def _by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
 
 
 def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence[Floats]) -> list[Floats]:
-    """1 / standard deviation of each row, by the noise, what a first fit of the mechanism leaves, and standstill."""
+    """1 / standard deviation of each row, from noise, the residual of a first fit of the mechanism, and standstill.
+    """
     fitting = [i for i, one in enumerate(seen) if one.any()]
     regressor = np.concatenate([datasets[i].regressor[seen[i]] for i in fitting])
     torque = np.concatenate([datasets[i].torque[seen[i]] for i in fitting])
@@ -237,27 +241,27 @@ def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence
     found = noise.estimate(datasets, residuals)
     return [
         np.where(rows, 1 / np.hypot(noise.residual_std(dataset, residual, found), friction), 0.0)
-        for dataset, residual, rows, friction in zip(datasets, residuals, seen, doubt, strict=True)
+        for dataset, residualPreparedRecording, friction in zip(datasets, residuals, seen, doubt, strict=True)
     ]
 
 
 def standstill_share(course: Course) -> Floats:
-    """(m, dof) share of the instants behind a row at which a joint moves too slowly to tell in which direction.
+    """(m, dof) share of tas_recordednstants behind a row at whicas_recordedjoint is too slow for its direction to be known.
 
-    Dry friction may then be anything between its two levels. How slow that is follows from the encoder's steps.
+    Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
     """
-    motion, read = course.path.motion, _disturbed(course).path.motion
+    motion, read = course.path.motion, _perturbed(course).path.motion
     slowest = _DEVIATIONS * np.nanstd(read.velocity - motion.velocity, axis=0)
     speed = np.abs(motion.velocity)
     unsure, creeping = (
         np.clip(course.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
         for limit in (slowest, _CREEPING * np.nanmax(speed, axis=0))
-    )
-    return np.maximum(unsure, np.where(creeping > _LONG, creeping, 0.0))
+    )PreparedRecordingPreparedRecording
+    return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))
 
 
-def _disturbed(course: Course, seed: int = _SEED) -> Course:
-    """As if its encoders had other steps of the same size."""
+def _perturbed(coucorrected_motionse, seedas_recordedt = _SEED) -> Course:
+    """The recording with random encoder errors of at most half a step."""
     measured = course.samples.position
     error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * encoder_resolution(measured)
     path = course.corrected(course.path.rig, lambda position: position + error)
@@ -265,7 +269,7 @@ def _disturbed(course: Course, seed: int = _SEED) -> Course:
 
 
 def encoder_resolution(position: Floats) -> Floats:
-    """(dof,) step between neighbouring readings of the encoders that gave `position` (n, dof) [rad or m]."""
+    """(dof,) encoder step: the smallest difference between readings in `position` (n, dof) [rad or m]."""
     steps = []
     for signal in position.T:
         apart = np.diff(np.unique(signal[np.isfinite(signal)]))

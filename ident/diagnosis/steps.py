@@ -1,4 +1,4 @@
-"""The steps of a diagnosis: models on the way, what could be added to them, and what was found."""
+"""Data of a stepwise selection: models, their extensions, steps and findings."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
-Exclusion = Literal["imitated", "sign"]
-"""imitated: other parameters make up all that it would change; sign: it would need one that it cannot have."""
+Exclusion = Literal["collinear", "sign"]
+"""collinear: other parameters reproduce its torque; sign: its coefficient would need an impossible sign."""
 
 
 @dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A model on the way, with what it leaves."""
+    """A fitted model with its residuals."""
 
     solution: Solution
     residuals: tuple[Floats, ...]
@@ -25,24 +25,24 @@ class FittedModel:
     @property
     def terms(self) -> tuple[Term, ...]:
         """Its effects."""
-        return self.solution.composition.terms
+        return self.solution.structure.terms
 
 
 @dataclass(frozen=True, eq=False)
 class Extensions:
-    """Beyond one model."""
+    """Models that extend one model by one effect."""
 
     models: tuple[FittedModel, ...]
-    """With one effect more, the best first."""
+    """The best first."""
     excluded: Mapping[str, "Exclusion"]
-    """Effects that could not be looked at any further, and why."""
+    """Effects that were excluded by screening, with the reason."""
     loss_reductions: Mapping[str, float]
-    """What each effect would gain at first sight, as a share of the loss."""
+    """Relative reduction of the loss by each effect, as estimated by screening."""
 
 
 @dataclass(frozen=True, eq=False)
 class SelectionStep:
-    """A step of the ladder."""
+    """A step of the stepwise selection."""
 
     added: str | None
     model: FittedModel
@@ -55,24 +55,24 @@ class Finding:
 
     term: Term
     improvement: Improvement
-    """What leaving it out would cost on held-out rows."""
+    """Loss of this improvement on the test rows if the effect is left out."""
     alternatives: tuple[str, ...]
-    """Other effects that would explain these data as well in its place, the closest first."""
+    """Other effects that would explain these data equally well in its place, the closest first."""
     residuals_without: tuple[Floats, ...]
-    """(m, dof) what the final model leaves of each recording without this effect, refitted [N m]."""
+    """(m, dof) residuals of the final model without this effect, refitted, for each recording [N m]."""
     residuals_with: tuple[Floats, ...]
 
 
 @dataclass(frozen=True, eq=False)
 class Selection:
-    """All that was found."""
+    """Result of a stepwise selection."""
 
     steps: tuple[SelectionStep, ...]
     findings: tuple[Finding, ...]
     first_extensions: Extensions
-    """What could have been added first."""
+    """Extensions of the base model."""
     last_extensions: Extensions
-    """What could be added still."""
+    """Extensions of the final model."""
     noise_floor: NoiseFloor
     computed: tuple[Floats, ...]
     """(m, dof) torque of the final model on each recording [N m]."""

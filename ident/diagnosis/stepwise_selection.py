@@ -1,4 +1,4 @@
-"""The ladder: add the effect that explains most, refit everything, ask again, until nothing is left to explain."""
+"""Stepwise selection: add the effect that explains most, refit all parameters, and repeat until nothing is left."""
 
 from collections.abc import Callable, Mapping, Sequence
 from weakref import WeakKeyDictionary
@@ -16,283 +16,292 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 MAX_EFFECTS = 16
-"""Effects that are added at most."""
+"""Maximum number of effects."""
 MAX_ROUNDS = 3
-"""Times that effects already found are put to the question again."""
+"""Maximum number of times that the selected effects are reviewed."""
 EQUIVALENT_SHARE = 0.04
-"""Candidates whose gains differ by less than this share of it explain the same."""
+"""Candidates whose reductions differ by less than this share are equivalent."""
 MIN_T = 3.5
-"""Student's t of the held-out fall from which on it counts; all the candidates were tried."""
+"""Student's t from which a test improvement is supported; it is high because many candidates are tried."""
 MIN_LOWER_BOUND = 0.1
-"""Lower end of the interval of the held-out gain from which on it counts, too."""
+"""Lower bound of the interval from which a test improvement is supported as well."""
 MIN_DECISIVE_SHARE = 0.5
-"""Share of what another explanation leaves above the floor that, once taken away, speaks against it."""
+"""An improvement over an equivalent model is decisive if it removes this share of its excess error."""
 MIN_DECISIVE_REDUCTION = 0.05
-"""Fall of the mean square, over that of the floor, that speaks for nothing: the floor is no better known."""
+"""Smaller reductions of the mean square, in units of the squared noise floor, are never decisive: the floor is not
+known more accurately."""
 MIN_KEPT_SHARE = 0.05
-"""Share of what is above the floor, without an effect, that makes it stay in the model."""
+"""An effect is kept if it explains this share of the excess error without it."""
 MIN_ADDED_SHARE = 0.15
-"""Share of what is above the floor below which an effect is not added while much is left that it does not explain."""
+"""An effect is not added if it explains less than this share of a large excess error."""
 LARGE_EXCESS = 3.0
-"""Mean square above the floor that is much, over that of the floor."""
+"""Mean square above the noise floor that counts as large, in units of the squared floor."""
 MAX_ALTERNATIVE_RATIO = 0.5
-"""Another way up is better if it leaves less than this share of what the first one leaves above the floor."""
+"""An alternative selection is better if its excess error is below this share of that of the first one."""
 MAX_FLOOR_RATIO = 1.1
-"""A joint that leaves more than so many times its floor may have what others have."""
+"""Joints with an error above this multiple of the noise floor may need effects of other joints."""
 MIN_TORQUE_SHARE = 0.002
-"""What changes the residual by less than this share of the torque is left alone."""
+"""Changes of the residual below this share of the torque are ignored."""
 
 
-def is_supported(found: Improvement) -> bool:
-    """Whether held-out rows bear a gain out: everywhere a little, or much, though perhaps at few places."""
-    return found.t_statistic > MIN_T or found.interval[0] > MIN_LOWER_BOUND
+def is_supported(improvement: Improvement) -> bool:
+    """Whether the test rows support an improvement: a small one in most blocks, or a large one in a few."""
+    return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND
 
 
-def is_decisive(found: Improvement) -> bool:
-    """Whether it speaks against what explains nearly as much."""
-    return found.t_statistic > MIN_T and found.share > MIN_DECISIVE_SHARE and found.reduction > MIN_DECISIVE_REDUCTION
+def is_decisive(improvement: Improvement) -> bool:
+    """Whether an improvement rules out a model that explains nearly as much."""
+    return improvement.t_statistic > MIN_T and improvement.share > MIN_DECISIVE_SHARE and improvement.reduction > MIN_DECISIVE_REDUCTION
 
 
 class Selector:
-    """Climbs the ladder on some material with a library of effects."""
+    """Selects effects of a library for given data."""
 
-    def __init__(self, material: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
-        self._material, self._library, self._progress = material, library, progress
-        self.search = CandidateSearch(material, library)
+    def __init__(self, split: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
+        self._split, self._library, self._progress = split, library, progress
+        self.search = CandidateSearch(split, library)
         self._floors: WeakKeyDictionary[FittedModel, NoiseFloor] = WeakKeyDictionary()
 
-    def select(self, composition: Composition, x: Floats) -> Selection:
-        """From `composition` upwards, fitted from `x` (K,)."""
-        state, rungs = self.start(composition, x)
-        first = self.search.extensions(state)
-        ladder = self._complete(state, list(rungs), first)
-        last = ladder.steps[-1].model
-        way = self._other_way(state, first, last) if self._left(last) > LARGE_EXCESS else None
-        if way is None:
-            return ladder
-        rungs.append(SelectionStep(way.terms[-1].name, way, self.improvement(rungs[-1].model, way)))
-        other = self._complete(way, rungs, first)
-        return other if self._far_better(other.steps[-1].model, last) else ladder
+    def select(self, structure: Composition, x: Floats) -> Selection:
+        """Select effects step by step, starting from `structure` with the parameters `x` (K,)."""
+        model, steps = self.start(structure, x)
+        extensions = self.search.extensions(model)
+        selection = self._select_from(model, list(steps), extensions)
+        final = selection.steps[-1].model
+        extension = self._alternative_start(model, extensions, final) if self._excess(final) > LARGE_EXCESS else None
+        if extension is None:
+            return selection
+        steps.append(SelectionStep(extension.terms[-1].name, extension, self.improvement(steps[-1].model, extension)))
+        alternative = self._select_from(extension, steps, extensions)
+        return alternative if self._is_far_better(alternative.steps[-1].model, final) else selection
 
-    def _complete(self, state: FittedModel, rungs: list[SelectionStep], first: Extensions) -> Selection:
-        """From `state`, where `rungs` end, as far up as it goes."""
+    def _select_from(self, model: FittedModel, steps: list[SelectionStep], first_extensions: Extensions) -> Selection:
+        """Continue the selection from `model`, the last of `steps`, until no step improves it."""
         for _ in range(MAX_ROUNDS):
-            state, last = self._up(state, rungs)
-            looked = [self._look_again(state, index) for index in range(len(state.terms))]
-            better = next((found for _, found in looked if found is not state), None)
+            model, extensions = self._add_effects(model, steps)
+            reviews = [self._review_effect(model, index) for index in range(len(model.terms))]
+            better = next((reviewed for _, reviewed in reviews if reviewed is not model), None)
             if better is None:
                 break
-            state = self._settled(better)
-            rungs.append(SelectionStep(better.terms[-1].name, state, self.improvement(rungs[-1].model, state)))
-        findings = tuple(finding for finding, _ in looked)
-        return Selection(tuple(rungs), findings, first, last, self.noise_floor(state), self._computed(state))
+            model = self._pruned(better)
+            steps.append(SelectionStep(better.terms[-1].name, model, self.improvement(steps[-1].model, model)))
+        findings = tuple(finding for finding, _ in reviews)
+        return Selection(tuple(steps), findings, first_extensions, extensions, self.noise_floor(model), self._computed(model))
 
-    def _other_way(self, state: FittedModel, first: Extensions, last: FittedModel) -> FittedModel | None:
-        """Another effect to begin with beyond `state`, where the way up ended at `last` with much left.
+    def _alternative_start(self, model: FittedModel, extensions: Extensions, last: FittedModel) -> FittedModel | None:
+        """Another first effect after `model`, if the selection that ended at `last` leaves a large excess error.
 
-        What explains most may imitate two effects together, and beside it neither of them finds its place. So it is
-        the second step that tells which first one was right.
+        The best single effect may imitate two effects together, and neither of them improves the model beside it.
+        Therefore the second step decides which first step was right.
         """
         self._progress("much is left; what if it began otherwise?")
-        taken, seconds = {term.name for term in last.terms}, []
-        for way in first.models:
-            if way.terms[-1].name in taken or not is_physical(way, state) or not self._promising(state, way):
+        selected, alternatives = {term.name for term in last.terms}, []
+        for extension in extensions.models:
+            if extension.terms[-1].name in selected or not is_physical(extension, model) or not self._is_promising(model, extension):
                 continue
-            second = self._first_confirmed(way, self.search.extensions(way).models)
-            if second is not None and self._far_better(second, last) and self._confirmed(state, second):
-                seconds.append((second.solution.loss, way))
-        return min(seconds, key=lambda one: one[0])[1] if seconds else None
+            second = self._first_confirmed(extension, self.search.extensions(extension).models)
+            if second is not None and self._is_far_better(second, last) and self._is_confirmed(model, second):
+                alternatives.append((second.solution.loss, extension))
+        return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
 
-    def _promising(self, state: FittedModel, way: FittedModel) -> bool:
-        """Whether held-out rows bear `way` out, or it explains so much that they may once something is beside it."""
-        return self._confirmed(state, way) or way.solution.loss < MAX_ALTERNATIVE_RATIO * state.solution.loss
+    def _is_promising(self, model: FittedModel, extension: FittedModel) -> bool:
+        """Whether the test rows support `extension`, or it explains so much that a further effect may make it
+        supported.
+        """
+        return self._is_confirmed(model, extension) or extension.solution.loss < MAX_ALTERNATIVE_RATIO * model.solution.loss
 
-    def _far_better(self, state: FittedModel, other: FittedModel) -> bool:
-        return self._left(state) < MAX_ALTERNATIVE_RATIO * self._left(other)
+    def _is_far_better(self, model: FittedModel, reference: FittedModel) -> bool:
+        return self._excess(model) < MAX_ALTERNATIVE_RATIO * self._excess(reference)
 
-    def _left(self, state: FittedModel) -> float:
-        """Held-out mean square above the floor that `state` leaves, over that of the floor."""
-        return self.improvement(state, state).remaining
+    def _excess(self, model: FittedModel) -> float:
+        """Mean square of the test residual of `model` above the noise floor, in units of the squared floor."""
+        return self.improvement(model, model).remaining
 
-    def start(self, composition: Composition, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
-        """The state with all that is true anyway, fitted from `x` (K,), and the first rungs."""
-        base = self.search.fit(composition, x)
-        rungs = [SelectionStep(None, base, None)]
-        return self._with_truths(base, rungs), rungs
+    def start(self, structure: Composition, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
+        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and the first steps.
+        """
+        base = self.search.fit(structure, x)
+        steps = [SelectionStep(None, base, None)]
+        return self._with_mandatory_effects(base, steps), steps
 
-    def select_forced(self, composition: Composition, x: Floats, names: Sequence[str]) -> Selection:
-        """From `composition` upwards, fitted from `x` (K,), by the effects `names` in this order, and no others.
+    def select_forced(self, structure: Composition, x: Floats, names: Sequence[str]) -> Selection:
+        """Add the effects `names` in this order and no others, starting from `structure` with the parameters `x`
+        (K,).
 
         Raises:
             BadInput: the motion does not show one of them.
         """
-        state, rungs = self.start(composition, x)
+        model, steps = self.start(structure, x)
         for name in names:
-            candidates, unseen, _ = self.search.screen(state)
-            found = {one.term.name: one for one in reversed(candidates)}
-            if name not in found:
-                known = name in {term.name for term in state.terms}
-                why = "is in the model already" if known else "does not show in this motion"
-                why = "is not there: it would need a sign that it cannot have" if unseen.get(name) == "sign" else why
-                raise BadInput(f"effect: one of {', '.join(sorted(found))} expected; '{name}' {why}; leave it out")
-            state = self.search.add(state, found[name])
-            rungs.append(SelectionStep(name, state, self.improvement(rungs[-1].model, state)))
-        last = Extensions((), *self.search.screen(state)[1:])
-        findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
-        return Selection(tuple(rungs), findings, last, last, self.noise_floor(state), self._computed(state))
+            candidates, excluded, _ = self.search.screen(model)
+            by_name = {candidate.term.name: candidate for candidate in reversed(candidates)}
+            if name not in by_name:
+                present = name in {term.name for term in model.terms}
+                reason = "is in the model already" if present else "does not show in this motion"
+                reason = "is not there: it would need a sign that it cannot have" if excluded.get(name) == "sign" else reason
+                raise BadInput(f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out")
+            model = self.search.add(model, by_name[name])
+            steps.append(SelectionStep(name, model, self.improvement(steps[-1].model, model)))
+        extensions = Extensions((), *self.search.screen(model)[1:])
+        findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
+        return Selection(tuple(steps), findings, extensions, extensions, self.noise_floor(model), self._computed(model))
 
-    def truncated(self, ladder: Selection, number: int) -> Selection:
-        """The `ladder` up to the rung of that `number`."""
-        state = ladder.steps[number].model
-        findings = tuple(self._look_again(state, index)[0] for index in range(len(state.terms)))
-        last = self.search.extensions(state)
-        rungs = ladder.steps[: number + 1]
-        return Selection(rungs, findings, ladder.first_extensions, last, self.noise_floor(state), self._computed(state))
+    def truncated(self, selection: Selection, number: int) -> Selection:
+        """The `selection` up to step `number`."""
+        model = selection.steps[number].model
+        findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
+        extensions = self.search.extensions(model)
+        steps = selection.steps[: number + 1]
+        return Selection(steps, findings, selection.first_extensions, extensions, self.noise_floor(model), self._computed(model))
 
-    def _up(self, state: FittedModel, rungs: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
-        """The state when nothing more is worth adding, and what could be added still."""
-        been = {effect_key(state)}
+    def _add_effects(self, model: FittedModel, steps: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
+        """Add effects until no extension is accepted; returns the model and its remaining extensions."""
+        visited = {effect_key(model)}
         while True:
-            found = self.search.extensions(state)
-            chosen = self._chosen(state, found.models) if len(state.terms) < MAX_EFFECTS else None
-            if chosen is None:
-                return state, found
-            state = self._settled(chosen)
-            if effect_key(state) in been:  # what was added makes itself superfluous
-                return state, found
-            been.add(effect_key(state))
-            rungs.append(SelectionStep(chosen.terms[-1].name, state, self.improvement(rungs[-1].model, state)))
-            self._progress(f"{rungs[-1].added} added; what else?")
+            extensions = self.search.extensions(model)
+            extension = self._next_model(model, extensions.models) if len(model.terms) < MAX_EFFECTS else None
+            if extension is None:
+                return model, extensions
+            model = self._pruned(extension)
+            if effect_key(model) in visited:  # what was added makes itself superfluous
+                return model, extensions
+            visited.add(effect_key(model))
+            steps.append(SelectionStep(extension.terms[-1].name, model, self.improvement(steps[-1].model, model)))
+            self._progress(f"{steps[-1].added} added; what else?")
 
-    def noise_floor(self, state: FittedModel) -> NoiseFloor:
-        """The line to reach."""
-        if state not in self._floors:
-            self._floors[state] = estimate_noise_floor(self._material, state.solution, state.residuals)
-        return self._floors[state]
+    def noise_floor(self, model: FittedModel) -> NoiseFloor:
+        """The noise floor of `model`."""
+        if model not in self._floors:
+            self._floors[model] = estimate_noise_floor(self._split, model.solution, model.residuals)
+        return self._floors[model]
 
-    def _computed(self, state: FittedModel) -> tuple[Floats, ...]:
-        pairs = zip(self._material.datasets, state.residuals, strict=True)
+    def _computed(self, model: FittedModel) -> tuple[Floats, ...]:
+        pairs = zip(self._split.datasets, mostructurels, strict=True)
         return tuple(data.torque - residual for data, residual in pairs)
 
-    def _with_truths(self, state: FittedModel, rungs: list[SelectionStep]) -> FittedModel:
-        """With what is true of any such machine, whatever its coefficient: other effects may still disturb it."""
-        joints = tuple(range(state.solution.composition.rig.dof))
-        known = [term.name for term in state.terms]
+    def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
+        """Add the mandatory effects, whatever their coefficients: other effects may still bias these."""
+        joints = tuple(range(model.solutistructureion.rig.dof))
+        present = [term.name for term in model.terms]
         for name, effect in self._library.items():
-            if not effect.always_true or name in known:
+            if not effect.always_true or name in present:
                 continue
-            composition = state.solution.composition.plus(Term(name, effect, joints))
-            added = np.zeros(len(composition.named) - len(state.solution.x))
-            after = self.search.fit(composition, np.concatenate([state.solution.x, added]))
-            if self._confirmed(state, after):
-                rungs.append(SelectionStep(name, after, self.improvement(state, after)))
-            state = after
-        return state
+            structure = model.solution.composition.plus(Term(name, effect, joints))
+            zeros = np.zeros(len(structure.named) - len(model.solution.x))
+            extended = self.search.fit(structure, np.concatenate([model.solution.x, zeros]))
+            if self._is_confirmed(model, extended):
+                steps.append(SelectionStep(name, extended, self.improvement(model, extended)))
+            model = extended
+        return model
 
-    def _chosen(self, state: FittedModel, options: Sequence[FittedModel]) -> FittedModel | None:
-        """The next effect. What explains most may not hold before a smaller one beside it is known."""
-        seen, least = rms(state.residuals, self._material.train), self.noise_floor(state).rms
+    def _next_model(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
+        """The next extension. The best one may not be supported before a smaller effect is included."""
+        train_rms, floor = rms(model.residuals, self._split.train), self.noise_floor(model).rms
         # A right model would leave no less. What lowers the errors below that fits what encoders' steps make.
-        if self._left(state) <= 0 or (seen <= least).all():
+        if self._excess(model) <= 0 or (train_rms <= floor).all():
             return None
-        short = np.flatnonzero(seen > MAX_FLOOR_RATIO * least)
-        options = [*options, *self.search.joint_extensions(state, short.tolist())]
-        found = self._first_confirmed(state, options)
-        return found or (self._first_confirmed(state, self.search.skipped_extensions(state)) if options else None)
+        joints = np.flatnonzero(train_rms > MAX_FLOOR_RATIO * floor)
+        candidates = [*candidates, *self.search.joint_extensions(model, joints.tolist())]
+        extension = self._first_confirmed(model, candidates)
+        return extension or (self._first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None)
 
-    def _first_confirmed(self, state: FittedModel, options: Sequence[FittedModel]) -> FittedModel | None:
-        """The simplest of those that explain most, if rows that no fit saw bear it out; else the next ones."""
-        options = [one for one in options if is_physical(one, state)]
-        while options:
-            best = self._simplest(state, options)
-            if self._confirmed(state, best) and not self._crumb(state, best):
+    def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
+        """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
+        candidates = [candidate for candidate in candidates if is_physical(candidate, model)]
+        while candidates:
+            best = self._simplest(model, candidates)
+            if self._is_confirmed(model, best) and not self._is_minor(model, best):
                 return best
-            options = [one for one in options if one is not best]
+            candidates = [candidate for candidate in candidates if candidate is not best]
         return None
 
-    def _simplest(self, state: FittedModel, options: Sequence[FittedModel]) -> FittedModel:
-        """Of those that explain as much as the best, unless held-out rows clearly speak for another of them."""
-        alike = self._alike(state.solution.loss, options)
-        simplest = min(alike, key=lambda one: (len(one.solution.x), one.solution.loss))
-        return next((one for one in alike if self._settles(simplest, one)), simplest)
+    def _simplest(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel:
+        """The simplest of the extensions that are equivalent to the best, unless the test rows clearly prefer another
+        of them.
+        """
+        equivalent = self._equivalent(model.solution.loss, candidates)
+        simplest = min(equivalent, key=lambda candidate: (len(candidate.solution.x), candidate.solution.loss))
+        return next((candidate for candidate in equivalent if self._is_preferred(simplest, candidate)), simplest)
 
-    def _alike(self, without: float, options: Sequence[FittedModel]) -> list[FittedModel]:
-        """Those that leave no more than the best, but for chance and a small share of what there is to gain."""
-        least = min(one.solution.loss for one in options)
-        slack = max(EQUIVALENT_SHARE * (without - least), MIN_SIGNIFICANCE * self.search.chance_reduction(least))
-        return [one for one in options if one.solution.loss - least <= slack]
+    def _equivalent(self, loss_before: float, candidates: Sequence[FittedModel]) -> list[FittedModel]:
+        """Extensions whose loss exceeds the best one by no more than chance and a small share of the reduction."""
+        best = min(candidate.solution.loss for candidate in candidates)
+        slack = max(EQUIVALENT_SHARE * (loss_before - best), MIN_SIGNIFICANCE * self.search.chance_reduction(best))
+        return [candidate for candidate in candidates if candidate.solution.loss - best <= slack]
 
-    def _confirmed(self, before: FittedModel, after: FittedModel) -> bool:
-        """Whether the last effect of `after` explains something, on the rows seen and on those held out."""
+    def _is_confirmed(self, before: FittedModel, after: FittedModel) -> bool:
+        """Whether the last effect of `after` improves the model significantly on training rows and test rows."""
         parameters = len(after.solution.x) - len(before.solution.x)
         changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
         size = np.sqrt([np.nanmean(np.concatenate(changed) ** 2, axis=0)])
         return (
             self.search.is_significant(before.solution.loss, after.solution.loss, parameters)
-            and bool((size > MIN_TORQUE_SHARE * self._material.torque_rms).any())
+            and bool((size > MIN_TORQUE_SHARE * self._split.torque_rms).any())
             and is_supported(self.improvement(before, after))
         )
 
-    def _crumb(self, before: FittedModel, after: FittedModel) -> bool:
-        """Whether `after` explains little of much that is not understood.
+    def _is_minor(self, before: FittedModel, after: FittedModel) -> bool:
+        """Whether `after` explains a small part of a large excess error.
 
-        Anything of which the library knows nothing can be put together of many such pieces, none of which is there.
+        Many such small effects together can imitate any effect that is not in the library.
         """
-        found = self.improvement(before, after)
-        return found.share < MIN_ADDED_SHARE and found.remaining > LARGE_EXCESS
+        improvement = self.improvement(before, after)
+        return improvement.share < MIN_ADDED_SHARE and improvement.remaining > LARGE_EXCESS
 
     def improvement(self, before: FittedModel, after: FittedModel) -> Improvement:
-        """What `after` has gained over `before` on held-out rows."""
-        return measure_improvement(self._material, before.residuals, after.residuals, self.noise_floor(after).rms)
+        """Improvement of `after` over `before` on the test rows."""
+        return measure_improvement(self._split, before.residuals, after.residuals, self.noise_floor(after).rms)
 
-    def _settled(self, state: FittedModel) -> FittedModel:
-        """Without effects that the last one has made superfluous, nor the last one where the others do without it."""
-        for index in range(len(state.terms) - 1, -1, -1):
-            if state.terms[index].effect.always_true:
+    def _pruned(self, model: FittedModel) -> FittedModel:
+        """Remove effects that later effects made unnecessary, the last one first."""
+        for index in range(len(model.terms) - 1, -1, -1):
+            if model.terms[index].effect.always_true:
                 continue
-            without = self.without_effect(state, index)
-            if self.improvement(without, state).share < MIN_KEPT_SHARE and not self._confirmed(without, state):
-                state = without
-        return state
+            reduced = self.without_efstructure index)
+            if self.improvement(reduced, model).share < MIN_KEPT_SHARE and not self._is_confirmed(reduced, model):
+                model = reduced
+        return model
 
-    def without_effect(self, state: FittedModel, index: int) -> FittedModel:
-        """`state` without its effect of that `index`, refitted."""
-        composition = state.solution.composition
-        keep = ~composition.entries(index)
-        return self.search.fit(composition.without(index), state.solution.x[keep])
+    def without_effect(self, model: FittedModel, index: int) -> FittedModel:
+        """Refit `model` without its effect number `index`."""
+        structure = model.solution.composition
+        keep = ~structure.entries(index)
+        return self.search.fit(structure.without(index), model.solution.x[keep])
 
-    def _settles(self, other: FittedModel, state: FittedModel) -> bool:
-        """Whether rows speak for `state` against an `other` that explains nearly as much.
+    def _is_preferred(self, alternative: FittedModel, model: FittedModel) -> bool:
+        """Whether the data prefer `model` to an `alternative` that explains nearly as much.
 
-        Those held out; or all, for the motion that tells the two apart may be among those that were fitted. It has
-        to be more then than the parameters that `state` has more would make of noise.
+        Either the test rows are decisive, or all rows are, because the discriminating motion may be in the training
+        rows. In the latter case the improvement must exceed what extra parameters gain by fitting noise.
         """
-        if is_decisive(self.improvement(other, state)):
+        if is_decisive(self.improvement(alternative, model)):
             return True
-        parameters = max(len(state.solution.x) - len(other.solution.x), 1)
-        if not self.search.is_significant(other.solution.loss, state.solution.loss, parameters):
+        parameters = max(len(model.solution.x) - len(alternative.solution.x), 1)
+        if not self.search.is_significant(alternative.solution.loss, model.solution.loss, parameters):
             return False
-        found = measure_improvement(self._material, other.residuals, state.residuals, self.noise_floor(state).rms, self._material.scored)
-        return is_decisive(found)
+        improvement = measure_improvement(self._split, alternative.residuals, model.residuals, self.noise_floor(model).rms, self._split.scored)
+        return is_decisive(improvement)
 
-    def _look_again(self, state: FittedModel, index: int) -> tuple[Finding, FittedModel]:
-        """The effect, what it is worth, and what could stand in its place; and the state with what should."""
-        without = self.without_effect(state, index)
-        term = state.terms[index]
-        gain = self.improvement(without, state)
-        lines = sum(other.name == term.name for other in state.terms)
+    def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
+        """Find what the effect `index` contributes and which effects could replace it; returns the better model of
+        both.
+        """
+        reduced = self.without_effect(model, index)
+        term = model.terms[index]
+        improvement = self.improvement(reduced, model)
+        lines = sum(present.name == term.name for present in model.terms)
         if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
-            return Finding(term, gain, (), without.residuals, state.residuals), state
-        options = self.search.alternatives(term.name, without)
-        others = [one for one in options if is_physical(one, without)]
-        alike = self._alike(without.solution.loss, [state, *others])
-        best = self._simplest(without, [state, *others])
-        if best is not state and not self._confirmed(without, best):
-            best = state
+            return Finding(term, improvement, (), reduced.residuals, model.residuals), model
+        alternatives = self.search.alternatives(term.name, reduced)
+        candidates = [candidate for candidate in alternatives if is_physical(candidate, reduced)]
+        equivalent = self._equivalent(reduced.solution.loss, [model, *candidates])
+        best = self._simplest(reduced, [model, *candidates])
+        if best is not model and not self._is_confirmed(reduced, best):
+            best = model
         names = [
-            one.terms[-1].name
-            for one in alike
-            if one is not state and not self._settles(one, state) and not self.search.is_redundant(term.name, state, one)
+            candidate.terms[-1].name
+            for candidate in equivalent
+            if candidate is not model and not self._is_preferred(candidate, model) and not self.search.is_redundant(term.name, model, candidate)
         ]
-        names = names if any(one is state for one in alike) else []  # what explains far more is no other name for it
-        return Finding(term, gain, tuple(names[:3]), without.residuals, state.residuals), best
+        names = names if any(candidate is model for candidate in equivalent) else []  # what explains far more is no other name for it
+        return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals), best

@@ -1,4 +1,4 @@
-"""What a model leaves: whether it is more than the floor, and what it depends on."""
+"""Test whether the residual of a model is larger than the noise floor, and on which variables it depends."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,51 +14,51 @@ from ident.diagnosis.steps import FittedModel
 from recordings.recording import Bools, Floats
 
 MIN_TORQUE_SHARE = 0.0035
-"""Share of the torque below which a remainder is not called structure: what preprocessing may leave of a right
+"""Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
 model."""
-_UNSURE = 0.6
-"""Relative uncertainty of what encoder steps leave."""
-_SCATTER = 0.25
-"""Of the noise's RMS that an estimate of it may be wrong by, and more."""
-_CLEARLY = 0.35
-"""Only joints with so much of the worst one's remainder are asked what theirs depends on."""
-_CHANCE = 1e-3
-"""Probability below which a repeating remainder is not called chance."""
+_ENCODER_UNCERTAINTY = 0.6
+"""Relative uncertainty of the quantization part of the noise floor."""
+_NOISE_UNCERTAINTY = 0.25
+"""Relative uncertainty of the noise part of the noise floor."""
+_MIN_JOINT_RATIO = 0.35
+"""Dependences are searched only for joints with this share of the largest unexplained residual."""
+_MAX_P_VALUE = 1e-3
+"""p-value below which a repeating residual is significant."""
 
 
 @dataclass(frozen=True, eq=False)
 class UnexplainedResidual:
-    """Of one model."""
+    """The structured residual of one model."""
 
     rms: Floats
-    """(dof,) of what is structured [N m]."""
+    """(dof,) RMS of the structured part [N m]."""
     share: float
-    """Of the remaining mean square, over all joints."""
+    """Structured share of the mean square of the residual, over all joints."""
     significant: bool
-    """Whether there is structure in it that matters."""
+    """Whether the structured part is relevant."""
     variables: tuple[str, ...]
-    """What it depends on."""
+    """Variables on which it depends."""
     sentence: str
     dependences: tuple[Dependence, ...]
-    """What the curves are over that explain some of it."""
+    """Curves that explain a part of it."""
 
 
 def estimate_unexplained(material: SplitData, state: FittedModel, floor: NoiseFloor, known: Sequence[Dependence] | None = None) -> UnexplainedResidual:
-    """What the model `state` leaves above its `floor`.
+    """The residual of `model` above its noise `floor`.
 
-    known: what it is known to depend on; None: it is looked at, joint by joint.
+    known: its dependences, if known; None: they are searched, joint by joint.
     """
     residuals = state.residuals
     total = rms_of(residuals, material.scored)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
     least = MIN_TORQUE_SHARE * material.torque_rms
-    doubtful = np.sqrt(least**2 + (_UNSURE * floor.encoder) ** 2 + (_SCATTER * floor.noise) ** 2)
+    doubtful = np.sqrt(least**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2)
     repeats = (structured > doubtful) & _repeating(material, residuals)
     vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > least
     drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > least
     # What one joint lacks spreads to the others through the parameters that they share.
-    worst = (structured / material.torque_rms) >= _CLEARLY * (structured / material.torque_rms).max()
+    worst = (structured / material.torque_rms) >= _MIN_JOINT_RATIO * (structured / material.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
     found = find_dependences(material, state.solution, residuals, joints) if known is None else list(known)
     variables = {variable for one in found for variable in one.variables}
@@ -88,8 +88,8 @@ def _sentence(unexplained: bool, found: Sequence[Dependence], floor: NoiseFloor,
 
 
 def _repeating(material: SplitData, residuals: tuple[Floats, ...]) -> Bools:
-    """(dof,) whether the residual repeats with the motion by more than chance; True where nothing tells."""
-    splits = cycle_statistics.of(material.datasets, residuals)
+    """(dof,) whether the residual repeats with the motion significantly; True where it cannot be tested."""
+    splits = cycle_statistics.of_residuals(material.datasets, residuals)
     if not splits:
         return np.ones(residuals[0].shape[1], bool)
-    return np.array([one.repeating_p < _CHANCE for one in splits])
+    return np.array([one.repeating_p < _MAX_P_VALUE for one in splits])

@@ -1,4 +1,4 @@
-"""What must be known before the figures of a diagnosis are believed."""
+"""Cautions about recordings that limit the validity of a diagnosis."""
 
 from collections.abc import Iterator, Sequence
 
@@ -12,37 +12,37 @@ from ident.diagnosis.split_data import MIN_REPORTED_SHARE, SplitData, rms
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Effect
 
-_FEW = 20
-"""Independent rows per parameter below which small effects cannot be told from chance."""
-_DISAGREE = 1.5
-"""How many times larger the error on one held-out recording may be than on another."""
+_MIN_ROWS_PER_PARAMETER = 20
+"""With fewer independent rows per parameter, small effects are not significant."""
+_MAX_ERROR_RATIO = 1.5
+"""Largest plausible ratio between the errors on different test recordings."""
 
 
 def data_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
-    """About the model `state` and its `floor`; `offset`: the effect with which Coulomb friction is confused."""
+    """Cautions about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
     yield from confounding_warnings(material, state.solution, offset)
-    yield from _too_little(material, state)
+    yield from _insufficient_data(material, state)
     yield from _disagreement(material, state, floor)
     yield from extrapolation_warnings(material, state, floor)
-    yield from _left_out(material)
-    yield from _unknown_gain(material)
+    yield from _excluded_rows(material)
+    yield from _assumed_gain(material)
 
 
 def file_names(material: SplitData, chosen: Sequence[int]) -> list[str]:
-    """Of the files of the `chosen` recordings: with their folders where names alone would be the same."""
+    """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
     paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
     every = [path.name for path in paths]
     files = (material.datasets[i].recording.path for i in chosen)
     return list(dict.fromkeys(path.name if every.count(path.name) == 1 else str(path) for path in files))
 
 
-def _too_little(material: SplitData, state: FittedModel) -> Iterator[str]:
-    """Whether the recordings are cut short, or too short to tell."""
+def _insufficient_data(material: SplitData, state: FittedModel) -> Iterator[str]:
+    """Whether recordings are truncated or too short."""
     cut = [i for i, data in enumerate(material.datasets) if not data.recording.complete]
     if cut:
         yield f"Interrupted, or cut off: {', '.join(file_names(material, cut))}. What came after is not known."
     rows, parameters = material.independent_rows, len(state.solution.x)
-    if rows < _FEW * parameters:
+    if rows < _MIN_ROWS_PER_PARAMETER * parameters:
         yield (
             f"Too short to tell: {rows:.0f} independent rows for {parameters} parameters. What was not found may be "
             "there all the same; record a longer motion."
@@ -50,14 +50,14 @@ def _too_little(material: SplitData, state: FittedModel) -> Iterator[str]:
 
 
 def _disagreement(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
-    """Whether the final model does much worse on one of several held-out recordings than on another."""
+    """Whether the error of the final model is much larger on one test recording than on another."""
     held = [i for i, rows in enumerate(material.test) if rows.any()]
     errors: dict[str, float] = {}
     for name in file_names(material, held) if material.other_motion else ():
         own = [i for i in held if file_names(material, [i]) == [name]]
         level = rms([state.residuals[i] for i in own], [material.test[i] for i in own])
         errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
-    if len(errors) > 1 and max(errors.values()) > _DISAGREE * min(errors.values()):
+    if len(errors) > 1 and max(errors.values()) > _MAX_ERROR_RATIO * min(errors.values()):
         each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
         yield (
             f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
@@ -65,8 +65,8 @@ def _disagreement(material: SplitData, state: FittedModel, floor: NoiseFloor) ->
         )
 
 
-def _left_out(material: SplitData) -> Iterator[str]:
-    """What no error above is of."""
+def _excluded_rows(material: SplitData) -> Iterator[str]:
+    """Rows that are not scored."""
     if material.standstill_share > MIN_REPORTED_SHARE:
         yield (
             f"{material.standstill_share:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
@@ -79,7 +79,7 @@ def _left_out(material: SplitData) -> Iterator[str]:
         )
 
 
-def _unknown_gain(material: SplitData) -> Iterator[str]:
+def _assumed_gain(material: SplitData) -> Iterator[str]:
     recording = material.datasets[0].recording
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty

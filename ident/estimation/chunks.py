@@ -7,12 +7,12 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ident.data.dataset import Dataset
-from ident.data.prepared_recording import Course, Path
+from ident.data.prepared_recording import PreparedRecording, CorrectedMotion
 from ident.dynamics.structure import Composition
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
-LONGEST = 40_000
+CHUNK_LENGTH = 40_000
 """Instants that are looked at together."""
 RUN_IN = 5.0
 """Seconds before a stretch after which effects with a memory are as if they had seen all that went before."""
@@ -20,43 +20,43 @@ RUN_IN = 5.0
 _T = TypeVar("_T")
 
 
-def torque(course: Course, composition: Composition, x: Floats) -> Floats:
+def torque(course: PreparedRecording, composition: Composition, x: Floats) -> Floats:
     """What `ident.estimation.predicted_torque.Evaluator.torque` gives (m, dof) [N m]."""
-    return np.concatenate([Evaluator(part).torque(composition, x)[own] for part, own in stretches(course)])
+    return np.concatenate([TorquePredictor(part).torque(composition, x)[own] for part, own in overlapping_chunks(course)])
 
 
-def linear(course: Course, composition: Composition, x: Floats) -> tuple[Floats, Floats]:
+def linearized(course: PreparedRecording, composition: Composition, x: Floats) -> tuple[Floats, Floats]:
     """The same torque (m, dof), and its derivatives by the linear parameters (m, dof, K_linear)."""
     rows, dof = course.dataset.torque.shape
     computed, derivatives = np.empty((rows, dof)), np.empty((rows, dof, int(composition.linear.sum())))
     first = 0
-    for part, own in stretches(course):
-        torque, by_x = Evaluator(part).linearised(composition, x, searched=False)
+    for part, own in overlapping_chunks(course):
+        torque, by_x = TorquePredictor(part).linearized(composition, x, nonlinear=False)
         here = slice(first, first + len(torque[own]))
         computed[here], derivatives[here] = torque[own], by_x[own][:, :, composition.linear]
         first = here.stop
     return computed, derivatives
 
 
-def stretches(course: Course) -> Iterator[tuple[Course, slice]]:
+def overlapping_chunks(course: PreparedRecording) -> Iterator[tuple[PreparedRecording, slice]]:
     """`course` as it is, or parts of it that overlap, each with which of its rows are to be taken."""
-    prepared = course.prepared
-    n, step, reach = len(prepared.instants), prepared.step, prepared.reach
-    if reach is None or n <= LONGEST or n != len(course.samples.position):
+    prepared = course.preprocessed
+    n, step, reach = len(prepared.instants), prepared.decimation, prepared.half_width
+    if reach is None or n <= CHUNK_LENGTH or n != len(course.samples.position):
         yield course, slice(None)
         return
     margin = -(-(reach + int(RUN_IN * course.samples.rate)) // step)
-    size = LONGEST // step
+    size = CHUNK_LENGTH // step
     for first in range(0, -(-n // step), size):
         start = max(0, first - margin)
         rows = slice(start, first + size + margin)
         yield _part(course, rows, step), slice(first - start, first - start + size)
 
 
-def _part(course: Course, rows: slice, step: int) -> Course:
+def _part(course: PreparedRecording, rows: slice, step: int) -> PreparedRecording:
     instants = slice(rows.start * step, rows.stop * step)
-    prepared = course.prepared
-    motion = _cut(course.path.motion, instants)
+    prepared = course.preprocessed
+    motion = _cut(course.as_recorded.motion, instants)
     return replace(
         course,
         samples=_cut(course.samples, instants),
@@ -68,7 +68,7 @@ def _part(course: Course, rows: slice, step: int) -> Course:
             sensitivity=prepared.sensitivity[rows],
         ),
         dataset=_rows(course.dataset, rows),
-        path=Path(course.path.rig, motion, course.path.mechanism),
+        path=CorrectedMotion(course.as_recorded.rig, motion, course.as_recorded.mechanism),
     )
 
 

@@ -19,7 +19,7 @@ from recordings.recording import Floats
 _LANES = 16
 """Particles per block: two registers of eight doubles for each parameter, which fits the 32 there are."""
 
-_WORTH_SHARING = 5_000_000
+_MIN_PARALLEL_WORK = 5_000_000
 """Rows times particles: about a millisecond of one core."""
 
 
@@ -47,7 +47,7 @@ class L1Objective:
 def _threads(work: int) -> Iterator[None]:
     """All threads, or one where waiting for the others on a busy machine would cost more than they save."""
     usual = numba.get_num_threads()
-    numba.set_num_threads(1 if work < _WORTH_SHARING else usual)
+    numba.set_num_threads(1 if work < _MIN_PARALLEL_WORK else usual)
     try:
         yield
     finally:

@@ -15,7 +15,7 @@ from ident.estimation.problem import Estimate, Problem, Progress
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
-REACH = 10.0
+SEARCH_FACTOR = 10.0
 """No single term of the model is searched beyond so many times the torque it is to explain."""
 
 
@@ -46,7 +46,7 @@ class Fit:
 
     def torque(self, dataset: Dataset) -> Floats:
         """Torque (m, dof) [N m] that the model computes for `dataset`."""
-        return dataset.computed(self.parameters)
+        return dataset.predicted_torque(self.parameters)
 
 
 def fit(
@@ -96,7 +96,7 @@ def _refuse_unphysical(parameters: Sequence[Parameter], values: Floats, bounds: 
 def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
     """(r,) standard deviation [N m] of what a fit leaves in each row, by the noise that a first fit shows."""
     first = np.linalg.lstsq(regressor, torque, rcond=None)[0].astype(np.float64)
-    residuals = [dataset.torque - dataset.computed(first) for dataset in datasets]
+    residuals = [dataset.torque - dataset.predicted_torque(first) for dataset in datasets]
     found = noise.estimate(datasets, residuals)
     deviations = [
         noise.residual_std(dataset, residual, found).T[np.isfinite(dataset.torque).T]
@@ -125,6 +125,6 @@ def search_region(
                 f"every parameter needs a motion that shows it, but {parameter.name} ({parameter.meaning}) has no "
                 "effect on this one; record a richer motion"
             )
-    highest = REACH * np.sqrt(np.mean(torque**2)) / size
+    highest = SEARCH_FACTOR * np.sqrt(np.mean(torque**2)) / size
     from_zero = np.array([parameter.nonnegative or (physical and parameter.friction) for parameter in parameters])
     return np.stack([np.where(from_zero, 0.0, -highest), highest], axis=1)

@@ -11,7 +11,7 @@ from itertools import product
 import numpy as np
 
 from ident.data.dataset import Dataset
-from ident.data.prepared_recording import Course
+from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import holds_torque
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.base import Additive, Effect, Signal
@@ -19,43 +19,43 @@ from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
 from ident.estimation import chunks
-from ident.estimation.nonlinear_fit import refine
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.nonlinear_fit import nonlinear_least_squares
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
 
 @dataclass(frozen=True, eq=False)
-class Frozen:
+class LinearizedModel:
     """A composition with a vector x (K,), as a mechanism whose parameters are the linear ones."""
 
-    composition: Composition
+    structure: Composition
     x: Floats
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the mechanism, and the coefficients of additive effects."""
-        own = self.composition.mechanism.parameters
-        added = [one for one in self.composition.named if one.linear and one.term >= 0]
+        own = self.structure.mechanism.parameters
+        added = [one for one in self.structure.named if one.linear and one.term >= 0]
         return *own, *(Parameter(one.name, one.unit, one.meaning) for one in added)
 
     @property
     def pointwise(self) -> bool:
         """Effects may remember."""
-        return not self.composition.terms
+        return not self.structure.terms
 
     def regressor(self, motion: Motion) -> Floats:
         """(n, dof, k) of the mechanism; zero for effects, which need more than a motion: see `dataset`."""
-        own = self.composition.mechanism.regressor(motion)
+        own = self.structure.mechanism.regressor(motion)
         return np.pad(own, ((0, 0), (0, 0), (0, len(self.parameters) - own.shape[2])))
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         """The manufacturer's model knows no effects."""
-        return self.composition.mechanism.nominal_torque(motion)
+        return self.structure.mechanism.nominal_torque(motion)
 
-    def impossible(self, parameters: Floats) -> list[str]:
+    def out_of_range(self, parameters: Floats) -> list[str]:
         """Sentences about coefficients among the `parameters` (k,) that no real machine has."""
-        named = [one for one in self.composition.named if one.linear]
+        named = [one for one in self.structure.named if one.linear]
         return [
             f"{one.name} = {value:.4g} {one.unit} is outside of its physical range ({one.lower:g} to {one.upper:g}): "
             f"evidence against {one.name.partition('.')[0]}."
@@ -63,18 +63,18 @@ class Frozen:
             if one.term >= 0 and not one.lower <= value <= one.upper
         ]
 
-    def dataset(self, course: Course) -> Dataset:
+    def dataset(self, course: PreparedRecording) -> Dataset:
         """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
-        torque, columns = chunks.linear(course, self.composition, self.x)
-        offset = torque - columns @ self.x[self.composition.linear]
-        if not any(isinstance(term.effect, Signal) for term in self.composition.terms):
+        torque, columns = chunks.linearized(course, self.structure, self.x)
+        offset = torque - columns @ self.x[self.structure.linear]
+        if not any(isinstance(term.effect, Signal) for term in self.structure.terms):
             offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits
         known = np.isfinite(columns).all(axis=2) & np.isfinite(offset)
         measured = np.where(known, course.dataset.torque, np.nan)
         return replace(course.dataset, regressor=columns, offset=offset, torque=measured)
 
 
-def terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
+def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
     """The effects that a user chose, each as NAME, on all joints, or as NAME:1,3.
 
     Raises:
@@ -117,32 +117,32 @@ def _joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
     return tuple(int(number) - 1 for number in numbers)
 
 
-def settle(courses: Sequence[Course], chosen: Sequence[Term]) -> Frozen:
+def fit_shape_parameters(courses: Sequence[PreparedRecording], chosen: Sequence[Term]) -> LinearizedModel:
     """The mechanism of `courses` with the effects `chosen`, whose shapes and distortions fit the recordings best.
 
     Effect by effect, from each place where the search for it may begin; then all together.
     """
-    evaluators = [Evaluator(course) for course in courses]
+    evaluators = [TorquePredictor(course) for course in courses]
     weights = [np.where(course.usable, 1.0, 0.0) for course in courses]
-    path = courses[0].path
+    path = courses[0].as_recorded
     bare = Composition(path.mechanism, path.rig)
-    solution = refine(evaluators, bare, np.zeros(len(bare.named)), weights)
+    solution = nonlinear_least_squares(evaluators, bare, np.zeros(len(bare.named)), weights)
     for term in chosen:
-        composition = solution.composition.plus(term)
-        view = evaluators[0].view(
-            evaluators[0].path(solution.composition, solution.x), solution.composition.load(solution.x)
+        composition = solution.structure.plus(term)
+        view = evaluators[0].effect_inputs(
+            evaluators[0].corrected_motion(solution.structure, solution.x), solution.structure.load(solution.x)
         )
         residual = solution.residuals[0]
         starts = list(_starts(term, [*_suggested(term.effect, view, residual, courses[0])]))
-        tried = [refine(evaluators, composition, np.concatenate([solution.x, start]), weights) for start in starts]
+        tried = [nonlinear_least_squares(evaluators, composition, np.concatenate([solution.x, start]), weights) for start in starts]
         solution = min(tried, key=lambda one: one.loss)
-    return Frozen(solution.composition, solution.x)
+    return LinearizedModel(solution.structure, solution.x)
 
 
-def _suggested(effect: Effect, view: View, residual: Floats, course: Course) -> list[Floats]:
+def _suggested(effect: Effect, view: View, residual: Floats, course: PreparedRecording) -> list[Floats]:
     if effect.suggest is None:
         return []
-    found = effect.suggest(view.every(course.prepared.step), residual)
+    found = effect.suggest(view.every(course.preprocessed.decimation), residual)
     return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in found]
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.dynamics.structure import Composition
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
 _STEPS = 15
@@ -24,7 +24,7 @@ _CONVERGED = 1e-4
 class Solution:
     """A composition fitted to some recordings."""
 
-    composition: Composition
+    structure: Composition
     x: Floats
     """(K,)"""
     residuals: tuple[Floats, ...]
@@ -46,18 +46,18 @@ class Solution:
         return np.concatenate([a for a, _ in stacked]), np.concatenate([b for _, b in stacked])
 
 
-def refine(
-    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+def nonlinear_least_squares(
+    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """The parameters with the least weighted squares, found from `x` (K,), of whose linear part nothing is expected.
 
     weights: (m, dof) for each recording, in 1 / [N m], 0 where there is no measurement.
     """
-    return improved(evaluators, begun(evaluators, composition, x, weights), weights)
+    return levenberg_marquardt(evaluators, initial_solution(evaluators, composition, x, weights), weights)
 
 
-def begun(
-    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+def initial_solution(
+    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """Where `refine` begins: the linear parameters fitted, the others as in `x` (K,)."""
     x = _within(composition, x)
@@ -69,9 +69,9 @@ def begun(
     return _linear_part(evaluators, composition, x, weights)
 
 
-def improved(evaluators: Sequence[Evaluator], state: Solution, weights: Sequence[Floats]) -> Solution:
+def levenberg_marquardt(evaluators: Sequence[TorquePredictor], state: Solution, weights: Sequence[Floats]) -> Solution:
     """What `refine` makes of what it has `begun`."""
-    composition = state.composition
+    composition = state.structure
     if composition.linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
         return state
     free = np.array([entry.free for entry in composition.named])
@@ -94,25 +94,25 @@ def improved(evaluators: Sequence[Evaluator], state: Solution, weights: Sequence
 
 
 def _linear_part(
-    evaluators: Sequence[Evaluator], composition: Composition, x: Floats, weights: Sequence[Floats]
+    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """With the linear parameters solved for, the others as in `x`; twice, for the load depends on them."""
     for _ in range(2):
-        state = _state(evaluators, composition, x, weights, searched=False)
+        state = _state(evaluators, composition, x, weights, nonlinear=False)
         x = state.x + _solve(state, composition.linear)
     return _state(evaluators, composition, x, weights)
 
 
 def _state(
-    evaluators: Sequence[Evaluator],
+    evaluators: Sequence[TorquePredictor],
     composition: Composition,
     x: Floats,
     weights: Sequence[Floats],
-    searched: bool = True,
+    nonlinear: bool = True,
 ) -> Solution:
-    found = [one.linearised(composition, x, searched) for one in evaluators]
+    found = [one.linearized(composition, x, nonlinear) for one in evaluators]
     derivatives = tuple(by_x for _, by_x in found)
-    residuals = tuple(one.course.dataset.torque - torque for one, (torque, _) in zip(evaluators, found, strict=True))
+    residuals = tuple(one.prepared.dataset.torque - torque for one, (torque, _) in zip(evaluators, found, strict=True))
     known = tuple(
         np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
         for r, d, w in zip(residuals, derivatives, weights, strict=True)
@@ -120,12 +120,12 @@ def _state(
     return Solution(composition, x, residuals, derivatives, known)
 
 
-def _loss(evaluators: Sequence[Evaluator], composition: Composition, x: Floats, before: Solution) -> float:
+def _loss(evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, before: Solution) -> float:
     """Weighted sum of squares at `x` (K,), the load and the rows being those of the solution `before`."""
     rigid = composition.load(before.x)
     total = 0.0
     for evaluator, weight in zip(evaluators, before.weights, strict=True):
-        left = weight * (evaluator.course.dataset.torque - evaluator.torque(composition, x, rigid))
+        left = weight * (evaluator.prepared.dataset.torque - evaluator.torque(composition, x, rigid))
         total += float(np.nansum(left**2))
     return total
 

@@ -11,7 +11,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from ident.data.prepared_recording import Course, Path
+from ident.data.prepared_recording import PreparedRecording, CorrectedMotion
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.base import Additive, Signal, Values
 from ident.dynamics.structure import Composition, Term
@@ -21,15 +21,15 @@ from recordings.rig import Rig
 _T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
 """Of differences that stand for derivatives, over the size of what is changed."""
-KEPT = 64
+CACHE_SIZE = 64
 """Columns and paths that are remembered."""
 
 
-class Evaluator:
+class TorquePredictor:
     """Evaluates compositions on one recording, and remembers what was expensive."""
 
-    def __init__(self, course: Course, remembered: int = KEPT) -> None:
-        self.course = course
+    def __init__(self, course: PreparedRecording, remembered: int = CACHE_SIZE) -> None:
+        self.prepared = course
         self._kept = remembered
         self._known: dict[Hashable, object] = {}
         self._last: tuple[Hashable, Floats] | None = None
@@ -39,26 +39,26 @@ class Evaluator:
 
         rigid: (k or k + 1,) by what effects reckon the load; as in `x` if None.
         """
-        return self.course.condition(self._reported(composition, x, self._own(composition, x, rigid)))
+        return self.prepared.condition(self._reported(composition, x, self._own(composition, x, rigid)))
 
     def unfiltered(self, composition: Composition, x: Floats) -> Floats:
         """The same (n, dof) as `torque`, before it is conditioned."""
         return self._reported(composition, x, composition.load(x))
 
-    def linearised(self, composition: Composition, x: Floats, searched: bool = True) -> tuple[Floats, Floats]:
+    def linearized(self, composition: Composition, x: Floats, nonlinear: bool = True) -> tuple[Floats, Floats]:
         """Reported torque (m, dof) at `x` (K,), and its derivatives (m, dof, K).
 
         searched: whether those by the searched parameters are wanted, which take longest; else they are 0.
         """
         own = composition.load(x)
         here = self._reported(composition, x, own)
-        derivatives = np.zeros((*self.course.dataset.torque.shape, len(x)))
+        derivatives = np.zeros((*self.prepared.dataset.torque.shape, len(x)))
         derivatives[:, :, composition.linear] = self._solved(composition, x, own)
-        for entry in np.flatnonzero(~composition.linear) if searched else ():
+        for entry in np.flatnonzero(~composition.linear) if nonlinear else ():
             derivatives[:, :, entry] = self._searched(composition, x, own, int(entry), here)
-        return self.course.condition(here), derivatives
+        return self.prepared.condition(here), derivatives
 
-    def amplification(self, composition: Composition, x: Floats, error: Floats) -> Floats:
+    def error_amplification(self, composition: Composition, x: Floats, error: Floats) -> Floats:
         """(n, dof) how many times larger an `error` (dof,) of the torque [N m] is in the report, at `x` (K,)."""
         rigid = composition.load(x)
         true = self._true(composition, x, rigid)
@@ -66,13 +66,13 @@ class Evaluator:
         slope: Floats = np.abs(more - less) / (2 * error)
         return slope
 
-    def columns(self, term: Term, shapes: Floats, path: Path, rigid: Floats) -> Floats:
+    def columns(self, term: Term, shapes: Floats, path: CorrectedMotion, rigid: Floats) -> Floats:
         """(n, dof, owners * c) torque per unit of each coefficient of an additive `term`, owner by owner."""
         effect = term.effect
         assert isinstance(effect, Additive)
         values = dict(zip((shape.name for shape in effect.shapes), shapes.tolist(), strict=True))
         key = ("columns", term.name, tuple(shapes.tolist()), path, rigid.tobytes())
-        made = self._remembered(key, lambda: effect.columns(self.view(path, rigid), values))
+        made = self._remembered(key, lambda: effect.columns(self.effect_inputs(path, rigid), values))
         if effect.whole_robot:
             return made
         n, dof, c = made.shape
@@ -81,35 +81,35 @@ class Evaluator:
         spread[:, joints, range(len(joints))] = made[:, joints]
         return spread.reshape(n, dof, -1)
 
-    def view(self, path: Path, rigid: Floats) -> View:
+    def effect_inputs(self, path: CorrectedMotion, rigid: Floats) -> View:
         """What effects see, with the load `rigid` (k or k + 1,) of a composition."""
-        return self._remembered(("view", path, rigid.tobytes()), lambda: path.view(self.course, rigid))
+        return self._remembered(("view", path, rigid.tobytes()), lambda: path.effect_inputs(self.prepared, rigid))
 
-    def path(self, composition: Composition, x: Floats) -> Path:
+    def corrected_motion(self, composition: Composition, x: Floats) -> CorrectedMotion:
         """What the machine did, if its encoders and its lengths are as `x` (K,) says."""
-        rig = self.course.path.rig
+        rig = self.prepared.as_recorded.rig
         corrections: list[Callable[[Floats], Floats]] = []
         key: list[Hashable] = ["path"]
         for index, term in enumerate(composition.terms):
             effect = term.effect
             if not isinstance(effect, Signal) or not (effect.position or effect.rig):
                 continue
-            values = self.values(composition, index, x)
+            values = self.signal_values(composition, index, x)
             key.append((term.name, *(tuple(value.tolist()) for value in values.values())))
             rig = effect.rig(rig, values) if effect.rig else rig
             if effect.position:
                 corrections.append(_correction(effect.position, rig, values))
         if len(key) == 1:
-            return self.course.path
+            return self.prepared.as_recorded
 
         def true(measured: Floats) -> Floats:
             for correct in corrections:
                 measured = correct(measured)
             return measured
 
-        return self._remembered(tuple(key), lambda: self.course.corrected(rig, true))
+        return self._remembered(tuple(key), lambda: self.prepared.corrected_motion(rig, true))
 
-    def values(self, composition: Composition, index: int, x: Floats) -> Values:
+    def signal_values(self, composition: Composition, index: int, x: Floats) -> Values:
         """What the signal effect that is the term `index` is evaluated with."""
         term = composition.terms[index]
         found = composition.own(index, x)
@@ -126,7 +126,7 @@ class Evaluator:
 
     def _all_columns(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
         """(n, dof, K_linear) in the order of the vector."""
-        path = self.path(composition, x)
+        path = self.corrected_motion(composition, x)
         added = [
             self.columns(term, composition.shapes(index, x), path, rigid)
             for index, term in enumerate(composition.terms)
@@ -144,7 +144,7 @@ class Evaluator:
             for index, term in enumerate(composition.terms)
             if isinstance(term.effect, Additive)
         ]
-        key = (self.path(composition, x), rigid.tobytes(), x[composition.linear].tobytes(), *additive)
+        key = (self.corrected_motion(composition, x), rigid.tobytes(), x[composition.linear].tobytes(), *additive)
         if self._last is None or self._last[0] != key:
             true: Floats = self._all_columns(composition, x, rigid) @ x[composition.linear]
             true.flags.writeable = False
@@ -152,28 +152,28 @@ class Evaluator:
         return self._last[1]
 
     def _report(self, composition: Composition, x: Floats, rigid: Floats, torque: Floats) -> Floats:
-        view = self.view(self.path(composition, x), rigid)
+        view = self.effect_inputs(self.corrected_motion(composition, x), rigid)
         for index, term in enumerate(composition.terms):
             if isinstance(term.effect, Signal) and term.effect.report:
-                torque = term.effect.report(torque, view, self.values(composition, index, x))
+                torque = term.effect.report(torque, view, self.signal_values(composition, index, x))
         return torque
 
     def _solved(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
         """(m, dof, K_linear) derivatives by the linear parameters."""
         columns = self._all_columns(composition, x, rigid)
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in composition.terms):
-            return self.course.condition(columns)
+            return self.prepared.condition(columns)
         true: Floats = columns @ x[composition.linear]
         step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
         if all(term.effect.pointwise for term in composition.terms if isinstance(term.effect, Signal)):
             ahead, behind = (self._report(composition, x, rigid, true + side * step) for side in (1, -1))
-            return self.course.condition(columns * ((ahead - behind) / (2 * step))[:, :, None])
+            return self.prepared.condition(columns * ((ahead - behind) / (2 * step))[:, :, None])
         slopes = []
         for column in np.moveaxis(columns, 2, 0):
             small = step / max(float(np.sqrt(np.nanmean(column**2))), 1e-12)
             ahead, behind = (self._report(composition, x, rigid, true + side * small * column) for side in (1, -1))
             slopes.append((ahead - behind) / (2 * small))
-        return self.course.condition(np.stack(slopes, axis=2))
+        return self.prepared.condition(np.stack(slopes, axis=2))
 
     def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int, here: Floats) -> Floats:
         """(m, dof) derivative by a searched parameter; 0 where it is not to be refined.
@@ -182,12 +182,12 @@ class Evaluator:
         """
         one = composition.named[entry]
         if not one.free:
-            return np.zeros_like(self.course.dataset.torque)
+            return np.zeros_like(self.prepared.dataset.torque)
         step = composition.terms[one.term].effect.step * max(abs(x[entry]), one.scale)
         aside = x.copy()
         aside[entry] += step if x[entry] + step <= one.upper else -step
         difference = self._reported(composition, aside, rigid) - here
-        return self.course.condition(difference / (aside[entry] - x[entry]))
+        return self.prepared.condition(difference / (aside[entry] - x[entry]))
 
     def _remembered(self, key: Hashable, make: Callable[[], _T]) -> _T:
         if key not in self._known:

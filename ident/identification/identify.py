@@ -11,7 +11,7 @@ import numpy as np
 
 from ident.data.cutoff import Cutoff
 from ident.data.dataset import Dataset, build_all
-from ident.data.prepared_recording import Course, prepare
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import drive_signal, holds_torque
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
@@ -19,7 +19,7 @@ from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.structure import Composition
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
-from ident.estimation.linearized_model import Frozen, settle, terms
+from ident.estimation.linearized_model import LinearizedModel, fit_shape_parameters, parse_terms
 from ident.estimation.problem import Progress
 from ident.identification.goodness_of_fit import fitness
 from ident.identification.model import (
@@ -99,7 +99,7 @@ def identify(
     generator = np.random.default_rng(choices.seed)
     result = fit(train, mechanism, choices.method, choices.settings, generator, progress, choices.physical)
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    kept = terms_of(mechanism.composition, mechanism.x) if isinstance(mechanism, Frozen) else ()
+    kept = terms_of(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
     trust, knowledge = None, (Knowledge(),) * len(mechanism.parameters)
     if form is None:
         moved = _moved(train, mechanism, choices)
@@ -153,12 +153,12 @@ def _prepared(
         raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
     chosen = None if choices.cutoff else _cutoff(recordings, mechanism, choices.preprocessing)
     cutoff = chosen.hz if chosen else choices.cutoff
-    courses: Iterator[Course] = (prepare(recording, choices.preprocessing, cutoff) for recording in recordings)
+    courses: Iterator[PreparedRecording] = (prepare(recording, choices.preprocessing, cutoff) for recording in recordings)
     if settled:
-        frozen = Frozen(*settled)
+        frozen = LinearizedModel(*settled)
     else:
         seen = [next(courses) for _ in range(fitted)]
-        frozen = settle(seen, terms(choices.effects, library(choices.effect_files), recordings[0]))
+        frozen = fit_shape_parameters(seen, parse_terms(choices.effects, library(choices.effect_files), recordings[0]))
         courses = chain(seen, courses)
     datasets = (frozen.dataset(course) for course in courses)
     return frozen, tuple(replace(one, cutoff=chosen) if chosen else one for one in datasets)
@@ -226,7 +226,7 @@ def _physics(recording: Recording) -> dict[str, Any]:
 
 
 def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: Choices) -> Sensitivity:
-    if isinstance(mechanism, Frozen):  # their shapes would have to be searched for anew each time
+    if isinstance(mechanism, LinearizedModel):  # their shapes would have to be searched for anew each time
         return Sensitivity(None, ())
     recordings = [dataset.recording for dataset in train]
     cutoff = train[0].cutoff.hz if train[0].cutoff else None

@@ -49,7 +49,7 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
         mechanism = mechanisms.create(recordings[0].rig, model.form)
         values = _values(model, mechanism.parameters)
         datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
-        return tuple(Prediction(dataset, dataset.computed(values)) for dataset in datasets)
+        return tuple(Prediction(dataset, dataset.predicted_torque(values)) for dataset in datasets)
     composition, x = composition_of(model, recordings[0].rig, library)
     # One after the other: all that a long recording is prepared from need not be kept.
     courses = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)

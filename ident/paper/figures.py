@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ident.data.dataset import Dataset, first_repetition
+from ident.data.dataset import Dataset, first_cycle
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
 from ident.paper.methods import MANUFACTURER, MethodComparison
 from recordings.recording import Floats
@@ -45,7 +45,7 @@ def _draw(path: Path, title: str, dataset: Dataset, columns: Sequence[Mapping[st
     """One row for each joint, one column for each set of computed torques."""
     recording = dataset.recording
     title += f"\n{recording.path.name}{', SIMULATED' if recording.run.simulated else ''}"
-    shown = first_repetition(dataset)
+    shown = first_cycle(dataset)
     time, dof = dataset.time[shown], dataset.torque.shape[1]
     with figure(path, title, 10.0, 1.8 + 2.2 * dof) as drawn:
         axes = drawn.subplots(dof, len(columns), sharex=True, sharey="row", squeeze=False)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.data.cycle_statistics import Split
+from ident.data.cycle_statistics import CycleStatistics
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
@@ -28,7 +28,7 @@ class JointComparison:
     unit: str
     """Of its effort."""
     summary: phases.Joint
-    split: Split | None
+    split: CycleStatistics | None
     """Noise floor and what repeats; None where no motion is repeated."""
     curves: tuple[Curve, ...]
     spectrum: Spectrum
@@ -54,7 +54,7 @@ class Comparison:
 def compare(model: Model | None, predictions: Sequence[Prediction]) -> Comparison:
     """Look at the residuals of `predictions`, which are those of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
-    splits = cycle_statistics.of(datasets, [prediction.residual for prediction in predictions])
+    splits = cycle_statistics.of_residuals(datasets, [prediction.residual for prediction in predictions])
     summaries = phases.joints(datasets, [prediction.computed for prediction in predictions])
     units = datasets[0].recording.rig.effort_units
     joints = tuple(

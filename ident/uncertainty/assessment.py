@@ -158,7 +158,7 @@ def assess(
             Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in known.combinations
         ),
         noise=_noise(found, datasets[0].recording),
-        floor=_floor(cycle_statistics.of(datasets, residuals)),
+        floor=_floor(cycle_statistics.of_residuals(datasets, residuals)),
         doubts=tuple(
             Doubt(name=d.name, significant=d.significant, sentence=d.sentence)
             for d in physical_consistency.doubts(mechanism.parameters, fit.parameters, intervals)
@@ -231,7 +231,7 @@ def _knowledge(
     )
 
 
-def _floor(splits: Sequence[cycle_statistics.Split] | None) -> tuple[JointFloor, ...] | None:
+def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[JointFloor, ...] | None:
     if splits is None:
         return None
     return tuple(

@@ -39,7 +39,7 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
     """
     own = [_slopes(dataset, parameters) for dataset in datasets]
     residuals = [
-        np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.computed(parameters), np.nan)
+        np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.predicted_torque(parameters), np.nan)
         for dataset, slope in zip(datasets, own, strict=True)
     ]
     # What the parameters could explain of the new columns, they will: only the rest tells of delays.
@@ -54,7 +54,7 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
 
 def _slopes(dataset: Dataset, parameters: Floats) -> Floats:
     """(m, dof, dof) time derivative of each joint's computed torque, as a column of its own."""
-    slope = first_derivative(dataset.computed(parameters), dataset.rate)
+    slope = first_derivative(dataset.predicted_torque(parameters), dataset.rate)
     columns: Floats = slope[:, :, None] * np.eye(slope.shape[1])
     return np.where(np.isfinite(slope)[:, :, None], columns, np.nan)
 

@@ -18,7 +18,7 @@ class Branch:
     name: str
     history: tuple[LadderView, ...]
     """Ladders in the order in which they were made; the last is the current one."""
-    undone: tuple[LadderView, ...] = ()
+    undone_ladders: tuple[LadderView, ...] = ()
     """Undone ladders, the latest last."""
 
     @property
@@ -52,8 +52,8 @@ class Branches:
 
     def extended(self, ladder: LadderView) -> "Branches":
         """Append `ladder` to the current branch and discard what was undone."""
-        past = (*self.current.history, ladder)[-_MAX_HISTORY:]
-        return self._with_current(replace(self.current, past=past, future=()))
+        history = (*self.current.history, ladder)[-_MAX_HISTORY:]
+        return self._with_current(replace(self.current, history=history, undone_ladders=()))
 
     def undone(self) -> "Branches":
         """Go one ladder back in the current branch.
@@ -61,10 +61,12 @@ class Branches:
         Raises:
             BadInput: the branch is at its first ladder.
         """
-        *past, last = self.current.history
-        if not past:
+        *earlier, last = self.current.history
+        if not earlier:
             raise BadInput("a change to undo expected, none found; this is the first model of the branch")
-        return self._with_current(replace(self.current, past=tuple(past), future=(*self.current.undone, last)))
+        return self._with_current(
+            replace(self.current, history=tuple(earlier), undone_ladders=(*self.current.undone_ladders, last))
+        )
 
     def redone(self) -> "Branches":
         """Restore the ladder that was undone last.
@@ -72,10 +74,12 @@ class Branches:
         Raises:
             BadInput: nothing was undone.
         """
-        if not self.current.undone:
+        if not self.current.undone_ladders:
             raise BadInput("an undone change expected, none found; there is nothing to redo")
-        *future, again = self.current.undone
-        return self._with_current(replace(self.current, past=(*self.current.history, again), future=tuple(future)))
+        *remaining, restored = self.current.undone_ladders
+        return self._with_current(
+            replace(self.current, history=(*self.current.history, restored), undone_ladders=tuple(remaining))
+        )
 
     def forked(self) -> "Branches":
         """Copy the current branch; the copy becomes the current one.
@@ -85,9 +89,9 @@ class Branches:
         """
         if len(self.all) >= MAX_BRANCHES:
             raise BadInput(f"up to {MAX_BRANCHES} branches expected, one more requested; drop one first")
-        taken = {branch.name for branch in self.all}
-        free = next(letter for letter in ascii_uppercase if letter not in taken)
-        return Branches((*self.all, replace(self.current, name=free, future=())), len(self.all))
+        used_names = {branch.name for branch in self.all}
+        free_name = next(letter for letter in ascii_uppercase if letter not in used_names)
+        return Branches((*self.all, replace(self.current, name=free_name, undone_ladders=())), len(self.all))
 
     def switched(self, index: int) -> "Branches":
         """Make branch `index` (from 0) the current one.
@@ -96,7 +100,7 @@ class Branches:
             BadInput: there is no such branch.
         """
         self._check_index(index)
-        return replace(self, place=index)
+        return replace(self, index=index)
 
     def dropped(self, index: int) -> "Branches":
         """Remove branch `index` (from 0).
@@ -107,8 +111,8 @@ class Branches:
         self._check_index(index)
         if index == self.index:
             raise BadInput("a branch other than the current one expected; switch to another branch first")
-        left = (*self.all[:index], *self.all[index + 1 :])
-        return Branches(left, self.index - (index < self.index))
+        remaining = (*self.all[:index], *self.all[index + 1 :])
+        return Branches(remaining, self.index - (index < self.index))
 
     def _check_index(self, index: int) -> None:
         if not 0 <= index < len(self.all):

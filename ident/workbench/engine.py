@@ -153,7 +153,7 @@ class Engine:
 
     def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
         """Yield the steps of a ladder from their `specs`; solve only the unknown ones."""
-        bare = replace(selection.state.solution.composition, terms=())
+        bare = replace(selection.state.solution.structure, terms=())
         before: LabelledStep | None = None
         for number, (label, terms, x) in enumerate(specs, start=1):
             step = selection.known_steps.get(specs[:number])
@@ -195,7 +195,7 @@ class Engine:
     def _residual_view(self, selection: SelectionState) -> views.ResidualView:
         solution = selection.state.solution
         bandwidth = selection.question.split.datasets[0].bandwidth
-        return residual_view(selection.files, (solution.composition, solution.x), bandwidth, self._library)
+        return residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
 
     def _ladder_view(self, selection: SelectionState) -> views.LadderView:
         material, (train, validate) = selection.question.split, selection.files

@@ -56,12 +56,12 @@ class RecordingProcess:
         root: Path,
         on_status: Callable[[], None],
         on_change: Callable[[], None],
-        attended: Callable[[], bool] = lambda: True,
+        is_attended: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`on_status`: called on every status line; `on_change`: called when a run begins and ends; `attended`: whether
+        """`on_status`: called on every status line; `on_change`: called when a run begins and ends; `is_attended`: whether
         a browser shows the page with its stop button.
         """
-        self._root, self._told, self._changed, self._attended = root, on_status, on_change, attended
+        self._root, self._on_status, self._on_change, self._is_attended = root, on_status, on_change, is_attended
         self._process: subprocess.Popen[str] | None = None
         self.run: RunStatus | None = None
 
@@ -90,17 +90,17 @@ class RecordingProcess:
             text=True,
             start_new_session=True,
         )
-        hearing = threading.Thread(target=_hear, args=(process, run), daemon=True)
-        hearing.start()
-        threading.Thread(target=self._watch, args=(process, run, hearing), daemon=True).start()
-        self._changed()
+        message_reader = threading.Thread(target=_read_messages, args=(process, run), daemon=True)
+        message_reader.start()
+        threading.Thread(target=self._read_status, args=(process, run, message_reader), daemon=True).start()
+        self._on_change()
 
     def stop(self) -> None:
         """Ramp down along the motion and disable the drives; called again: quick stop."""
         if self._process is not None and self.running and self.run:
             self.run.stop_count += 1
             self._process.send_signal(signal.SIGTERM)
-            self._told()
+            self._on_status()
 
     def close(self) -> None:
         """Bring the drives to rest before the server ends. After the timeout the closed pipe stops them."""
@@ -112,27 +112,29 @@ class RecordingProcess:
         except subprocess.TimeoutExpired:
             self.stop()
 
-    def _watch(self, process: "subprocess.Popen[str]", run: RunStatus, hearing: threading.Thread) -> None:
+    def _read_status(
+        self, process: "subprocess.Popen[str]", run: RunStatus, message_reader: threading.Thread
+    ) -> None:
         assert process.stdout is not None
         for line in process.stdout:
-            said = _parsed(line)
-            if "rows" in said:
-                rows = said.pop("rows")
+            status = _parse_status(line)
+            if "rows" in status:
+                rows = status.pop("rows")
                 run.rows.extend(rows)
                 if rows:
-                    run.lateness.append((rows[-1]["time"], said["lateness"]))
-            run.status = {**run.status, **said}
-            if not run.stop_count and not self._attended():
+                    run.lateness.append((rows[-1]["time"], status["lateness"]))
+            run.status = {**run.status, **status}
+            if not run.stop_count and not self._is_attended():
                 run.messages.append("no browser shows the page any more: stopping")
                 self.stop()
-            self._told()
+            self._on_status()
         code = process.wait()
-        hearing.join()  # all messages are read before the exit status is set
+        message_reader.join()  # all messages are read before the exit status is set
         run.exit_code = code
-        self._changed()
+        self._on_change()
 
 
-def _hear(process: "subprocess.Popen[str]", run: RunStatus) -> None:
+def _read_messages(process: "subprocess.Popen[str]", run: RunStatus) -> None:
     assert process.stderr is not None
     for line in process.stderr:
         run.messages.append(line.rstrip())
@@ -144,11 +146,11 @@ def daq_command() -> list[str]:
     Raises:
         BadInput: it is not installed.
     """
-    beside = Path(sys.executable).with_name("daq")
-    found = str(beside) if beside.exists() else shutil.which("daq")
-    if found is None:
+    sibling = Path(sys.executable).with_name("daq")
+    path = str(sibling) if sibling.exists() else shutil.which("daq")
+    if path is None:
         raise BadInput("the program `daq` expected beside `ident`, none found; install delta-workbench as a whole")
-    return [found]
+    return [path]
 
 
 def run_daq(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -158,9 +160,9 @@ def run_daq(root: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def _parsed(line: str) -> dict[str, Any]:
+def _parse_status(line: str) -> dict[str, Any]:
     try:
-        found = json.loads(line)
+        parsed = json.loads(line)
     except ValueError:
         return {}
-    return found if isinstance(found, dict) else {}
+    return parsed if isinstance(parsed, dict) else {}

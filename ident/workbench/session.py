@@ -52,7 +52,10 @@ class WorkbenchSession:
         """File name and view of the model that was saved last."""
         self._last_seen = 0.0
         self.recorder = RecordingProcess(
-            folder.root, lambda: self.mark_changed("run"), lambda: self.mark_changed("run", "folder"), self._is_attended
+            folder.root,
+            lambda: self.mark_changed("run"),
+            lambda: self.mark_changed("run", "folder"),
+            self._is_attended,
         )
         self._worker = Worker(self._on_message, effect_files)
         self._pending_tasks = 0
@@ -96,16 +99,17 @@ class WorkbenchSession:
                 self.folder.existing_file(name)
         if train is not None and train == validate:
             raise BadInput(
-                "another recording expected for validation, the training recording found; errors on training data are too optimistic"
+                "another recording expected for validation, the training recording found; "
+                "errors on training data are too optimistic"
             )
         self.train, self.validate = train, validate
         if self.job:
             self._stop_worker()
         self.recording = self.diagnosis = self.swarm_progress = self.swarm_result = None
         self._clear_ladder()
-        self.mark_changed("folder", "job", "recording", "answer", "descent", "swarmed")
+        self.mark_changed("folder", "job", "recording", "diagnosis", "swarm_progress", "swarm_result")
         if train is not None:
-            self._submit_side_task("reading", False, "look", *self._files())
+            self._submit_side_task("reading", False, "view_recording", *self._files())
 
     def _clear_ladder(self) -> None:
         self.branches = self.candidates = self.previews = self.residuals = None
@@ -116,7 +120,7 @@ class WorkbenchSession:
         """Show a recording without a fit."""
         path = self.folder.existing_file(name)
         self._check_not_paused()
-        self._submit_side_task("reading", False, "look", path)
+        self._submit_side_task("reading", False, "view_recording", path)
 
     # Model selection
 
@@ -126,18 +130,18 @@ class WorkbenchSession:
 
     def add(self, name: str) -> None:
         """Add an effect."""
-        before = self._require_branches()
-        self._submit_ladder_task(before.extended, "add", self._ladder_spec(before), name)
+        branches = self._require_branches()
+        self._submit_ladder_task(branches.extended, "add", self._ladder_spec(branches), name)
 
     def remove(self, index: int) -> None:
         """Remove effect `index` (from 0) of the current model."""
-        before = self._require_branches()
-        self._submit_ladder_task(before.extended, "remove", self._ladder_spec(before), index)
+        branches = self._require_branches()
+        self._submit_ladder_task(branches.extended, "remove", self._ladder_spec(branches), index)
 
     def diagnose(self) -> None:
         """Run the full diagnosis."""
-        before = self._require_branches()
-        self._submit_ladder_task(before.extended, "diagnose", self._ladder_spec(before))
+        branches = self._require_branches()
+        self._submit_ladder_task(branches.extended, "diagnose", self._ladder_spec(branches))
 
     def undo(self) -> None:
         """Undo the last change."""
@@ -170,9 +174,9 @@ class WorkbenchSession:
     def fit_whole_recording(self) -> None:
         """Fit the current model to entire long recordings, so that it can be saved."""
         self._check_not_busy()
-        place, ladder = self._ladder_spec(self._require_branches()), self._require_branches().current.ladder
+        base, ladder = self._ladder_spec(self._require_branches()), self._require_branches().current.ladder
         self._stop_worker()  # a new process has enough memory; it rebuilds the ladder when needed
-        self._submit_side_task("whole", True, "whole", place, ladder.bandwidth)
+        self._submit_side_task("whole recording", True, "fit_whole_recording", base, ladder.bandwidth)
 
     def swarm(self, seed: int) -> None:
         """Fit the parameters of the current model, or of the base model, by particle swarm."""
@@ -186,14 +190,14 @@ class WorkbenchSession:
         with self._worker.lock:
             if self.job and self.job.paused_at is None:
                 self._worker.pause()
-                self.job = replace(self.job, paused=time.monotonic())
+                self.job = replace(self.job, paused_at=time.monotonic())
                 self.mark_changed("job")
 
     def resume(self) -> None:
         """Resume the paused job."""
         with self._worker.lock:
             if self.job and self.job.paused_at is not None:
-                self.job = replace(self.job, began=time.monotonic() - self.job.seconds, paused=None)
+                self.job = replace(self.job, start_time=time.monotonic() - self.job.seconds, paused_at=None)
                 self._worker.resume()
                 self.mark_changed("job")
 
@@ -209,7 +213,7 @@ class WorkbenchSession:
         return self.branches
 
     def _ladder_spec(self, branches: Branches) -> views.LadderSpec:
-        return views.LadderSpec(*self._files(), tuple(rung.spec for rung in branches.current.ladder.steps))
+        return views.LadderSpec(*self._files(), tuple(step.spec for step in branches.current.ladder.steps))
 
     def _show_branches(self, branches: Branches) -> None:
         """Show the current ladder of `branches`."""
@@ -218,20 +222,24 @@ class WorkbenchSession:
     def _files(self) -> tuple[Path, Path | None]:
         if self.train is None:
             raise BadInput("a training recording expected, none chosen; choose one with Train")
-        return self.folder.existing_file(self.train), self.folder.existing_file(self.validate) if self.validate else None
+        return self.folder.existing_file(self.train), self.folder.existing_file(
+            self.validate
+        ) if self.validate else None
 
-    def _submit_ladder_task(self, then: Callable[[views.LadderView], Branches], task: str, *arguments: Any) -> None:
+    def _submit_ladder_task(
+        self, update_branches: Callable[[views.LadderView], Branches], task: str, *arguments: Any
+    ) -> None:
         with self._worker.lock:
             self._check_not_busy()
-            self._update_branches = then
-            self._begin_job(task, urgent=True)
+            self._update_branches = update_branches
+            self._begin_job(task, blocking=True)
             self._submit(task, *arguments)
 
-    def _submit_side_task(self, what: str, urgent: bool, task: str, *arguments: Any) -> None:
+    def _submit_side_task(self, text: str, blocking: bool, task: str, *arguments: Any) -> None:
         """Submit a task that leaves the ladder unchanged but may interrupt its analysis."""
         with self._worker.lock:
             self._analysis_interrupted = self.ladder is not None and self.residuals is None
-            self._begin_job(what, urgent)
+            self._begin_job(text, blocking)
             self._submit(task, *arguments)
 
     def _check_not_busy(self) -> None:
@@ -252,23 +260,23 @@ class WorkbenchSession:
             self._worker.cancel()
             self._pending_tasks, self.job, self._analysis_interrupted = 0, None, False
 
-    def _begin_job(self, what: str, urgent: bool) -> None:
+    def _begin_job(self, text: str, blocking: bool) -> None:
         self.message = ""
-        self.job = Job(what, time.monotonic(), urgent)
+        self.job = Job(text, time.monotonic(), blocking)
         self.mark_changed("job", "message")
 
     def _end_job(self) -> None:
         """Redraw the views that will not arrive any more; existing ones stay."""
         self.swarm_progress = None
-        awaited: tuple[Topic, ...] = ("choice", "failing")
-        self.mark_changed("job", "descent", *(part for part in awaited if getattr(self, part) is None))
+        awaited: tuple[Topic, ...] = ("candidates", "residuals")
+        self.mark_changed("job", "swarm_progress", *(topic for topic in awaited if getattr(self, topic) is None))
 
     # Messages from the worker
 
     def _on_message(self, kind: str, value: Any) -> None:
         if kind == "progress" and self.job:
-            self.job = replace(self.job, what=value)
-        elif kind == "shown":
+            self.job = replace(self.job, text=value)
+        elif kind == "view":
             self._store_view(value)
         elif kind in ("idle", "failed"):
             self._pending_tasks -= 1
@@ -287,7 +295,7 @@ class WorkbenchSession:
         if isinstance(value, views.LadderView):
             self.branches = self._update_branches(value)
             self.candidates = self.previews = self.residuals = None
-            self.mark_changed("ladder", "choice", "signatures", "failing")
+            self.mark_changed("ladder", "candidates", "previews", "residuals")
         elif isinstance(value, views.Mismatch):
             self.validate = None
             self.mark_changed("folder")
@@ -295,15 +303,15 @@ class WorkbenchSession:
         elif isinstance(value, tuple):
             self.series = value
             if self.job:
-                self.job = replace(self.job, urgent=False)
+                self.job = replace(self.job, blocking=False)
             self.mark_changed("series")
         else:
-            part = TOPIC_OF_VIEW[type(value)]
-            setattr(self, part, value)
-            self.mark_changed(part)
+            topic = TOPIC_OF_VIEW[type(value)]
+            setattr(self, topic, value)
+            self.mark_changed(topic)
         if isinstance(value, views.SwarmResult):
             self.swarm_progress = None
-            self.mark_changed("descent")
+            self.mark_changed("swarm_progress")
 
     def _set_message(self, text: str) -> None:
         self.message = text

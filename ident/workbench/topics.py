@@ -12,26 +12,26 @@ Topic = Literal[
     "recording",
     "ladder",
     "series",
-    "choice",
-    "signatures",
-    "failing",
-    "answer",
-    "descent",
-    "swarmed",
+    "candidates",
+    "previews",
+    "residuals",
+    "diagnosis",
+    "swarm_progress",
+    "swarm_result",
     "run",
     "message",
 ]
 TOPIC_OF_VIEW: dict[type, Topic] = {
     views.RecordingView: "recording",
-    views.CandidateList: "choice",
-    views.CandidatePreviews: "signatures",
-    views.ResidualView: "failing",
-    views.DiagnosisView: "answer",
-    views.SwarmProgress: "descent",
-    views.SwarmResult: "swarmed",
+    views.CandidateList: "candidates",
+    views.CandidatePreviews: "previews",
+    views.ResidualView: "residuals",
+    views.DiagnosisView: "diagnosis",
+    views.SwarmProgress: "swarm_progress",
+    views.SwarmResult: "swarm_result",
 }
 """Topic, and attribute of the session, under which each view of the worker is stored."""
-LADDER_TOPICS: tuple[Topic, ...] = ("ladder", "series", "choice", "signatures", "failing")
+LADDER_TOPICS: tuple[Topic, ...] = ("ladder", "series", "candidates", "previews", "residuals")
 """Topics that change with the ladder."""
 
 

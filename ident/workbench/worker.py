@@ -13,7 +13,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any, Literal
 
-MessageKind = Literal["progress", "shown", "failed", "idle"]
+MessageKind = Literal["progress", "view", "failed", "idle"]
 MessageHandler = Callable[[MessageKind, Any], None]
 """Called from a separate thread with every message of the worker."""
 
@@ -22,7 +22,7 @@ class Worker:
     """The worker process; started with the first task."""
 
     def __init__(self, on_message: MessageHandler, effect_files: Sequence[Path]) -> None:
-        self._said, self._effect_files = on_message, tuple(effect_files)
+        self._on_message, self._effect_files = on_message, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None
         self.lock = threading.RLock()
@@ -71,27 +71,27 @@ class Worker:
 
     def _start(self) -> None:
         context = multiprocessing.get_context("spawn")  # a fork would share the server's sockets
-        ours, theirs = context.Pipe()
-        process = context.Process(target=_serve, args=(theirs, self._effect_files), daemon=True)
+        page_end, worker_end = context.Pipe()
+        process = context.Process(target=_run_tasks, args=(worker_end, self._effect_files), daemon=True)
         process.start()
-        theirs.close()
-        self._process, self._connection = process, ours
-        threading.Thread(target=self._listen, args=(process, ours), name="work", daemon=True).start()
+        worker_end.close()
+        self._process, self._connection = process, page_end
+        threading.Thread(target=self._listen, args=(process, page_end), name="worker", daemon=True).start()
 
     def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
         try:
             while True:
-                self._say(process, *connection.recv())
+                self._deliver(process, *connection.recv())
         except (EOFError, OSError):
-            self._say(process, "failed", "The worker process has ended unexpectedly; check the free memory.")
+            self._deliver(process, "failed", "The worker process has ended unexpectedly; check the free memory.")
 
-    def _say(self, process: multiprocessing.process.BaseProcess, kind: MessageKind, value: Any) -> None:
+    def _deliver(self, process: multiprocessing.process.BaseProcess, kind: MessageKind, value: Any) -> None:
         with self.lock:
             if self._process is process:  # not cancelled meanwhile
-                self._said(kind, value)
+                self._on_message(kind, value)
 
 
-def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
+def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
     """Execute tasks in the worker process until the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the server, which ends this process
     from ident.workbench.engine import Engine
@@ -101,13 +101,13 @@ def _serve(connection: Connection, effect_files: Sequence[Path]) -> None:
         engine = Engine(
             lambda text: connection.send(("progress", text)),
             effect_files,
-            lambda descent: connection.send(("shown", descent)),
+            lambda progress: connection.send(("view", progress)),
         )
         while True:
             task, arguments = connection.recv()
             try:
-                for shown in getattr(engine, task)(*arguments):
-                    connection.send(("shown", shown))
+                for view in getattr(engine, task)(*arguments):
+                    connection.send(("view", view))
                     if connection.poll():
                         break
                 connection.send(("idle", None))

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from drivers.protocol import Goal, Power
-from drivers.serial.axis import Axis
+from drivers.serial.axis import SerialAxis
 from drivers.serial.protocol import Reply, parse
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
-from drivers.simulated.service import move
+from drivers.simulated.service import advance_machine
 from recordings.blocks import Samples
 from recordings.recording import Floats
 from recordings.rig import Rig
@@ -34,7 +34,7 @@ class OneLine:
             )
             for j in range(rig.dof)
         ]
-        self._axes = [Axis(rig, j + 1) for j in range(rig.dof)]
+        self._axes = [SerialAxis(rig, j + 1) for j in range(rig.dof)]
         self._now = 0.0
         names = rig.serial.registers
         self._position_at, self._voltage_at = [0.0] * rig.dof, [0.0] * rig.dof
@@ -79,7 +79,7 @@ class OneLine:
             drive = axis.drive
             counts = None if target is None else round((target[j] - drive.zero_offset) * drive.counts_per_radian)
             command = None if counts is None else axis.target(counts)
-            self._converse(j, axis.cycle(Goal.ENABLED, command, look=j == len(self._rows) % len(self._axes)))
+            self._converse(j, axis.cycle(Goal.ENABLED, command, read_status=j == len(self._rows) % len(self._axes)))
         self._rows.append(
             {
                 "repeat": repeat,
@@ -109,7 +109,7 @@ class OneLine:
 
     def _pass(self, until: float) -> None:
         self._now = until
-        if until > self._machine.time and move(self._machine, self._drives, until - self._machine.time):
+        if until > self._machine.time and advance_machine(self._machine, self._drives, until - self._machine.time):
             for drive in self._drives:
                 drive.update(self._machine.time)
 

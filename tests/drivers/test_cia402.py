@@ -3,31 +3,31 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers import cia402
-from drivers.cia402 import Control, State
+from drivers.cia402 import Controlword, DriveState
 from drivers.protocol import Goal, Power
 
 # IEC 61800-7-201, table of statuswords: xxxx xxxx x0xx 0000 and so on, with bits the state does not use set.
 STATUSWORDS = {
-    0x0000: State.NOT_READY,
-    0x0240: State.SWITCH_ON_DISABLED,
-    0x0250: State.SWITCH_ON_DISABLED,
-    0x0231: State.READY,
-    0x0233: State.SWITCHED_ON,
-    0x1237: State.ENABLED,
-    0x0217: State.QUICK_STOP,
-    0x021F: State.FAULT_REACTION,
-    0x0218: State.FAULT,
-    0x0208: State.FAULT,
+    0x0000: DriveState.NOT_READY,
+    0x0240: DriveState.SWITCH_ON_DISABLED,
+    0x0250: DriveState.SWITCH_ON_DISABLED,
+    0x0231: DriveState.READY,
+    0x0233: DriveState.SWITCHED_ON,
+    0x1237: DriveState.ENABLED,
+    0x0217: DriveState.QUICK_STOP,
+    0x021F: DriveState.FAULT_REACTION,
+    0x0218: DriveState.FAULT,
+    0x0208: DriveState.FAULT,
 }
 
 
 @pytest.mark.parametrize(("word", "state"), STATUSWORDS.items())
-def test_statusword_tells_the_state(word: int, state: State) -> None:
+def test_statusword_tells_the_state(word: int, state: DriveState) -> None:
     assert cia402.decode(word) is state
 
 
-@pytest.mark.parametrize("state", State)
-def test_status_bits_decode_to_their_state(state: State) -> None:
+@pytest.mark.parametrize("state", DriveState)
+def test_status_bits_decode_to_their_state(state: DriveState) -> None:
     assert cia402.decode(cia402.STATUS_BITS[state]) is state
 
 
@@ -45,28 +45,28 @@ def test_every_word_is_the_state_of_its_bits_or_refused(word: int) -> None:
 @pytest.mark.parametrize(
     ("state", "command"),
     [
-        (State.SWITCH_ON_DISABLED, Control.SHUTDOWN),
-        (State.READY, Control.SWITCH_ON),
-        (State.SWITCHED_ON, Control.ENABLE),
-        (State.ENABLED, Control.ENABLE),
-        (State.QUICK_STOP, Control.DISABLE_VOLTAGE),
-        (State.FAULT, Control.DISABLE_VOLTAGE),
-        (State.FAULT_REACTION, Control.DISABLE_VOLTAGE),
-        (State.NOT_READY, Control.DISABLE_VOLTAGE),
+        (DriveState.SWITCH_ON_DISABLED, Controlword.SHUTDOWN),
+        (DriveState.READY, Controlword.SWITCH_ON),
+        (DriveState.SWITCHED_ON, Controlword.ENABLE),
+        (DriveState.ENABLED, Controlword.ENABLE),
+        (DriveState.QUICK_STOP, Controlword.DISABLE_VOLTAGE),
+        (DriveState.FAULT, Controlword.DISABLE_VOLTAGE),
+        (DriveState.FAULT_REACTION, Controlword.DISABLE_VOLTAGE),
+        (DriveState.NOT_READY, Controlword.DISABLE_VOLTAGE),
     ],
 )
-def test_way_to_enabled(state: State, command: int) -> None:
-    assert cia402.controlword(Goal.ENABLED, state) == command
+def test_way_to_enabled(state: DriveState, command: int) -> None:
+    assert cia402.next_controlword(Goal.ENABLED, state) == command
 
 
-@pytest.mark.parametrize("state", State)
+@pytest.mark.parametrize("state", DriveState)
 @pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
-def test_no_way_down_leads_through_enabled(goal: Goal, state: State) -> None:
-    command = cia402.controlword(goal, state)
-    assert command & 0x0F != Control.ENABLE
+def test_no_way_down_leads_through_enabled(goal: Goal, state: DriveState) -> None:
+    command = cia402.next_controlword(goal, state)
+    assert command & 0x0F != Controlword.ENABLE
     assert command & 0x80 == 0
 
 
 def test_only_enabled_and_stopping_have_torque() -> None:
     with_torque = {state for state, power in cia402.POWER.items() if power in (Power.ON, Power.STOPPING)}
-    assert with_torque == {State.ENABLED, State.QUICK_STOP, State.FAULT_REACTION}
+    assert with_torque == {DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION}

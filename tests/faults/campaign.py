@@ -18,7 +18,7 @@ from daq.session import Order, Session
 from daq.watched import Progress
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
-from drivers.simulated.service import Drive
+from drivers.simulated.service import SimulatedDrive
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read
 from recordings.rig import Rig, simulated_rig
@@ -141,7 +141,7 @@ def _rig(channel: str, pace: str) -> Rig:
     return rig.model_copy(update=changed)
 
 
-def finally_powered(drives: Sequence[Drive], patience: float = 10.0) -> list[bool]:
+def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) -> list[bool]:
     """Which drives keep their power: the last SYNC may still be on its way, or their own watchdogs have to act."""
     until = time.monotonic() + patience
     while any(drive.powered for drive in drives) and time.monotonic() < until:

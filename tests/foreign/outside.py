@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 
 
-class UnevenGrease(Effect):
+class UnevenGrease(HiddenEffect):
     """Viscous friction that differs over the angle: a sin(2 q + phase) v."""
 
     variables = ("position", "velocity")
@@ -20,7 +20,7 @@ class UnevenGrease(Effect):
         return {"phase": rng.uniform(-math.pi, math.pi)}
 
 
-class CreepingZero(Effect):
+class CreepingZero(HiddenEffect):
     """The amplifier's zero creeps: a (1 - exp(-t / T))."""
 
     variables = ("time",)
@@ -33,7 +33,7 @@ class CreepingZero(Effect):
         return {"a": draw_sign(rng, 0.3), "T": rng.uniform(4.0, 15.0)}
 
 
-class Fan(Effect):
+class Fan(HiddenEffect):
     """Something shakes with a frequency of its own: a sin(2 pi f t + phase)."""
 
     variables = ("frequency",)
@@ -47,7 +47,7 @@ class Fan(Effect):
         return {"f": rng.uniform(4.0, 20.0), "phase": rng.uniform(-math.pi, math.pi)}
 
 
-class TangledCables(Effect):
+class TangledCables(HiddenEffect):
     """A cable between two arms: k (q_i - q_j)."""
 
     variables = ("position",)
@@ -56,7 +56,7 @@ class TangledCables(Effect):
     k: float = parameter(1.0, "N m/rad", "stiffness", ge=0, le=20)
 
 
-class BearingLoad(Effect):
+class BearingLoad(HiddenEffect):
     """The bearings are loaded by acceleration: dry friction grows by a |v'|."""
 
     variables = ("velocity", "acceleration")
@@ -64,7 +64,7 @@ class BearingLoad(Effect):
     a: float = parameter(0.02, "N m s^2/rad", "dry friction per acceleration", ge=0, le=2)
 
 
-class RubberStop(Effect):
+class RubberStop(HiddenEffect):
     """A buffer that the arm touches before it should: a max(q - q_0, 0)^2."""
 
     variables = ("position",)
@@ -77,7 +77,7 @@ class RubberStop(Effect):
         return {"q_0": rng.uniform(-0.3, 0.0)}
 
 
-class ConcaveFriction(Effect):
+class ConcaveFriction(HiddenEffect):
     """Friction rises ever more slowly with speed: a sqrt(|v|) sgn v. Stribeck's falls."""
 
     variables = ("velocity",)
@@ -85,7 +85,7 @@ class ConcaveFriction(Effect):
     a: float = parameter(0.5, "N m (s/rad)^(1/2)", "friction at 1 rad/s", ge=0, le=50)
 
 
-KINDS: dict[str, type[Effect]] = {
+KINDS: dict[str, type[HiddenEffect]] = {
     "uneven_grease": UnevenGrease,
     "creeping_zero": CreepingZero,
     "fan": Fan,

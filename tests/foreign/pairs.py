@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from daq.importing import Description, import_csv
-from drivers.simulated.effect import Effect
+from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
 from recordings.errors import BadInput
 from recordings.rig import load_rig
@@ -64,7 +64,7 @@ def make(
     return {"schema": 1, "seed": seed, "effects": [_described(effect, reached) for effect, reached in sized]}
 
 
-def _draw(rng: np.random.Generator, ruler: Ruler, wanted: str, size: float) -> tuple[Effect, float]:
+def _draw(rng: np.random.Generator, ruler: Ruler, wanted: str, size: float) -> tuple[HiddenEffect, float]:
     """An effect of that name and size, and the size that it has."""
     for _ in range(_DRAWS):
         effect = _drawn(rng, wanted)
@@ -74,14 +74,14 @@ def _draw(rng: np.random.Generator, ruler: Ruler, wanted: str, size: float) -> t
     raise BadInput(f"{wanted}: a size that it can have on this robot expected, {size:g} found; choose another")
 
 
-def _drawn(rng: np.random.Generator, wanted: str) -> Effect:
+def _drawn(rng: np.random.Generator, wanted: str) -> HiddenEffect:
     if wanted in outside.KINDS:
         kind = outside.KINDS[wanted]
         return kind(joints=kind.draw_joints(rng), **kind.draw_shape(rng))
     return draw_effect(rng, [wanted])
 
 
-def _described(effect: Effect, size: float) -> dict[str, Any]:
+def _described(effect: HiddenEffect, size: float) -> dict[str, Any]:
     return {
         "name": name(effect),
         "joints": list(effect.joints),

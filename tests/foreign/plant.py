@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy.ndimage import convolve1d
 
-from drivers.simulated.effect import Effect
+from drivers.simulated.effect import HiddenEffect
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -40,7 +40,7 @@ class Reported:
     """(m, 3) [V]."""
 
 
-def name(effect: Effect) -> str:
+def name(effect: HiddenEffect) -> str:
     """Of an effect of the list, or of those of this plant."""
     return next((name for name, kind in outside.KINDS.items() if isinstance(effect, kind)), effect.name())
 
@@ -51,7 +51,7 @@ class Plant:
     def __init__(self, robot: Robot, course: Course) -> None:
         self.robot, self.course = robot, course
 
-    def report(self, effects: Sequence[Effect] = ()) -> Reported:
+    def report(self, effects: Sequence[HiddenEffect] = ()) -> Reported:
         """What is reported with these effects.
 
         Raises:
@@ -217,7 +217,7 @@ class Plant:
 class _Hidden:
     """Effects, looked up by name."""
 
-    def __init__(self, effects: Sequence[Effect]) -> None:
+    def __init__(self, effects: Sequence[HiddenEffect]) -> None:
         self.effects = effects
 
     def of(self, wanted: str) -> Iterator[tuple[Floats, laws.Parameters]]:
@@ -259,9 +259,9 @@ def _encoder_error(hidden: _Hidden, q: Floats) -> Floats:
     return error
 
 
-def _mask(effect: Effect) -> Floats:
+def _mask(effect: HiddenEffect) -> Floats:
     return np.array([1.0 if joint in effect.joints else 0.0 for joint in (1, 2, 3)])
 
 
-def _parameters(effect: Effect) -> laws.Parameters:
+def _parameters(effect: HiddenEffect) -> laws.Parameters:
     return effect.model_dump(exclude={"joints"})

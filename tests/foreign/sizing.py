@@ -6,7 +6,7 @@ import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
 from drivers.simulated.config import Links
-from drivers.simulated.effect import Effect
+from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.secant import solve
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -35,7 +35,7 @@ class Ruler:
         self._torque = self._filtered(self._torque_of(bare))
         self._left = self._remaining(self._torque, self._basis)
 
-    def size(self, effect: Effect) -> float:
+    def size(self, effect: HiddenEffect) -> float:
         """The effect's size on its joints; infinite where the robot cannot follow."""
         try:
             reported = self._plant.report((effect,))
@@ -48,7 +48,7 @@ class Ruler:
         size = math.sqrt(np.mean((left - self._left)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2))
         return size if math.isfinite(size) else math.inf
 
-    def nearest(self, effect: Effect, wanted: float) -> tuple[Effect, float] | None:
+    def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float] | None:
         """The effect with the strength that brings its size nearest to `wanted`, and that size; None: it has none."""
         parameters = type(effect)().model_dump()
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])

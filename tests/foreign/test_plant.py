@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec
-from drivers.simulated.effect import Effect, build, library
+from drivers.simulated.effect import HiddenEffect, build, library
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
 from tests.foreign import outside
@@ -17,7 +17,7 @@ SLIDING = 0.3
 """Above this speed nothing is averaged over a reversal [rad/s]."""
 
 
-def hidden(effect: str, joints: tuple[int, ...] = (1, 2, 3), **parameters: float) -> Effect:
+def hidden(effect: str, joints: tuple[int, ...] = (1, 2, 3), **parameters: float) -> HiddenEffect:
     if effect in outside.KINDS:
         return outside.KINDS[effect].model_validate({"joints": joints, **parameters})
     return build(EffectSpec(name=effect, joints=joints, parameters=parameters))
@@ -29,7 +29,7 @@ def torque(plant: Plant, reported: Reported) -> Floats:
     return gained
 
 
-def added(plant: Plant, effect: Effect) -> tuple[Reported, Floats]:
+def added(plant: Plant, effect: HiddenEffect) -> tuple[Reported, Floats]:
     """What the bare plant reports, and the torque that the effect adds (m, 3); NaN where a joint hardly moves."""
     bare = plant.report()
     more = torque(plant, plant.report([effect])) - torque(plant, bare)

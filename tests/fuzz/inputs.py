@@ -11,8 +11,8 @@ import numpy as np
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal
-from drivers.serial.protocol import Garbage, parse
-from drivers.simulated.drive import SimulatedDrive
+from drivers.serial.protocol import InvalidReply, parse
+from drivers.simulated.drive import SimulatedCanopenDrive
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
 from recordings.rig import Drive, simulated_rig
@@ -74,7 +74,7 @@ def frames_to_a_drive(count: int, seed: int) -> int:
         nonlocal answers
         answers += 1
 
-    drive = SimulatedDrive(Drive(node_id=2), 2e-4, answer, lambda: 0, lockstep=True)
+    drive = SimulatedCanopenDrive(Drive(node_id=2), 2e-4, answer, lambda: 0, lockstep=True)
     for k in range(count):
         message = frame(rng)
         drive.receive(message.arbitration_id & 0x7FF, bytes(message.data), k * 1e-3)
@@ -99,7 +99,7 @@ def serial_replies(count: int, seed: int) -> int:
             line = bytearray(rng.bytes(int(rng.integers(0, 40))))
         try:
             parse(bytes(line))
-        except Garbage:
+        except InvalidReply:
             refused += 1
     return refused
 

@@ -151,10 +151,10 @@ def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> No
                     pytest.fail(f"the drives never moved: {finished(process)}")
                 continue
             word = int.from_bytes(message.data[:2], "little")
-            enabled[message.arbitration_id] += cia402.decode(word) is cia402.State.ENABLED
+            enabled[message.arbitration_id] += cia402.decode(word) is cia402.DriveState.ENABLED
 
 
-def states() -> dict[int, cia402.State]:
+def states() -> dict[int, cia402.DriveState]:
     """State of every drive as another CANopen master reads it (object 6041)."""
     network = canopen.Network()
     network.connect(interface="socketcan", channel="vcan0")

@@ -19,7 +19,7 @@ def of_recorder(answer_timeout: float) -> None:
     LockstepClock.answer_timeout = answer_timeout
     SdoClient.RESPONSE_TIMEOUT = STALL
     stream._POWER_TIMEOUT = STALL
-    canopen_drive._HEARTBEAT_SILENCE = STALL
+    canopen_drive._HEARTBEAT_TIMEOUT = STALL
     canopen_setup.MASTER_TIMEOUT_MS = round(1000 * STALL)
     listen.SILENCE = STALL
 
@@ -32,4 +32,4 @@ def of_simulation() -> None:
 
     # MuJoCo's own timers read the clock, which takes longer in User-mode Linux than a step of the plant.
     mujoco.set_mjcb_time(float)
-    machine.LONGEST_STEP = 1e-3
+    machine.MAX_STEP = 1e-3

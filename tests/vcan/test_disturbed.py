@@ -6,13 +6,13 @@ from pathlib import Path
 import can
 import pytest
 
-from drivers.cia402 import State
+from drivers.cia402 import DriveState
 from recordings.reader import read
 from tests.vcan.conftest import Bench, cansend, finished, going_first, states, wait_until_moving
 
 pytestmark = pytest.mark.vcan
 
-_WITHOUT_POWER = {State.SWITCH_ON_DISABLED, State.READY, State.SWITCHED_ON, State.FAULT}
+_WITHOUT_POWER = {DriveState.SWITCH_ON_DISABLED, DriveState.READY, DriveState.SWITCHED_ON, DriveState.FAULT}
 
 
 def _emergency_of_node_2() -> None:

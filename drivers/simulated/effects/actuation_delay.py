@@ -1,9 +1,9 @@
 """Torque that comes later than the voltage."""
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class ActuationDelay(Effect):
+class ActuationDelay(HiddenEffect):
     """The torque follows the reported voltage after a time: v(t) = map^-1(torque(t + delay))."""
 
     variables = ("velocity", "acceleration")

@@ -1,9 +1,9 @@
 """Air against the platform."""
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class AirDrag(Effect):
+class AirDrag(HiddenEffect):
     """The air, or a hose in it, holds the platform back with a force that grows with the square of its speed."""
 
     variables = ("velocity", "position")

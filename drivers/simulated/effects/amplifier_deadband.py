@@ -2,10 +2,10 @@
 
 import math
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class AmplifierDeadband(Effect):
+class AmplifierDeadband(HiddenEffect):
     """Commands within +-width give no voltage, others that much less. It shows in a reported *command* only."""
 
     variables = ("load",)

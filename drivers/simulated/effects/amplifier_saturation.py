@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class AmplifierSaturation(Effect):
+class AmplifierSaturation(HiddenEffect):
     """The voltage u / (1 + |u inverse_level|^n)^(1/n) follows the command u up to a level; n is the knee's sharpness.
 
     It shows in a reported *command* only.

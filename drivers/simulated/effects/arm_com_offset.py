@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 from drivers.simulated.model_xml import GRAVITY, Arm
 
 
-class ArmComOffset(Effect):
+class ArmComOffset(HiddenEffect):
     """The arm's centre of mass lies beside the line from shoulder to elbow; holding it takes a sin q more."""
 
     variables = ("position",)

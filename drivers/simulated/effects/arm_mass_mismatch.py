@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_joints, parameter
+from drivers.simulated.effect import HiddenEffect, draw_joints, parameter
 from drivers.simulated.model_xml import GRAVITY, Arm
 
 
-class ArmMassMismatch(Effect):
+class ArmMassMismatch(HiddenEffect):
     """Something is fastened to the arm at its centre of mass; holding it takes a cos q more, moving it too."""
 
     variables = ("position",)

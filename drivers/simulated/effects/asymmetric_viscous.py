@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, draw_sign, parameter
 
 
-class AsymmetricViscous(Effect):
+class AsymmetricViscous(HiddenEffect):
     """The motor must give a |v| in addition: an oil seal or a gear runs harder one way than the other."""
 
     variables = ("velocity",)
@@ -16,5 +16,5 @@ class AsymmetricViscous(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"a": draw_sign(rng, 0.2)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.a * abs(now.v[i])

@@ -1,9 +1,9 @@
 """The voltage that the turning motor itself makes."""
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class BackEmf(Effect):
+class BackEmf(HiddenEffect):
     """The reported voltage contains k_e v beyond what the torque takes."""
 
     variables = ("velocity", "load")

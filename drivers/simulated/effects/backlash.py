@@ -1,10 +1,10 @@
 """Play in the gear."""
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import Coupling
 
 
-class Backlash(Effect):
+class Backlash(HiddenEffect):
     """A gap of width 2 b between motor, where the encoder sits, and arm; the teeth hit without bounce."""
 
     variables = ("position", "velocity", "load")

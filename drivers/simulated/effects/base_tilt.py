@@ -4,11 +4,11 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY
 
 
-class BaseTilt(Effect):
+class BaseTilt(HiddenEffect):
     """The base leans: seen from the robot, gravity has horizontal components g_x and g_y."""
 
     variables = ("position",)

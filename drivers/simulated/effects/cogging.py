@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class Cogging(Effect):
+class Cogging(HiddenEffect):
     """Magnets and teeth: the motor must overcome a sin(N q + phase), N periods per turn of the joint."""
 
     variables = ("position",)
@@ -20,5 +20,5 @@ class Cogging(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"N": float(rng.integers(10, 50)), "phase": rng.uniform(-math.pi, math.pi)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.a * math.sin(self.N * now.q[i] + self.phase)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class EncoderEccentricity(Effect):
+class EncoderEccentricity(HiddenEffect):
     """The encoder reads q + a sin(N q + phase), N = 1 on the joint's shaft, the gear ratio on the motor's."""
 
     variables = ("position", "acceleration")

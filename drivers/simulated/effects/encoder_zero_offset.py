@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 
 
-class EncoderZeroOffset(Effect):
+class EncoderZeroOffset(HiddenEffect):
     """The encoder reads q + c: a badly set zero, a slipped coupling."""
 
     variables = ("position",)

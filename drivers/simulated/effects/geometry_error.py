@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 from recordings.rig import Geometry
 
 
-class GeometryError(Effect):
+class GeometryError(HiddenEffect):
     """Each length is the rig's plus `error` times its share. Of R and r only the difference matters."""
 
     variables = ("position", "velocity", "acceleration")

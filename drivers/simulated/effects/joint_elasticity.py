@@ -2,11 +2,11 @@
 
 import math
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import Coupling
 
 
-class JointElasticity(Effect):
+class JointElasticity(HiddenEffect):
     """A spring of stiffness k = 1 / compliance between motor, where the encoder sits, and arm."""
 
     variables = ("load", "acceleration")

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class JointSpring(Effect):
+class JointSpring(HiddenEffect):
     """Something elastic pulls the joint to a rest angle, a stiff cable loop say: k (q - q_0)."""
 
     variables = ("position",)
@@ -17,5 +17,5 @@ class JointSpring(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"q_0": rng.uniform(-0.5, 0.5)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.k * (now.q[i] - self.q_0)

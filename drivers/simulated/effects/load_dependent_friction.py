@@ -1,14 +1,14 @@
 """Friction that grows with the load on the gear."""
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class LoadDependentFriction(Effect):
+class LoadDependentFriction(HiddenEffect):
     """The gear loses a share a of the torque that it passes on: dry friction grows by a |load|."""
 
     variables = ("load", "velocity")
 
     a: float = parameter(0.05, "1", "share lost", ge=0, le=0.5)
 
-    def friction(self, i: int, now: State) -> float:
+    def friction(self, i: int, now: JointState) -> float:
         return self.a * abs(now.load[i])

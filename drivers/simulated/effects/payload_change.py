@@ -4,10 +4,10 @@ from typing import Self
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class PayloadChange(Effect):
+class PayloadChange(HiddenEffect):
     """The platform's mass is higher by dm from the time t_c to t_e; the load joins with the platform's velocity."""
 
     variables = ("time", "position", "acceleration")

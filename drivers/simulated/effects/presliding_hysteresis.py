@@ -1,9 +1,9 @@
 """Dry friction that builds up as the joint starts to move."""
 
-from drivers.simulated.effect import Effect, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
-class PreslidingHysteresis(Effect):
+class PreslidingHysteresis(HiddenEffect):
     """Bristles bend before they slide (Dahl): dry friction is its level times z / z_s, z' = v - |v| z / z_s.
 
     At rest the bent bristles are a spring, which holds the joint.

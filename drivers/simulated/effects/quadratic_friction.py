@@ -1,15 +1,15 @@
 """Friction that grows with the square of speed."""
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class QuadraticFriction(Effect):
+class QuadraticFriction(HiddenEffect):
     """Oil or air is churned: the motor must give a v |v| in addition."""
 
     variables = ("velocity",)
 
     a: float = parameter(0.1, "N m s^2/rad^2", "torque per square of speed", ge=0, le=6)
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         v = now.v[i]
         return self.a * v * abs(v)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class Stribeck(Effect):
+class Stribeck(HiddenEffect):
     """The joint sticks harder than it slides: dry friction grows by a exp(-(v / v_s)^2)."""
 
     variables = ("velocity",)
@@ -19,5 +19,5 @@ class Stribeck(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"v_s": rng.uniform(0.1, 0.5)}
 
-    def friction(self, i: int, now: State) -> float:
+    def friction(self, i: int, now: JointState) -> float:
         return self.a * math.exp(-((now.v[i] / self.v_s) ** 2))

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class ThermalDrift(Effect):
+class ThermalDrift(HiddenEffect):
     """Cold grease drags: friction is higher by (a v + b sgn v) exp(-t / T), with a = b `viscous`."""
 
     variables = ("time", "velocity")
@@ -21,8 +21,8 @@ class ThermalDrift(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"viscous": rng.uniform(0.1, 0.8), "T": rng.uniform(6.0, 25.0)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.b * self.viscous * now.v[i] * math.exp(-now.t / self.T)
 
-    def friction(self, i: int, now: State) -> float:
+    def friction(self, i: int, now: JointState) -> float:
         return self.b * math.exp(-now.t / self.T)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_joints, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_joints, draw_sign, parameter
 
 
-class TorqueGainMismatch(Effect):
+class TorqueGainMismatch(HiddenEffect):
     """The torque gain of the joint is (1 + mismatch) times the rig's."""
 
     variables = ("load",)

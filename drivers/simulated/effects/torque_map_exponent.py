@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 
 
-class TorqueMapExponent(Effect):
+class TorqueMapExponent(HiddenEffect):
     """Torque is gain |volts|^p sgn volts (volts in V) with p differing from the rig's 2 (square) or 1 (linear)."""
 
     variables = ("load",)

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, draw_sign, parameter
 
 
-class TorqueOffset(Effect):
+class TorqueOffset(HiddenEffect):
     """The motor must give a constant torque a, whatever the robot does: a cable's pull, an amplifier's zero."""
 
     a: float = parameter(0.3, "N m", "the constant torque", ge=-5, le=5)
@@ -14,5 +14,5 @@ class TorqueOffset(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"a": draw_sign(rng, 0.3)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.a

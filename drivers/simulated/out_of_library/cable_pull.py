@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class CablePull(Effect):
+class CablePull(HiddenEffect):
     """The further the arm is lifted, the more suddenly a cable tightens: the motor must give a exp((q - q_0) / w)."""
 
     variables = ("position",)
@@ -20,7 +20,7 @@ class CablePull(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"w": rng.uniform(0.06, 0.15)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.a * math.exp(min((now.q[i] - self.q_0) / self.w, _TAUT))
 
 

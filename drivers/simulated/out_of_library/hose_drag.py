@@ -1,9 +1,9 @@
 """Hoses that rub between two arms."""
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class HoseDrag(Effect):
+class HoseDrag(HiddenEffect):
     """The arms drag each other along: the motor must give c times its speed relative to each of the other joints."""
 
     variables = ("velocity",)
@@ -11,6 +11,6 @@ class HoseDrag(Effect):
 
     c: float = parameter(0.2, "N m s/rad", "torque per relative speed", ge=0, le=5)
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         v = now.v
         return self.c * sum(v[i] - v[joint - 1] for joint in self.joints)

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class Pulsation(Effect):
+class Pulsation(HiddenEffect):
     """A fan, a pump or a shaking floor: the motor must overcome a sin(2 pi f t + phase)."""
 
     variables = ("frequency",)
@@ -20,5 +20,5 @@ class Pulsation(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"f": rng.uniform(4.0, 22.0), "phase": rng.uniform(-math.pi, math.pi)}
 
-    def torque(self, i: int, now: State) -> float:
+    def torque(self, i: int, now: JointState) -> float:
         return self.a * math.sin(2 * math.pi * self.f * now.t + self.phase)

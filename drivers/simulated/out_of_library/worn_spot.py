@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import Effect, State, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
-class WornSpot(Effect):
+class WornSpot(HiddenEffect):
     """Around an angle q_0 the joint rubs harder: dry friction grows by a exp(-((q - q_0) / w)^2)."""
 
     variables = ("position", "velocity")
@@ -20,5 +20,5 @@ class WornSpot(Effect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"q_0": rng.uniform(-0.6, 0.1), "w": rng.uniform(0.06, 0.15)}
 
-    def friction(self, i: int, now: State) -> float:
+    def friction(self, i: int, now: JointState) -> float:
         return self.a * math.exp(-(((now.q[i] - self.q_0) / self.w) ** 2))

@@ -22,7 +22,7 @@ class Simulation(Protocol):
         """
         ...
 
-    def refuse_taken(self, rig: Rig) -> None:
+    def check_not_in_use(self, rig: Rig) -> None:
         """Raise BadInput where somebody answers in the place of these drives already, as far as that can be seen."""
         ...
 

@@ -20,7 +20,7 @@ def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)
 
 
-def refuse_taken(rig: Rig) -> None:
+def check_not_in_use(rig: Rig) -> None:
     """See `Simulation`: all node ids are asked for their device type."""
     link = Link(open_bus(rig.can))
     try:

@@ -11,7 +11,7 @@ def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     return SerialRig(rig, config, pace=pace, seed=seed)
 
 
-def refuse_taken(rig: Rig) -> None:
+def check_not_in_use(rig: Rig) -> None:
     """See `Simulation`: a name that is taken cannot be made, which `serve` says."""
 
 

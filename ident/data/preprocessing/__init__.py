@@ -16,12 +16,12 @@ from ident.dynamics.motion import Motion
 from ident.filters import convolve
 from recordings.recording import Floats, Ints
 
-Method = Callable[[Samples, float | None], "Prepared"]
+Preprocess = Callable[[Samples, float | None], "Preprocessed"]
 Filter = Callable[[Floats], Floats]
 
 
 @dataclass(frozen=True, eq=False)
-class Prepared:
+class Preprocessed:
     """Motion and torque of one recording. NaN marks what is not known: gaps, ends, and what a filter made of them."""
 
     motion: Motion
@@ -34,9 +34,9 @@ class Prepared:
     """(m, dof) conditioned torque [N m]."""
     sensitivity: Floats
     """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V]."""
-    step: int
+    decimation: int
     """One conditioned sample for so many of the instants."""
-    reach: int | None
+    half_width: int | None
     """So many instants to either side have a say in a conditioned sample; None: all instants have."""
     rate: float
     """Conditioned samples per second [Hz]."""
@@ -46,9 +46,9 @@ class Prepared:
     """How the bandwidth was chosen; None where the method has no choice."""
 
 
-def load(name: str) -> Method:
+def load(name: str) -> Preprocess:
     """The method `name`. Raises BadInput where there is none."""
-    return cast(Method, plugins.load(__name__, name).prepare)
+    return cast(Preprocess, plugins.load(__name__, name).prepare)
 
 
 def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:

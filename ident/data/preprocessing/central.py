@@ -5,7 +5,7 @@ It amplifies the encoder's noise by 1/dt^2; it is here to reproduce the paper.
 
 import numpy as np
 
-from ident.data.preprocessing import Prepared
+from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from ident.filters import convolve
@@ -13,7 +13,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     """Three-point differences of the position; the torque as it is.
 
     Raises:
@@ -25,14 +25,14 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
         )
     velocity = convolve(samples.position, np.array([0.5, 0.0, -0.5]) * samples.rate)
     acceleration = convolve(samples.position, np.array([1.0, -2.0, 1.0]) * samples.rate**2)
-    return Prepared(
+    return Preprocessed(
         motion=Motion(samples.position, velocity, acceleration, np.sign(velocity)),
         instants=np.arange(len(velocity)),
         condition=_as_it_is,
         torque=samples.torque,
         sensitivity=samples.slope,
-        step=1,
-        reach=0,
+        decimation=1,
+        half_width=0,
         rate=samples.rate,
         bandwidth=samples.rate / 2,
     )

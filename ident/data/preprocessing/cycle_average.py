@@ -7,13 +7,13 @@ others. What changes from cycle to cycle is averaged away: to see it, choose ano
 import numpy as np
 
 from ident.data import cutoff as choice
-from ident.data.preprocessing import Prepared, fourier
+from ident.data.preprocessing import Preprocessed, fourier
 from ident.data.samples import Samples
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     """Differentiate the mean cycle as a Fourier series, up to `cutoff` [Hz] or one read from the spectra.
 
     Raises:

@@ -11,7 +11,7 @@ import numpy as np
 from ident import filters
 from ident.data import cutoff as choice
 from ident.data.cutoff import Cutoff
-from ident.data.preprocessing import Prepared
+from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -21,7 +21,7 @@ _FINER = 3.0
 """The motion keeps harmonics up to so many times the cut-off, for columns that are not linear in it."""
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     """Differentiate all whole cycles as one Fourier series, up to `cutoff` [Hz] or one read from the spectra.
 
     Raises:
@@ -55,19 +55,19 @@ def whole_cycles(samples: Samples) -> Ints:
 
 def of_one_period(
     position: Floats, torque: Floats, slope: Floats, instants: Ints, rate: float, cutoff: Cutoff
-) -> Prepared:
+) -> Preprocessed:
     """Motion and torque of signals (n, dof) that are one period of a periodic motion, without gaps."""
     low_pass = partial(_low_pass, cutoff=cutoff.hz, rate=rate)
     smooth, velocity, acceleration = _derivatives(position, rate, _FINER * cutoff.hz)
     around = np.concatenate([velocity[-1:], velocity, velocity[:1]])
-    return Prepared(
+    return Preprocessed(
         motion=Motion(smooth, velocity, acceleration, filters.mean_sign(around)[1:-1]),
         instants=instants,
         condition=low_pass,
         torque=low_pass(torque),
         sensitivity=np.sqrt(np.maximum(low_pass(slope**2), 0.0)),
-        step=1,
-        reach=None,
+        decimation=1,
+        half_width=None,
         rate=rate,
         bandwidth=cutoff.hz,
         cutoff=cutoff,

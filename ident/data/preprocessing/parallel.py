@@ -12,13 +12,13 @@ import numpy as np
 
 from ident import filters
 from ident.data import cutoff as choice
-from ident.data.preprocessing import Prepared, sensitivity
+from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or one read from the spectra.
 
     Raises:
@@ -29,14 +29,14 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
     taps = filters.low_pass(chosen.hz, rate)
     # Past twice the cut-off the filter leaves less than a thousandth: a quarter of the new rate loses nothing.
     step = max(1, int(rate // (4 * chosen.hz)))
-    return Prepared(
+    return Preprocessed(
         motion=motion(samples.position, rate, min(3 * chosen.hz, rate / 4)),
         instants=np.arange(len(samples.position)),
         condition=partial(filters.convolve, taps=taps, step=step),
         torque=filters.convolve(samples.torque, taps, step),
         sensitivity=sensitivity(samples.slope, taps, step),
-        step=step,
-        reach=len(taps) // 2,
+        decimation=step,
+        half_width=len(taps) // 2,
         rate=rate / step,
         bandwidth=chosen.hz,
         cutoff=chosen,

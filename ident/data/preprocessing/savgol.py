@@ -11,7 +11,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cutoff as choice
-from ident.data.preprocessing import Prepared, sensitivity
+from ident.data.preprocessing import Preprocessed, sensitivity
 from ident.data.samples import Samples
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
@@ -23,7 +23,7 @@ _LENGTH_TIMES_CUTOFF = 1.07
 """Of cubics: a window of n samples is 3 dB down at 1.07 / n of the rate."""
 
 
-def prepare(samples: Samples, cutoff: float | None) -> Prepared:
+def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     """Fit cubics to windows that smooth by 3 dB at `cutoff` [Hz], or at one read from the spectra.
 
     Raises:
@@ -33,14 +33,14 @@ def prepare(samples: Samples, cutoff: float | None) -> Prepared:
     rate = samples.rate
     value, slope, bend = (filters.convolve(samples.position, taps(LIGHTER * chosen.hz, rate, k)) for k in range(3))
     smoothing = taps(chosen.hz, rate)
-    return Prepared(
+    return Preprocessed(
         motion=Motion(value, slope, bend, filters.mean_sign(slope)),
         instants=np.arange(len(value)),
         condition=partial(filters.convolve, taps=smoothing),
         torque=filters.convolve(samples.torque, smoothing),
         sensitivity=sensitivity(samples.slope, smoothing),
-        step=1,
-        reach=len(smoothing) // 2,
+        decimation=1,
+        half_width=len(smoothing) // 2,
         rate=rate,
         bandwidth=chosen.hz,
         cutoff=chosen,

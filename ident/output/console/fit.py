@@ -6,7 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.dynamics.effects.base import is_never
-from ident.estimation.linearized_model import Frozen
+from ident.estimation.linearized_model import LinearizedModel
 from ident.identification.identify import Identification
 from ident.identification.model import Agreement, JointFitness, Model
 from ident.output.console import assessment
@@ -20,7 +20,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     for line in warnings(result):
         console.print(line, style="bold yellow", highlight=False)
     console.print(_parameter_table(model))
-    if isinstance(result.mechanism, Frozen):
+    if isinstance(result.mechanism, LinearizedModel):
         for line in shape_parameter_lines(result.mechanism):
             console.print(line, highlight=False)
     for line in _method_lines(model):
@@ -59,8 +59,8 @@ def warnings(result: Identification) -> list[str]:
         lines.append(
             f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}."
         )
-    if isinstance(result.mechanism, Frozen):
-        lines += result.mechanism.impossible(result.fit.parameters)
+    if isinstance(result.mechanism, LinearizedModel):
+        lines += result.mechanism.out_of_range(result.fit.parameters)
     if at_bound:
         lines.append(f"At a bound of the search range, so not determined by the data: {', '.join(at_bound)}.")
     return lines
@@ -93,9 +93,9 @@ def _parameter_table(model: Model) -> Table:
     return table
 
 
-def shape_parameter_lines(mechanism: Frozen) -> Iterator[str]:
+def shape_parameter_lines(mechanism: LinearizedModel) -> Iterator[str]:
     """Yield the values of the shape parameters, which a search has fixed before the linear fit."""
-    structure = mechanism.composition
+    structure = mechanism.structure
     values = [
         f"{entry.name} {'never' if is_never(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
         for entry, value in zip(structure.named, mechanism.x.tolist(), strict=True)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.data.dataset import first_repetition
+from ident.data.dataset import first_cycle
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.residuals.analysis import Comparison
@@ -38,7 +38,7 @@ def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.
     )
     for joint, about in enumerate(first.joints):
         row = 2 * joint + 1
-        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], points, first_repetition(dataset))
+        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], points, first_cycle(dataset))
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
         for number, (name, comparison) in enumerate(models.items()):
@@ -47,7 +47,7 @@ def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.
         theme.noise_band(figure, about.split.noise_rms if about.split else None, row + 1, 1, joint == 0)
         figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(about.unit)}", row=row, col=1)
         figure.update_yaxes(title_text=f"residual<br>[{about.unit}]", nticks=4, row=row + 1, col=1)
-    shown = dataset.time[first_repetition(dataset)]
+    shown = dataset.time[first_cycle(dataset)]
     figure.update_xaxes(range=[float(shown[0]), float(shown[-1])])
     figure.update_xaxes(title_text="time [s]", row=2 * dof, col=1)
     figure.update_layout(hovermode="x unified", hoversubplots="axis")
@@ -56,7 +56,7 @@ def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.
 
 def _model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str, points: int) -> None:
     dataset = prediction.dataset
-    whole = first_repetition(dataset)
+    whole = first_cycle(dataset)
     known = np.isfinite(dataset.torque[:, joint])
     line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
     computed = np.where(known, prediction.computed[:, joint], np.nan)

@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ident.data.dataset import Dataset, first_repetition
+from ident.data.dataset import Dataset, first_cycle
 from ident.estimation.lad_certificate import Certificate
 from ident.identification.identify import Identification
 from recordings.recording import Floats
@@ -52,7 +52,7 @@ def draw(result: Identification, folder: Path) -> None:
 def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
     """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
     with _figure(path, title, dataset.torque.shape[1]) as axes:
-        shown = first_repetition(dataset)
+        shown = first_cycle(dataset)
         time, units = dataset.time[shown], dataset.recording.rig.effort_units
         for joint, axis in enumerate(axes):
             if dataset.nominal is not None:

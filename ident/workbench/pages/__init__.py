@@ -1,1 +1,1 @@
-"""The page, part by part: each module draws one, from the session and nothing else."""
+"""Parts of the page. Each module draws one part from the session."""

@@ -1,4 +1,4 @@
-"""What could be missing: the effects of the library as cards, with what each would take away, and the look of it."""
+"""Cards of the candidate effects, with the estimated improvement and a preview of each."""
 
 from collections.abc import Callable
 
@@ -12,9 +12,9 @@ _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
 
 
 class PreviewPanel:
-    """What one candidate would take away, in a place that stays in sight; the pictures are all made already.
+    """Preview of one candidate in a panel that stays visible; all figures exist already.
 
-    It comes after the cards, which are not drawn again for it: a click on a card that is being replaced is lost.
+    It is drawn separately from the cards, because a click on a card that is being redrawn is lost.
     """
 
     def __init__(self, page: Page) -> None:
@@ -23,35 +23,35 @@ class PreviewPanel:
         self._plot: ui.plotly | None = None
 
     def draw(self) -> None:
-        """Of the most promising candidate."""
+        """Draw the preview of the best candidate."""
         session = self._page.session
         self._title = self._plot = None
         if session.candidates is None or not session.candidates.cards:
             return
-        self._title = ui.label("Its signature is being drawn …").classes("font-medium")
-        set_test_id(self._title, "foretaste")
+        self._title = ui.label("Drawing the previews …").classes("font-medium")
+        set_test_id(self._title, "preview")
         if session.previews is None:
             return
         first = session.candidates.cards[0].name
         figure = session.previews.figures[first]
-        self._plot = draw_figure(figure, "residual, and what the effect would take away", session.dark)
+        self._plot = draw_figure(figure, "residual, and the part that the effect would explain", session.dark)
         self.show(first)
 
     def show(self, effect: str) -> None:
-        """Turn to another candidate."""
-        known = self._page.session.previews
-        if self._title is None or self._plot is None or known is None:
+        """Show the preview of another candidate."""
+        previews = self._page.session.previews
+        if self._title is None or self._plot is None or previews is None:
             return
-        self._title.text = f"{effect}: what it would take away of the residual"
-        self._plot.update_figure(plots.with_theme(known.figures[effect], self._page.session.dark))
+        self._title.text = f"{effect}: part of the residual that it would explain"
+        self._plot.update_figure(plots.with_theme(previews.figures[effect], self._page.session.dark))
 
 
 def draw(page: Page) -> None:
-    """The most promising first."""
-    foretaste = PreviewPanel(page)
-    page.draw_on_change(lambda: _head(page), "choice")
-    page.draw_on_change(foretaste.draw, "choice", "signatures").classes("foretaste")
-    page.draw_on_change(lambda: _cards(page, foretaste.show), "choice")
+    """Draw the heading, the preview panel and the cards in descending order of improvement."""
+    panel = PreviewPanel(page)
+    page.draw_on_change(lambda: _head(page), "candidates")
+    page.draw_on_change(panel.draw, "candidates", "previews").classes("preview")
+    page.draw_on_change(lambda: _cards(page, panel.show), "candidates")
 
 
 def _head(page: Page) -> None:
@@ -61,10 +61,10 @@ def _head(page: Page) -> None:
     if session.candidates is None:
         _analysis_missing(page)
         return
-    ui.label("What could be missing").classes("head q-mt-sm")
+    ui.label("Candidate effects").classes("head q-mt-sm")
     ui.label(
-        "Share of the squared error that each would take away at first sight, the model refitted. Point at a card, "
-        "or move to it with Tab, to see its signature over the residual."
+        "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a card, "
+        "or move to it with Tab, to see its preview."
     ).classes("quiet")
 
 
@@ -77,18 +77,18 @@ def _cards(page: Page, show_preview: Callable[[str], None]) -> None:
             _card(page, candidate, show_preview)
     if choice.not_excited:
         names = ", ".join(choice.not_excited)
-        ui.label(f"This motion does not show, or only with an impossible sign: {names}.").classes("quiet q-mt-sm")
+        ui.label(f"Not excited by this motion, or only with an inadmissible sign: {names}.").classes("quiet q-mt-sm")
     for effect, why in choice.unobservable.items():
         ui.label(f"{effect}: {why}").classes("quiet")
 
 
 def _analysis_missing(page: Page) -> None:
     if page.session.job is not None:
-        ui.label("Looking at every effect of the library …").classes("quiet")
+        ui.label("Rating every effect of the library …").classes("quiet")
         return
-    ui.label("Not all was looked at, because it was cancelled.").classes("quiet")
-    again = ui.button("Look at every effect", on_click=page.handler(page.session.resume_analysis)).props("outline no-caps")
-    set_test_id(again, "look-again")
+    ui.label("The analysis was cancelled before it was complete.").classes("quiet")
+    button = ui.button("Rate every effect", on_click=page.handler(page.session.resume_analysis)).props("outline no-caps")
+    set_test_id(button, "resume-analysis")
 
 
 def _card(page: Page, candidate: CandidateCard, show_preview: Callable[[str], None]) -> None:
@@ -102,7 +102,7 @@ def _card(page: Page, candidate: CandidateCard, show_preview: Callable[[str], No
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(candidate.name).classes("font-medium ellipsis")
             ui.space()
-            set_test_id(ui.label(f"{100 * candidate.improvement:.1f} %"), f"gain-{candidate.name}")
+            set_test_id(ui.label(f"{100 * candidate.improvement:.1f} %"), f"improvement-{candidate.name}")
         ui.linear_progress(candidate.improvement, show_value=False, size="6px").props("aria-hidden=true")
         ui.label(effect.sentence).classes("text-sm")
         with ui.row().classes("w-full items-center no-wrap"):

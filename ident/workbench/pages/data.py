@@ -1,4 +1,4 @@
-"""A recording as it is: what it is, how good, and its signals."""
+"""A recording before any fit: metadata, quality and signals."""
 
 from nicegui import ui
 
@@ -8,20 +8,20 @@ from ident.workbench.pages.zoom import ZoomablePlot
 
 
 def draw(page: Page) -> None:
-    """The recording that was chosen."""
+    """Draw the selected recording."""
     page.draw_on_change(lambda: _draw(page), "recording")
 
 
 def _draw(page: Page) -> None:
     session, view = page.session, page.session.recording
     if view is None:
-        ui.label("Choose a recording with Train on the left to see how good it is.").classes("quiet")
+        ui.label("Choose a recording with Train on the left to see its quality.").classes("quiet")
         return
     with ui.row().classes("items-center gap-3"):
         ui.label(view.name).classes("head")
-        for other in (session.train, session.validate):
-            if other and other != view.name:
-                ui.button(f"show {other}", on_click=page.handler(session.show_recording, other)).props("flat dense no-caps")
+        for recording in (session.train, session.validate):
+            if recording and recording != view.name:
+                ui.button(f"show {recording}", on_click=page.handler(session.show_recording, recording)).props("flat dense no-caps")
     for warning in view.warnings:
         with ui.row().classes("items-center no-wrap"):
             ui.icon("warning", color="warning")
@@ -30,12 +30,12 @@ def _draw(page: Page) -> None:
         for label, value in view.quality:
             ui.label(label).classes("quiet")
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
-    whole = (float(view.time[0]), float(view.time[-1]))
-    choice = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
-    shown = ZoomablePlot(
-        lambda span: plots.signal(view, str(choice.value), span), lambda: whole, "signals over time", session.dark
+    full_span = (float(view.time[0]), float(view.time[-1]))
+    signal = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
+    plot = ZoomablePlot(
+        lambda span: plots.signal(view, str(signal.value), span), lambda: full_span, "signals over time", session.dark
     )
-    choice.on_value_change(lambda: shown.show())
+    signal.on_value_change(lambda: plot.show())
     with ui.expansion(f"Events of the run ({len(view.events)})").classes("w-full"):
         for time, level, source, text in view.events[:300]:
             ui.label(f"{time:9.3f} s  {level}  {source}: {text}").classes("font-mono text-sm")

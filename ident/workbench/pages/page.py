@@ -1,4 +1,4 @@
-"""What all parts of the page share: drawing again what has changed, and saying what went wrong."""
+"""Shared by all parts of the page: redrawing after changes, and error notifications."""
 
 import time
 from collections.abc import Callable
@@ -24,45 +24,45 @@ class _Watch:
 
 
 class Page:
-    """One tab of a browser that looks at the session."""
+    """One browser tab that shows the session."""
 
     def __init__(self, session: WorkbenchSession) -> None:
         self.session = session
         self.show_tab: Callable[[str], None] = lambda tab: None
-        """Turn to a tab."""
+        """Show a tab of the page."""
         self.after_action: Callable[[], None] = lambda: None
-        """Show at once what goes on: the server ignores a click on a button that it believes to be hidden."""
+        """Update the header at once, because the server ignores clicks on buttons that it believes to be hidden."""
         self._watches: list[_Watch] = []
 
     def draw_on_change(self, draw: Callable[[], None], *topics: Topic) -> ui.element:
-        """Let `draw` make its elements here, and anew whenever one of `parts` has changed; the place of them."""
-        with ui.element("div").classes("w-full") as place:
+        """Call `draw` here, and again whenever one of `topics` changes; return the container of its elements."""
+        with ui.element("div").classes("w-full") as container:
 
-            def again() -> None:
-                place.clear()
-                with place:
+            def redraw() -> None:
+                container.clear()
+                with container:
                     draw()
 
             draw()
-        self.call_on_change(again, *topics)
-        return place
+        self.call_on_change(redraw, *topics)
+        return container
 
     def call_on_change(self, callback: Callable[[], None], *topics: Topic, min_interval: float = 0.0) -> None:
-        """Call `react` whenever one of `parts` has changed from now on, but not again within `pause` [s]."""
+        """Call `callback` whenever one of `topics` changes, but not again within `min_interval` [s]."""
         self._watches.append(_Watch(callback, topics, min_interval, self._version(topics)))
 
     def poll(self) -> None:
-        """Look for changes."""
+        """Redraw what has changed since the last call."""
         self.session.mark_seen()
         now = time.monotonic()
-        for one in self._watches:
-            version = self._version(one.topics)
-            if version != one.version and now - one.last_call >= one.min_interval:
-                one.version, one.last_call = version, now
-                one.callback()
+        for watch in self._watches:
+            version = self._version(watch.topics)
+            if version != watch.version and now - watch.last_call >= watch.min_interval:
+                watch.version, watch.last_call = version, now
+                watch.callback()
 
     def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
-        """A handler that does `act`, and says what was wrong with it."""
+        """Return an event handler that calls `action` and shows its errors."""
 
         def handle() -> None:
             try:
@@ -74,18 +74,18 @@ class Page:
         return handle
 
     def _version(self, topics: tuple[Topic, ...]) -> int:
-        return sum(self.session.versions[part] for part in topics)
+        return sum(self.session.versions[topic] for topic in topics)
 
 
 def draw_figure(figure: Figure, label: str, dark: bool) -> ui.plotly:
-    """A figure; `label` for those who do not see it."""
-    drawn = ui.plotly(plots.with_theme(figure, dark)).classes("w-full")
+    """Draw a figure; `label` is its description for screen readers."""
+    plot = ui.plotly(plots.with_theme(figure, dark)).classes("w-full")
     # Plotly forgets a figure's own height when its tab is left and shown again.
-    drawn.style(f"height: {figure['layout']['height']}px")
-    drawn.props["role"], drawn.props["aria-label"] = "img", label
-    return drawn
+    plot.style(f"height: {figure['layout']['height']}px")
+    plot.props["role"], plot.props["aria-label"] = "img", label
+    return plot
 
 
 def set_test_id(element: ui.element, test_id: str) -> None:
-    """A name for tests, beside all that may change."""
+    """Give `element` an identifier for tests."""
     element.props["data-test"] = test_id

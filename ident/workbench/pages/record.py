@@ -1,4 +1,4 @@
-"""Recording from here: choose motion and rig, check, start, watch, stop."""
+"""Form and live view of a recording: choose motion and rig, check, start, watch, stop."""
 
 import json
 from pathlib import Path
@@ -14,18 +14,18 @@ from ident.workbench.recorder import RunStatus, run_daq
 from recordings.errors import BadInput
 from trajectories.library import names
 
-SIMULATED, NO_SIM_FILE = "simulated", "nothing hidden"
+SIMULATED, NO_SIM_FILE = "simulated", "default machine"
 UNITS = {"position": "rad", "following error": "mrad", "voltage": "V", "lateness": "ms"}
 _SAFETY = {
     True: "Simulated drives: no real robot moves.",
-    False: "Real drives move, unless the rig file is that of simulated ones. Keep a hand on the hard-wired emergency "
-    "stop: STOP above is no substitute.",
+    False: "Real drives move, unless the rig file names simulated ones. Keep a hand on the hard-wired emergency "
+    "stop; the STOP button above does not replace it.",
 }
-"""Where no rig file is chosen, and where one is."""
+"""Safety note without (True) and with (False) a rig file."""
 
 
 def draw(page: Page) -> None:
-    """The form, the button, and the run."""
+    """Draw the form, the buttons and the live view."""
     session = page.session
     files = session.folder.trajectories()
     with ui.row().classes("items-end gap-3"):
@@ -34,12 +34,12 @@ def draw(page: Page) -> None:
         rig = ui.select([SIMULATED, *files], value=SIMULATED, label="rig").props("dense outlined").classes("min-w-36")
         sim = ui.select([NO_SIM_FILE, *files], value=NO_SIM_FILE, label="simulated machine")
         sim.props("dense outlined").classes("min-w-36")
-        paces = {"": "as the rig", "lockstep": "lockstep", "realtime": "real time"}
+        paces = {"": "from the rig file", "lockstep": "lockstep", "realtime": "real time"}
         pace = ui.select(paces, value="", label="pace").props("dense outlined").classes("min-w-28")
         cycles = ui.number("cycles", min=1, step=1, placeholder="20 s").props("dense outlined").classes("w-20")
         out = ui.input("file", value=_free_name(page, "fig5a")).props("dense outlined")
         motion.on_value_change(lambda: out.set_value(_free_name(page, Path(str(motion.value)).stem)))
-        for element, what in (
+        for element, test_id in (
             (motion, "motion"),
             (rig, "rig"),
             (pace, "pace"),
@@ -47,17 +47,17 @@ def draw(page: Page) -> None:
             (out, "out"),
             (sim, "sim"),
         ):
-            set_test_id(element, f"record-{what}")
+            set_test_id(element, f"record-{test_id}")
 
     def arguments() -> list[str]:
-        given = {
+        options = {
             "--traj": motion.value,
             "--rig": rig.value if rig.value != SIMULATED else None,
             "--sim": sim.value if sim.value != NO_SIM_FILE else None,
             "--pace": pace.value,
             "--cycles": int(cycles.value) if cycles.value else None,
         }
-        return [str(part) for option, value in given.items() if value for part in (option, value)]
+        return [str(word) for option, value in options.items() if value for word in (option, value)]
 
     def start() -> None:
         session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX))
@@ -76,13 +76,13 @@ def draw(page: Page) -> None:
 
 
 def _free_name(page: Page, stem: str) -> str:
-    taken = set(page.session.folder.recordings())
+    used_names = set(page.session.folder.recordings())
     candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
-    return next(one for one in candidates if one not in taken)
+    return next(file_name for file_name in candidates if file_name not in used_names)
 
 
 async def _check(page: Page, arguments: list[str], column: ui.column) -> None:
-    """`daq check`, and a rehearsal of all but power."""
+    """Run `daq check` and a dry run without power, and show the results."""
     rig = arguments[arguments.index("--rig") : arguments.index("--rig") + 2] if "--rig" in arguments else []
     column.clear()
     with column:
@@ -91,59 +91,59 @@ async def _check(page: Page, arguments: list[str], column: ui.column) -> None:
     rehearsal = ("record", *arguments, "--dry-run", "--json", "--out", "preflight.mcap")
     try:
         checked = await background.io_bound(run_daq, root, "check", "--json", *rig)
-        tried = await background.io_bound(run_daq, root, *rehearsal)
+        rehearsed = await background.io_bound(run_daq, root, *rehearsal)
     except (BadInput, OSError, TimeoutExpired) as error:
         ui.notify(str(error), type="warning")
         return
-    if checked is None or tried is None:  # the page is being closed
+    if checked is None or rehearsed is None:  # the page is being closed
         return
     column.clear()
     with column:
         for line in _check_lines(checked, "drives and bus"):
             set_test_id(ui.label(line), "preflight-check")
-        for line in _check_lines(tried, "dry run: all but power"):
+        for line in _check_lines(rehearsed, "dry run without power"):
             set_test_id(ui.label(line), "preflight-dry-run")
 
 
-def _check_lines(done: "CompletedProcess[str]", what: str) -> list[str]:
-    found = json.loads(done.stdout or "{}")
-    problems = [f"{one['where']}: {one['what']}" for one in found.get("findings", []) if one["verdict"] == "problem"]
-    if done.returncode:
-        return [f"✗ {what}", *problems, *(line for line in done.stderr.splitlines() if line.startswith("error"))]
-    return [f"✓ {what}{': ' + found['bus'] if 'bus' in found else ''}"]
+def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:
+    document = json.loads(process.stdout or "{}")
+    problems = [f"{finding['where']}: {finding['what']}" for finding in document.get("findings", []) if finding["verdict"] == "problem"]
+    if process.returncode:
+        return [f"✗ {title}", *problems, *(line for line in process.stderr.splitlines() if line.startswith("error"))]
+    return [f"✓ {title}{': ' + document['bus'] if 'bus' in document else ''}"]
 
 
 def _draw_live(page: Page) -> None:
-    """In place, so that nothing jumps about under the hand."""
+    """Draw the live view; updates change it in place, so that the layout stays still."""
     session = page.session
     state = ui.label().classes("font-medium q-mt-sm")
     set_test_id(state, "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
-    figures = ui.label().classes("quiet")
+    counts = ui.label().classes("quiet")
     with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
-        shown = {kind: draw_figure(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
-    said = ui.column().classes("gap-0 font-mono text-sm")
+        figures = {kind: draw_figure(_plot(None, kind), f"{kind} while recording", session.dark) for kind in UNITS}
+    messages = ui.column().classes("gap-0 font-mono text-sm")
 
-    def look() -> None:
+    def update() -> None:
         run = session.recorder.run
         state.text, bar.visible = run_summary(run), run is not None
-        for kind, plot in shown.items():
+        for kind, plot in figures.items():
             plot.update_figure(plots.with_theme(_plot(run, kind), session.dark))
         if run is None:
             return
         bar.value = run.status.get("done", 0) / max(run.status.get("total", 1), 1)
-        figures.text = _figures(run)
-        said.clear()
-        with said:
+        counts.text = _counts(run)
+        messages.clear()
+        with messages:
             for line in list(run.messages)[-6:]:
                 ui.label(line)
 
-    look()
-    page.call_on_change(look, "run", min_interval=0.5)
+    update()
+    page.call_on_change(update, "run", min_interval=0.5)
 
 
 def run_summary(run: RunStatus | None) -> str:
-    """How the run goes, or how it ended."""
+    """Return a sentence about the progress or the end of the run."""
     if run is None:
         return "No run yet."
     if run.exit_code is None:
@@ -152,19 +152,19 @@ def run_summary(run: RunStatus | None) -> str:
     if run.exit_code == 0:
         return f"{run.file.name}: done. Choose it with Train or Check on the left."
     if run.exit_code < 0:
-        left = (
-            "LOOK AT THE DRIVES: only their watchdogs act now." if run.has_rig_file else "The simulated drives with it."
+        consequence = (
+            "CHECK THE DRIVES: only their watchdogs are active now." if run.has_rig_file else "Its simulated drives ended with it."
         )
-        return f"{run.file.name}: daq was killed (signal {-run.exit_code}). {left}"
-    why = next((line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}")
+        return f"{run.file.name}: daq was killed (signal {-run.exit_code}). {consequence}"
+    reason = next((line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}")
     if run.exit_code == 2:
-        return f"{run.file.name}: did not begin. {why}"
+        return f"{run.file.name}: did not start. {reason}"
     drives = "drives" if run.has_rig_file else "simulated drives"
-    disabled = "" if "NOT CONFIRMED" in why else f" The {drives} were disabled and the file closed."
-    return f"{run.file.name}: ended early, {why}.{disabled}"
+    disabled = "" if "NOT CONFIRMED" in reason else f" The {drives} were disabled and the file closed."
+    return f"{run.file.name}: ended early, {reason}.{disabled}"
 
 
-def _figures(run: RunStatus) -> str:
+def _counts(run: RunStatus) -> str:
     status = run.status
     if "cycles" not in status:
         return ""
@@ -176,5 +176,5 @@ def _figures(run: RunStatus) -> str:
 
 
 def _plot(run: RunStatus | None, kind: str) -> plots.Figure:
-    rows, late = ([], []) if run is None else (list(run.rows), list(run.lateness))
-    return plots.live(rows, late, kind, UNITS[kind])
+    rows, lateness = ([], []) if run is None else (list(run.rows), list(run.lateness))
+    return plots.live(rows, lateness, kind, UNITS[kind])

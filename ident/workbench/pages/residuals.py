@@ -1,4 +1,4 @@
-"""Where the present model fails, as `ident compare` says it."""
+"""Residual analysis of the current model, as in `ident compare`."""
 
 from collections.abc import Callable
 
@@ -9,44 +9,44 @@ from ident.workbench.pages.page import Page, set_test_id, draw_figure
 
 
 def draw(page: Page) -> None:
-    """Sentences, the worst stretches, and figures."""
-    page.draw_on_change(lambda: _draw(page), "failing")
+    """Draw the sentences, the worst intervals and the figures."""
+    page.draw_on_change(lambda: _draw(page), "residuals")
 
 
 def _draw(page: Page) -> None:
-    found = page.session.residuals
-    if found is None:
-        fitted = "Looking where the model fails …" if page.session.ladder else None
-        ui.label(fitted or "Nothing to show yet: fit the base model first (What is missing → Fit).").classes("quiet")
+    view = page.session.residuals
+    if view is None:
+        pending = "Analysing the residual …" if page.session.ladder else None
+        ui.label(pending or "Fit the base model first (Missing effects → Fit).").classes("quiet")
         return
-    ui.label(f"On {', '.join(found.recordings)}").classes("head")
+    ui.label(f"On {', '.join(view.recordings)}").classes("head")
     with ui.column().classes("gap-1"):
-        for number, sentence in enumerate(found.sentences):
-            set_test_id(ui.label(sentence), f"where-{number}")
-    ui.label("The worst stretches").classes("head")
+        for number, sentence in enumerate(view.sentences):
+            set_test_id(ui.label(sentence), f"residuals-{number}")
+    ui.label("Worst intervals").classes("head")
     _windows(page)
-    for title, figure in found.figures.items():
+    for title, figure in view.figures.items():
         ui.label(title).classes("head q-mt-md")
         draw_figure(figure, title, page.session.dark)
 
 
 def _windows(page: Page) -> None:
-    found = page.session.residuals
-    assert found is not None
+    view = page.session.residuals
+    assert view is not None
     with ui.element("table").classes("figures"):
         with ui.element("tr"):
             for title in (
                 "joint",
                 "time [s]",
-                f"RMS [{found.unit}]",
-                "times usual",
+                f"RMS [{view.unit}]",
+                "relative to overall RMS",
                 "phase",
                 "cycle",
                 "",
             ):
                 with ui.element("th"):
                     ui.label(title)
-        for window in found.windows:
+        for window in view.windows:
             with ui.element("tr"):
                 for text in (
                     f"joint {window.joint}",

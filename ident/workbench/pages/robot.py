@@ -1,4 +1,4 @@
-"""The robot in 3D at one instant, its limbs coloured by what the model leaves of their torque."""
+"""3D view of the robot at one instant, with the limbs coloured by their torque residual."""
 
 import numpy as np
 from nicegui import ui
@@ -8,11 +8,11 @@ from ident.workbench.pose import PoseSequence, pose_sequence
 from ident.workbench.views import TorqueSeries
 
 _LIFT = np.array([0.0, 0.0, 1.0])
-"""The robot hangs; the ground of the scene is at 0 [m]."""
+"""Offset of the base above the ground of the scene, because the robot hangs [m]."""
 
 
 def draw(page: Page) -> None:
-    """The present model's recording, or else the one that was opened."""
+    """Draw the robot of the selected recording."""
     page.draw_on_change(lambda: _draw(page), "series", "recording")
 
 
@@ -22,39 +22,39 @@ def _draw(page: Page) -> None:
     if view is None or view.geometry is None:
         ui.label("Choose a recording of a delta robot on the left.").classes("quiet")
         return
-    series = next((one for one in session.series if one.name == view.name), None)
-    moving = pose_sequence(view, series)
+    series = next((series for series in session.series if series.name == view.name), None)
+    poses = pose_sequence(view, series)
     with ui.row().classes("w-full items-center no-wrap gap-4"):
         clock = ui.label().classes("w-20")
-        slider = ui.slider(min=0, max=len(moving.time) - 1, value=0).classes("col")
+        slider = ui.slider(min=0, max=len(poses.time) - 1, value=0).classes("col")
         slider.props('aria-label="time"')
         set_test_id(slider, "time")
         play = ui.button(icon="play_arrow").props('round flat aria-label="Play"')
     with ui.row().classes("w-full no-wrap items-start"):
         background = "#1d2226" if session.dark else "#f4f6f7"
         with ui.scene(width=760, height=470, grid=(2, 20), background_color=background) as scene:
-            bodies = _Scene(moving)
+            robot = _Scene(poses)
         scene.move_camera(x=0.95, y=-1.05, z=0.95, look_at_z=0.6, duration=0)
-        told = ui.column().classes("gap-1")
+        column = ui.column().classes("gap-1")
 
-    def at() -> None:
-        bodies.move(slider.value)
-        clock.text = f"{moving.time[slider.value]:.2f} s"
+    def update() -> None:
+        robot.move(slider.value)
+        clock.text = f"{poses.time[slider.value]:.2f} s"
         units = session.ladder.units if session.ladder else ()
-        _show_residuals(told, series, units, moving.time[slider.value])
+        _show_residuals(column, series, units, poses.time[slider.value])
 
     def step() -> None:
-        slider.value = (slider.value + 1) % len(moving.time)
+        slider.value = (slider.value + 1) % len(poses.time)
 
-    slider.on_value_change(at)
-    timer = ui.timer(moving.step, step, active=False)
+    slider.on_value_change(update)
+    timer = ui.timer(poses.step, step, active=False)
     play.on_click(lambda: setattr(timer, "active", not timer.active))
-    slider.value = len(moving.time) // 3  # in the middle of the motion there is something to see
-    at()
+    slider.value = len(poses.time) // 3  # in the middle of the motion there is something to see
+    update()
 
 
 class _Scene:
-    """Base, arms, forearms and platform in the scene."""
+    """Base, arms, forearms and platform in the 3D scene."""
 
     def __init__(self, poses: PoseSequence) -> None:
         from nicegui.elements.scene import Scene
@@ -67,26 +67,26 @@ class _Scene:
         self._rods = [Scene.cylinder(0.008, 0.008, geometry.L2, 12) for _ in range(3)]
 
     def move(self, i: int) -> None:
-        """To the instant `i`."""
-        moving = self._poses
-        self._platform.move(*(moving.platform[i] + _LIFT))
+        """Move all bodies to their pose at the instant `i`."""
+        poses = self._poses
+        self._platform.move(*(poses.platform[i] + _LIFT))
         for limb in range(3):
-            colour = moving.colour(i, limb)
+            colour = poses.colour(i, limb)
             for body, start, end in (
-                (self._arms[limb], moving.shoulders[limb], moving.elbows[i, limb]),
-                (self._rods[limb], moving.elbows[i, limb], moving.platform_joints[i, limb]),
+                (self._arms[limb], poses.shoulders[limb], poses.elbows[i, limb]),
+                (self._rods[limb], poses.elbows[i, limb], poses.platform_joints[i, limb]),
             ):
-                body.move(*((start + end) / 2 + _LIFT)).rotate_R(moving.cylinder_rotation(start, end)).material(colour)
+                body.move(*((start + end) / 2 + _LIFT)).rotate_R(poses.cylinder_rotation(start, end)).material(colour)
 
 
 def _show_residuals(column: ui.column, series: TorqueSeries | None, units: tuple[str, ...], time: float) -> None:
     column.clear()
     with column:
         if series is None:
-            ui.label("Fit a model to see what is left of each limb's torque.").classes("quiet")
+            ui.label("Fit a model to see the torque residual of each limb.").classes("quiet")
             return
-        at = int(abs(series.time - time).argmin())
+        row = int(abs(series.time - time).argmin())
         ui.label("Residual of each limb").classes("head")
-        for joint, (left, unit) in enumerate(zip(series.residual[at], units, strict=True), start=1):
-            ui.label(f"joint {joint}: {left:+.3f} {unit}" if np.isfinite(left) else f"joint {joint}: not judged here")
-        ui.label("Grey: as small as usual. Orange: the largest there is.").classes("quiet")
+        for joint, (residual, unit) in enumerate(zip(series.residual[row], units, strict=True), start=1):
+            ui.label(f"joint {joint}: {residual:+.3f} {unit}" if np.isfinite(residual) else f"joint {joint}: not scored here")
+        ui.label("Grey: small residual. Orange: large residual.").classes("quiet")

@@ -1,4 +1,4 @@
-"""The frame of the page: what is going on, the recordings on the left, and the parts as tabs."""
+"""Frame of the page: header with the current job, list of recordings, and tabs."""
 
 from collections.abc import Callable
 
@@ -14,12 +14,12 @@ from web.security import MAX_BODY_BYTES
 TABS = (
     ("data", "Recording", "show_chart", data.draw),
     ("model", "Model", "stacked_line_chart", model.draw),
-    ("failing", "Where it fails", "troubleshoot", residuals.draw),
-    ("missing", "What is missing", "extension", missing.draw),
+    ("residuals", "Residuals", "troubleshoot", residuals.draw),
+    ("missing", "Missing effects", "extension", missing.draw),
     ("swarm", "Swarm", "bubble_chart", swarm.draw),
     ("robot", "Robot", "precision_manufacturing", robot.draw),
     ("record", "Record", "fiber_manual_record", record.draw),
-    ("export", "Take away", "save_alt", export.draw),
+    ("export", "Export", "save_alt", export.draw),
 )
 _STYLE = """
 .q-tab__label, .q-btn { text-transform: none !important; letter-spacing: 0; }
@@ -38,16 +38,16 @@ _STYLE = """
 .q-tab__icon { font-size: 20px !important; }
 .q-tab-panels { background: transparent !important; }
 .q-tab-panels, .q-tab-panels .q-panel, .q-tab-panel { overflow: visible; }
-.foretaste { position: sticky; top: 64px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
-.foretaste:empty { border: 0; }
-.body--dark .foretaste { background: #121212; }
+.preview { position: sticky; top: 64px; z-index: 5; background: #fff; border-bottom: 1px solid #8886; }
+.preview:empty { border: 0; }
+.body--dark .preview { background: #121212; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
 :focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
 """
 
 
 def build(session: WorkbenchSession) -> None:
-    """The whole page for one tab of a browser."""
+    """Build the page for one browser tab."""
     page = Page(session)
     ui.colors(
         primary="#0b5c8c",
@@ -90,41 +90,41 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         cancel = ui.button("Cancel", on_click=page.handler(session.cancel)).props("outline dense color=white")
         set_test_id(cancel, "cancel")
         pause = ui.button("Pause", on_click=page.handler(session.pause)).props("outline dense color=white")
-        resume = ui.button("Go on", on_click=page.handler(session.resume)).props("outline dense color=white")
+        resume = ui.button("Resume", on_click=page.handler(session.resume)).props("outline dense color=white")
         set_test_id(pause, "pause")
         set_test_id(resume, "resume")
         ui.space()
         stop = ui.button("STOP", icon="dangerous", on_click=page.handler(session.recorder.stop))
         stop.props("color=negative size=lg push").tooltip(
-            "Ramp down and disable the drives; again: quick stop. Key: Esc"
+            "Ramp down and disable the drives; press again for a quick stop. Key: Esc"
         )
         set_test_id(stop, "stop")
 
-        def darken() -> None:
+        def toggle_dark() -> None:
             session.dark = not session.dark
             dark.set_value(session.dark)
-            session.mark_changed("recording", "ladder", "series", "signatures", "failing", "answer", "descent", "run")
+            session.mark_changed("recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run")
 
-        contrast = ui.button(icon="contrast", on_click=darken).tooltip("Dark or light")
+        contrast = ui.button(icon="contrast", on_click=toggle_dark).tooltip("Dark or light")
         contrast.props('flat round color=white aria-label="Dark or light"')
         set_test_id(contrast, "contrast")
 
-    def look() -> None:
-        going = session.job is not None
+    def update() -> None:
+        busy = session.job is not None
         paused = session.job is not None and session.job.paused_at is not None
         job.text = _job_text(session.job) if session.job else _status_text(session)
-        spinner.visible = pause.visible = going and not paused
-        resume.visible, cancel.visible = paused, going
+        spinner.visible = pause.visible = busy and not paused
+        resume.visible, cancel.visible = paused, busy
         stop.visible = session.recorder.running
 
-    def stops(pressed: events.KeyEventArguments) -> None:
+    def stop_on_escape(pressed: events.KeyEventArguments) -> None:
         if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.running:
             session.recorder.stop()
 
-    ui.keyboard(stops, ignore=[])  # also while something is being typed
-    look()
-    page.after_action = look
-    ui.timer(0.3, look)
+    ui.keyboard(stop_on_escape, ignore=[])  # also while the user types
+    update()
+    page.after_action = update
+    ui.timer(0.3, update)
 
 
 def _job_text(job: Job) -> str:
@@ -149,15 +149,15 @@ def _recordings(page: Page) -> None:
     root = session.folder.root
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
     page.draw_on_change(lambda: _draw_list(page), "folder")
-    ui.label("Train: the model is fitted to this one. Check: it is judged on this other motion.").classes("quiet")
+    ui.label("Train: fit the model to this recording. Check: validate it on this recording of another motion.").classes("quiet")
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _save_upload(page, upload)
-        box.run_method("removeUploadedFiles")  # the list above is where they are now
+        box.run_method("removeUploadedFiles")  # they are now in the list above
 
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
-    box.on("rejected", lambda: ui.notify("Only .mcap files of up to 256 MiB; copy larger ones into the folder."))
+    box.on("rejected", lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."))
     set_test_id(box, "upload")
 
 
@@ -178,16 +178,16 @@ def _draw_list(page: Page) -> None:
     names = session.folder.recordings()
     if not names:
         ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
-    for number, each in enumerate(names):
+    for number, file_name in enumerate(names):
         with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
-            ui.label(each).classes("ellipsis col").tooltip(each)
-            for text, chosen, act in (
-                ("Train", each == session.train, _train_handler(session, each)),
-                ("Check", each == session.validate, _check_handler(session, each)),
+            ui.label(file_name).classes("ellipsis col").tooltip(file_name)
+            for text, selected, action in (
+                ("Train", file_name == session.train, _train_handler(session, file_name)),
+                ("Check", file_name == session.validate, _check_handler(session, file_name)),
             ):
-                button = ui.button(text, on_click=page.handler(act)).props("dense size=sm no-caps")
-                button.props("unelevated" if chosen else "outline")
-                button.props(f"aria-pressed={'true' if chosen else 'false'}")
+                button = ui.button(text, on_click=page.handler(action)).props("dense size=sm no-caps")
+                button.props("unelevated" if selected else "outline")
+                button.props(f"aria-pressed={'true' if selected else 'false'}")
                 set_test_id(button, f"{text.lower()}-{number}")
 
 

@@ -1,4 +1,4 @@
-"""A plot over time whose detail is loaded anew with every zoom."""
+"""Time plot that loads its points again at every zoom."""
 
 from collections.abc import Callable
 
@@ -10,7 +10,7 @@ from ident.workbench.plots import Figure, Span
 
 
 class ZoomablePlot:
-    """Shows `make(span)`; `whole` is the span of all there is."""
+    """Shows `make_figure(span)`; `full_span` returns the span of the whole recording."""
 
     def __init__(self, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str, dark: bool) -> None:
         self._make_figure, self._full_span, self._dark = make_figure, full_span, dark
@@ -19,17 +19,17 @@ class ZoomablePlot:
         self.plot.on("plotly_relayout", self._on_relayout)
 
     def show(self, span: Span | None = None) -> None:
-        """This span, or the one that is shown, made anew."""
+        """Draw this span, or draw the current span again."""
         self.span = span or self.span
         self.plot.update_figure(plots.with_theme(self._make_figure(self.span), self._dark))
 
     def _on_relayout(self, event: events.GenericEventArguments) -> None:
-        moved = event.args if isinstance(event.args, dict) else {}
+        changes = event.args if isinstance(event.args, dict) else {}
         for axis in ("xaxis", "xaxis2"):
-            if moved.get(f"{axis}.autorange"):
+            if changes.get(f"{axis}.autorange"):
                 self.show(self._full_span())
                 return
-            ends = moved.get(f"{axis}.range[0]"), moved.get(f"{axis}.range[1]")
+            ends = changes.get(f"{axis}.range[0]"), changes.get(f"{axis}.range[1]")
             if isinstance(ends[0], int | float) and isinstance(ends[1], int | float) and ends[1] > ends[0]:
                 self.show((float(ends[0]), float(ends[1])))
                 return

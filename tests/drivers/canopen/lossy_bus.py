@@ -9,8 +9,8 @@ from typing import Any
 
 import can
 
-from drivers.cia402 import State
-from drivers.simulated.drive import SimulatedDrive
+from drivers.cia402 import DriveState
+from drivers.simulated.drive import SimulatedCanopenDrive
 from recordings.rig import Rig
 
 DT = 2.5e-3
@@ -52,12 +52,12 @@ class LossyBus(can.BusABC):
         """Sees what the master sends, also what is lost."""
         self._period = 1 / rig.rate
         self._inbox: deque[tuple[int, bytes]] = deque()
-        self.drives = [SimulatedDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives]
+        self.drives = [SimulatedCanopenDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives]
 
     @property
     def enabled(self) -> list[int]:
         """Numbers, from 1, of the drives that follow targets: their own truth."""
-        return [i for i, drive in enumerate(self.drives, start=1) if drive.state is State.ENABLED]
+        return [i for i, drive in enumerate(self.drives, start=1) if drive.state is DriveState.ENABLED]
 
     # The master's end
 
@@ -101,7 +101,7 @@ class LossyBus(can.BusABC):
                     drive.generator.step()
                 drive.update(self._counts(drive), self._moved)
 
-    def _counts(self, drive: SimulatedDrive) -> int:
+    def _counts(self, drive: SimulatedCanopenDrive) -> int:
         return round((drive.generator.position - drive.drive.zero_offset) * drive.drive.counts_per_radian)
 
     def _answer(self, arbitration_id: int, data: bytes) -> None:

@@ -11,7 +11,7 @@ from daq.stopping import StopRequest
 from daq.stream import Progress, Stream
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
-from drivers.cia402 import Control
+from drivers.cia402 import Controlword
 from drivers.protocol import Goal
 from recordings.errors import RunFailed
 from recordings.rig import Axis, Drive, Rig
@@ -24,7 +24,7 @@ RIG = Rig(
     axes=(Axis(), Axis()),
     drives=(Drive(node_id=1), Drive(node_id=2, mode="interpolated")),
 )
-DOWN = (Control.DISABLE_VOLTAGE, Control.QUICK_STOP)
+DOWN = (Controlword.DISABLE_VOLTAGE, Controlword.QUICK_STOP)
 """What a controlword may ask for while a stop is under way."""
 WATCHDOG = 1.0
 """In this time a drive that hears no master has come to rest without power [s]."""

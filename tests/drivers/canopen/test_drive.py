@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from drivers.canopen.bus import Link
-from drivers.canopen.discovery import only_from_master
+from drivers.canopen.discovery import is_master_frame
 from drivers.canopen.drive import CanopenDrives
 from drivers.protocol import Goal, Power
 from recordings.errors import BadInput
@@ -269,9 +269,9 @@ def test_encoded_targets_read_back_within_half_a_count(targets: list[tuple[float
 
 @pytest.mark.parametrize("arbitration_id", [0x000, 0x080, 0x201, 0x603, 0x77F])
 def test_master_frames(arbitration_id: int) -> None:
-    assert only_from_master(arbitration_id)
+    assert is_master_frame(arbitration_id)
 
 
 @pytest.mark.parametrize("arbitration_id", [0x081, 0x181, 0x583, 0x701])
 def test_drive_frames(arbitration_id: int) -> None:
-    assert not only_from_master(arbitration_id)
+    assert not is_master_frame(arbitration_id)

@@ -29,7 +29,7 @@ def _paced(delays: list[float]) -> tuple[list[int], Floats]:
     numbers, late = [], []
     for delay in delays:
         now += delay
-        number, following = pacer.seen(now)
+        number, following = pacer.on_sync(now)
         numbers.append(number)
         late.append(now - (10.0 + number * PERIOD))
         now += period

@@ -24,7 +24,7 @@ def test_period_that_the_object_cannot_hold_is_refused() -> None:
 
 
 def test_pdo_map_is_written_switched_off() -> None:
-    entries = setup.setup(simulated_rig(), Drive(node_id=5))
+    entries = setup.sdo_writes(simulated_rig(), Drive(node_id=5))
     rpdo = [(e.index, e.sub, e.value) for e in entries if e.index in (0x1400, 0x1600)]
     assert rpdo == [
         (0x1400, 1, 0x8000_0205),
@@ -45,7 +45,7 @@ def test_counts_of_an_angle(sign: int, zero: float, angle: float) -> None:
 
 
 def test_position_limits_are_ordered_for_a_drive_that_counts_backwards() -> None:
-    entries = {(e.index, e.sub): e.value for e in setup.setup(simulated_rig(), Drive(node_id=1, sign=-1))}
+    entries = {(e.index, e.sub): e.value for e in setup.sdo_writes(simulated_rig(), Drive(node_id=1, sign=-1))}
     assert entries[0x607D, 1] < entries[0x607D, 2]
 
 
@@ -66,12 +66,12 @@ def test_answers_of_the_kinds_of_drives() -> None:
 def test_parameter_values_of_a_dcf_come_first(tmp_path: Path) -> None:
     text = EDS.read_text().replace("[6085]\n", "[6085]\nParameterValue=777\n")
     (tmp_path / "drive.dcf").write_text(text)
-    entries = setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "drive.dcf")))
-    assert entries[0] == setup.Entry(0x6085, 0, "<I", 777)
+    entries = setup.sdo_writes(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "drive.dcf")))
+    assert entries[0] == setup.SdoWrite(0x6085, 0, "<I", 777)
     assert entries[1].index == 0x6060
 
 
 def test_dcf_that_is_none_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bad.dcf").write_text("[1000\n")
     with pytest.raises(BadInput, match="cannot be read"):
-        setup.setup(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))
+        setup.sdo_writes(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))

@@ -3,7 +3,7 @@
 import os
 from collections import deque
 
-from drivers.serial.line import Line
+from drivers.serial.line import SerialLine
 
 Exchange = tuple[str, str | bytes]
 """A command and its reply, both without their ends; "" is silence, bytes are answered as they are."""
@@ -57,6 +57,6 @@ class ScriptedPort:
         assert not self._script, f"{len(self._script)} expected commands were never sent: {self._script[0]}"
 
 
-def line_on(port: ScriptedPort, name: str = "port", *, reply_timeout: float = 0.02, echo: bool = False) -> Line:
+def line_on(port: ScriptedPort, name: str = "port", *, reply_timeout: float = 0.02, echo: bool = False) -> SerialLine:
     """A line without the wire's time."""
-    return Line(port, name, character=0.0, turnaround=0.002, reply_timeout=reply_timeout, echo=echo)
+    return SerialLine(port, name, character=0.0, turnaround=0.002, reply_timeout=reply_timeout, echo=echo)

@@ -5,12 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from drivers.serial.line import Line, converse
-from drivers.serial.protocol import Garbage, LineError, LineLost, Reply, Script, Unanswered, ask, ask_integer, tell
+from drivers.serial.line import SerialLine, converse
+from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, Script, ReplyTimeout, ask, ask_integer, tell
 from tests.drivers.serial.scripted_port import ScriptedPort, line_on
 
 
-def say(line: Line, part: Generator[str, Reply, object], patience: float = 2.0) -> object:
+def say(line: SerialLine, part: Generator[str, Reply, object], patience: float = 2.0) -> object:
     """What one part of a script is answered with; raises what goes wrong."""
     result: list[object] = []
 
@@ -61,13 +61,13 @@ def test_a_reply_may_come_in_pieces_and_with_line_feeds() -> None:
 
 
 def test_no_reply() -> None:
-    with pytest.raises(Unanswered, match="no reply in time"):
+    with pytest.raises(ReplyTimeout, match="no reply in time"):
         say(line_on(ScriptedPort([("g r0x32", "")])), ask("g r0x32"))
 
 
 def test_a_partial_line_is_no_reply_and_not_the_start_of_the_next() -> None:
     line = line_on(ScriptedPort([("g r0x32", b"v 12"), ("g r0x32", "v 34")]))
-    with pytest.raises(Unanswered):
+    with pytest.raises(ReplyTimeout):
         say(line, ask("g r0x32"))
     assert say(line, ask("g r0x32")) == "34"
 
@@ -75,7 +75,7 @@ def test_a_partial_line_is_no_reply_and_not_the_start_of_the_next() -> None:
 def test_a_late_reply_is_not_taken_for_the_next() -> None:
     port = ScriptedPort([("g r0x32", ""), ("g r0x15", "v 2")])
     line = line_on(port)
-    with pytest.raises(Unanswered):
+    with pytest.raises(ReplyTimeout):
         say(line, ask("g r0x32"), patience=0.001)
     port.arrive(b"v 1\r")
     assert say(line, ask("g r0x15")) == "2"
@@ -84,7 +84,7 @@ def test_a_late_reply_is_not_taken_for_the_next() -> None:
 def test_after_garbage_the_line_is_used_again_when_it_is_silent() -> None:
     port = ScriptedPort([("g r0x32", "v 1\rv 2"), ("g r0x15", "v 3")])
     line = line_on(port)
-    with pytest.raises(Garbage, match="one reply expected"):
+    with pytest.raises(InvalidReply, match="one reply expected"):
         say(line, ask("g r0x32"))
     port.arrive(b"\xff\x00 more of it")
     assert say(line, ask("g r0x15")) == "3"
@@ -102,7 +102,7 @@ def test_a_line_that_never_falls_silent_is_given_up() -> None:
             return b"x" * size
 
     port = Babbler([])
-    with pytest.raises(Unanswered, match="no silence"):
+    with pytest.raises(ReplyTimeout, match="no silence"):
         say(line_on(port), ask("g r0x32"), patience=0.02)
     assert not port.sent
 
@@ -113,12 +113,12 @@ def test_echo_is_taken_off() -> None:
 
 
 def test_a_disturbed_echo_is_garbage() -> None:
-    with pytest.raises(Garbage, match="echo of b'g r0x32' expected"):
+    with pytest.raises(InvalidReply, match="echo of b'g r0x32' expected"):
         say(line_on(ScriptedPort([("g r0x32", "g r0y32\rv 5")]), echo=True), ask("g r0x32"))
 
 
 def test_an_echo_that_the_rig_file_does_not_know_is_named() -> None:
-    with pytest.raises(Garbage, match=r"set bus\.echo = true"):
+    with pytest.raises(InvalidReply, match=r"set bus\.echo = true"):
         say(line_on(ScriptedPort([("g r0x32", "g r0x32")])), ask("g r0x32"))
 
 
@@ -179,7 +179,7 @@ CHUNK = st.one_of(
 @given(st.lists(CHUNK, max_size=30), st.booleans())
 def test_no_bytes_break_or_hang_the_line(chunks: list[bytes], echo: bool) -> None:
     port = Noise(chunks)
-    line = Line(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
+    line = SerialLine(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
 
     def script() -> Script:
         yield from ask_integer("g r0x32")

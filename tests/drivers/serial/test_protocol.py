@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.serial.protocol import Garbage, LineError, Refused, Reply, ask, ask_integer, parse, tell
+from drivers.serial.protocol import InvalidReply, LineError, CommandRefused, Reply, ask, ask_integer, parse, tell
 
 
 @pytest.mark.parametrize(
@@ -24,13 +24,13 @@ def test_replies(line: bytes, reply: Reply) -> None:
     "line", [b"", b"OK", b"o", b"ok ", b"v", b"v ", b"v \x00", b"v 1\xff", b"e", b"e x", b"e -1"]
 )
 def test_what_is_no_reply(line: bytes) -> None:
-    with pytest.raises(Garbage, match="reply expected"):
+    with pytest.raises(InvalidReply, match="reply expected"):
         parse(line)
 
 
 @given(st.binary(max_size=300))
 def test_whatever_comes_is_a_reply_or_garbage(line: bytes) -> None:
-    with suppress(Garbage):
+    with suppress(InvalidReply):
         assert parse(line).kind in ("ok", "v", "e")
 
 
@@ -71,7 +71,7 @@ def test_values() -> None:
 )
 def test_wrong_replies(script, reply: Reply, problem: str) -> None:
     next(script)
-    with pytest.raises(Garbage, match=problem):
+    with pytest.raises(InvalidReply, match=problem):
         script.send(reply)
 
 
@@ -86,6 +86,6 @@ def test_wrong_replies(script, reply: Reply, problem: str) -> None:
 def test_error_codes_are_told_in_words(code: str, text: str) -> None:
     script = tell("s r0xca 5")
     next(script)
-    with pytest.raises(Refused, match=text) as refusal:
+    with pytest.raises(CommandRefused, match=text) as refusal:
         script.send(Reply("e", code))
     assert refusal.value.code == int(code)

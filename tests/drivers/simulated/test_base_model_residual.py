@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import Links
-from drivers.simulated.base_model_residual import BANDWIDTH, Motion, base_columns, remainder
+from drivers.simulated.base_model_residual import BANDWIDTH, JointMotion, base_columns, base_model_residual
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -13,7 +13,7 @@ TIME = np.arange(4000) * DT
 INSIDE = slice(500, -500)
 
 
-def _motion() -> Motion:
+def _motion() -> JointMotion:
     """Two harmonics per joint, torque of the exact robot without friction."""
     position, velocity, acceleration = (np.zeros((len(TIME), 3)) for _ in range(3))
     for joint, harmonics in enumerate([(1, 3), (2, 3), (1, 4)]):
@@ -23,7 +23,7 @@ def _motion() -> Motion:
             velocity[:, joint] += 0.15 * w * np.cos(w * TIME + joint)
             acceleration[:, joint] -= 0.15 * w**2 * np.sin(w * TIME + joint)
     torque = exact_torque(GEOMETRY, Links(), position, velocity, acceleration)
-    return Motion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
+    return JointMotion(position=position, velocity=velocity, acceleration=acceleration, torque=torque)
 
 
 def _rms(values: Floats) -> Floats:
@@ -32,8 +32,8 @@ def _rms(values: Floats) -> Floats:
     return rms
 
 
-def _with(motion: Motion, extra: Floats) -> Motion:
-    return Motion(motion.position, motion.velocity, motion.acceleration, motion.torque + extra)
+def _with(motion: JointMotion, extra: Floats) -> JointMotion:
+    return JointMotion(motion.position, motion.velocity, motion.acceleration, motion.torque + extra)
 
 
 def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
@@ -48,14 +48,14 @@ def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
 def test_base_model_leaves_nothing_of_itself() -> None:
     motion = _motion()
     friction = np.array([0.3, 0.5, 0.1]) * motion.velocity + np.array([0.9, 0.2, 0.4]) * np.sign(motion.velocity)
-    left = remainder(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
+    left = base_model_residual(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
     assert np.all(_rms(left.residual) < 1e-4 * _rms(left.torque))
 
 
 def test_what_it_cannot_explain_is_left() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 1] = np.sin(2 * np.pi * 17.3 * TIME)
-    left = remainder(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    left = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
     through = 1 / (1 + (np.sqrt(2) - 1) * (17.3 / BANDWIDTH) ** 4)
     assert np.sqrt(2) * _rms(left.residual)[1] == pytest.approx(through, rel=0.02)
     assert _rms(left.residual)[[0, 2]].max() < 0.05
@@ -64,15 +64,15 @@ def test_what_it_cannot_explain_is_left() -> None:
 def test_bandwidth_is_where_three_decibels_are_lost() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 0] = np.sin(2 * np.pi * BANDWIDTH * TIME)
-    left = remainder(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    left = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
     assert np.sqrt(2) * _rms(left.residual)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
 def test_a_joint_at_rest_does_no_harm() -> None:
     motion = _motion()
-    still = Motion(
+    still = JointMotion(
         motion.position * [1, 1, 0], motion.velocity * [1, 1, 0], motion.acceleration * [1, 1, 0], motion.torque
     )
     torque = exact_torque(GEOMETRY, Links(), still.position, still.velocity, still.acceleration)
-    left = remainder(GEOMETRY, Motion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5)
+    left = base_model_residual(GEOMETRY, JointMotion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5)
     assert np.all(_rms(left.residual) < 1e-4 * _rms(left.torque).mean())

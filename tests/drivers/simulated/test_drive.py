@@ -5,8 +5,8 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from drivers.cia402 import Control, State, decode
-from drivers.simulated.drive import SimulatedDrive
+from drivers.cia402 import Controlword, DriveState, decode
+from drivers.simulated.drive import SimulatedCanopenDrive
 from recordings.rig import Drive
 
 DT = 2e-4
@@ -19,7 +19,7 @@ class Bench:
 
     def __init__(self) -> None:
         self.sent: list[tuple[int, bytes]] = []
-        self.drive = SimulatedDrive(
+        self.drive = SimulatedCanopenDrive(
             Drive(node_id=NODE, counts_per_turn=10000, gear=1.0),
             DT,
             lambda i, d: self.sent.append((i, d)),
@@ -61,9 +61,9 @@ class Bench:
 
     def enable(self) -> None:
         self.drive.receive(0x000, START, self.now)
-        for word in (Control.SHUTDOWN, Control.SWITCH_ON, Control.ENABLE):
+        for word in (Controlword.SHUTDOWN, Controlword.SWITCH_ON, Controlword.ENABLE):
             self.cycle(word, self.counts)
-        assert self.drive.state is State.ENABLED
+        assert self.drive.state is DriveState.ENABLED
 
 
 def test_boots_up_and_serves_its_dictionary() -> None:
@@ -110,7 +110,7 @@ def test_follows_targets_in_straight_lines() -> None:
     bench = Bench()
     bench.sdo("2f c2 60 01 02 00 00 00")
     bench.enable()
-    bench.cycle(Control.ENABLE, 100)
+    bench.cycle(Controlword.ENABLE, 100)
     assert bench.counts == 100
     assert bench.drive.statusword & 0x1000
 
@@ -118,11 +118,11 @@ def test_follows_targets_in_straight_lines() -> None:
 def test_enabling_does_not_move_to_an_old_target() -> None:
     bench = Bench()
     bench.drive.receive(0x000, START, 0.0)
-    bench.cycle(Control.SHUTDOWN, 5000)
-    bench.cycle(Control.SWITCH_ON, 5000)
-    bench.command(Control.ENABLE, 0)
+    bench.cycle(Controlword.SHUTDOWN, 5000)
+    bench.cycle(Controlword.SWITCH_ON, 5000)
+    bench.command(Controlword.ENABLE, 0)
     bench.sync()
-    assert bench.drive.state is State.ENABLED
+    assert bench.drive.state is DriveState.ENABLED
     assert bench.drive.generator.position == 0.0
 
 
@@ -132,13 +132,13 @@ def test_quick_stop_comes_to_rest_on_its_ramp_then_takes_power_off() -> None:
     bench.sdo("23 85 60 00 a0 86 01 00")  # 100,000 counts/s^2
     bench.enable()
     for k in range(1, 50):
-        bench.cycle(Control.ENABLE, 20 * k)  # 10,000 counts/s
+        bench.cycle(Controlword.ENABLE, 20 * k)  # 10,000 counts/s
     start = bench.counts
-    bench.cycle(Control.QUICK_STOP, 0)
-    assert bench.drive.state is State.QUICK_STOP
+    bench.cycle(Controlword.QUICK_STOP, 0)
+    assert bench.drive.state is DriveState.QUICK_STOP
     assert bench.drive.powered
     bench.run(0.12)
-    assert bench.drive.state is State.SWITCH_ON_DISABLED
+    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
     assert not bench.drive.powered
     assert bench.counts - start == pytest.approx(10_000**2 / 2 / 100_000, rel=0.05)
 
@@ -150,23 +150,23 @@ def test_following_error_faults_with_an_emergency_message() -> None:
     bench.held_at = bench.counts
     bench.sent.clear()
     for k in range(20):
-        bench.cycle(Control.ENABLE, 50 * k)
+        bench.cycle(Controlword.ENABLE, 50 * k)
     assert (0x80 + NODE, bytes.fromhex("1186010000000000")) in bench.sent
     bench.run(0.5)
-    assert bench.drive.state is State.FAULT
-    assert decode(bench.drive.statusword) is State.FAULT
+    assert bench.drive.state is DriveState.FAULT
+    assert decode(bench.drive.statusword) is DriveState.FAULT
 
 
 def test_fault_is_reset_by_the_rising_edge() -> None:
     bench = Bench()
     bench.drive.receive(0x000, START, 0.0)
     bench.drive.fail(0x2310)
-    assert bench.drive.state is State.FAULT
-    bench.cycle(Control.ENABLE)
-    assert bench.drive.state is State.FAULT
+    assert bench.drive.state is DriveState.FAULT
+    bench.cycle(Controlword.ENABLE)
+    assert bench.drive.state is DriveState.FAULT
     bench.sent.clear()
-    bench.cycle(Control.FAULT_RESET)
-    assert bench.drive.state is State.SWITCH_ON_DISABLED
+    bench.cycle(Controlword.FAULT_RESET)
+    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
     assert (0x80 + NODE, bytes(8)) in bench.sent
 
 
@@ -177,10 +177,10 @@ def test_lost_master_stops_the_drive() -> None:
     bench.drive.receive(0x77F, b"\x05", bench.now)
     bench.enable()
     bench.run(0.2)
-    assert bench.drive.state is State.ENABLED
+    assert bench.drive.state is DriveState.ENABLED
     bench.sent.clear()
     bench.run(0.3)
-    assert bench.drive.state is State.SWITCH_ON_DISABLED
+    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
     assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
 
 
@@ -221,8 +221,8 @@ class AnyTraffic(RuleBasedStateMachine):
     def cycle(self, word: int, goal: int) -> None:
         before = self.bench.drive.state
         self.bench.cycle(word, goal)
-        if self.bench.drive.state is State.ENABLED:
-            assert before in (State.SWITCHED_ON, State.ENABLED)
+        if self.bench.drive.state is DriveState.ENABLED:
+            assert before in (DriveState.SWITCHED_ON, DriveState.ENABLED)
 
     @rule(data=st.binary(min_size=0, max_size=8))
     def garbled(self, data: bytes) -> None:
@@ -232,7 +232,7 @@ class AnyTraffic(RuleBasedStateMachine):
     @rule()
     def fault(self) -> None:
         self.bench.drive.fail(0x4310)
-        assert self.bench.drive.state in (State.FAULT, State.FAULT_REACTION)
+        assert self.bench.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION)
 
     @rule()
     def pass_time(self) -> None:

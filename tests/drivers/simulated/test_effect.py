@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import Effect, build, discover, library, outside, overrides
+from drivers.simulated.effect import HiddenEffect, build, discover, library, out_of_library, overrides
 from drivers.simulated.machine import Machine
 from recordings.errors import BadInput
 from recordings.rig import simulated_rig
@@ -70,13 +70,13 @@ def test_library_is_the_list_of_effects() -> None:
 
 
 def test_some_effects_stand_in_no_library() -> None:
-    assert len(outside()) >= 4
-    assert not set(outside()) & LISTED
-    assert set(outside()) | set(library()) == set(discover())
+    assert len(out_of_library()) >= 4
+    assert not set(out_of_library()) & LISTED
+    assert set(out_of_library()) | set(library()) == set(discover())
 
 
 @every
-def test_tells_what_it_depends_on(kind: type[Effect]) -> None:
+def test_tells_what_it_depends_on(kind: type[HiddenEffect]) -> None:
     assert set(kind().depends_on()) <= VARIABLES
     assert kind().depends_on() or kind.name() == "torque_offset"
 
@@ -86,21 +86,21 @@ def test_what_acts_between_joints_depends_on_them() -> None:
 
 
 @every
-def test_joints_drawn_fit(kind: type[Effect]) -> None:
+def test_joints_drawn_fit(kind: type[HiddenEffect]) -> None:
     rng = np.random.default_rng(2)
     for _ in range(10):
         build(EffectSpec(name=kind.name(), joints=kind.draw_joints(rng)))
 
 
 @every
-def test_is_documented(kind: type[Effect]) -> None:
+def test_is_documented(kind: type[HiddenEffect]) -> None:
     assert inspect.getdoc(importlib.import_module(kind.__module__))
     assert kind.__doc__
-    assert kind.__doc__ != Effect.__doc__
+    assert kind.__doc__ != HiddenEffect.__doc__
 
 
 @every
-def test_parameters_have_meaning_unit_and_bounds(kind: type[Effect]) -> None:
+def test_parameters_have_meaning_unit_and_bounds(kind: type[HiddenEffect]) -> None:
     parameters = {name: field for name, field in kind.model_fields.items() if name != "joints"}
     for field in parameters.values():
         assert field.description
@@ -112,24 +112,24 @@ def test_parameters_have_meaning_unit_and_bounds(kind: type[Effect]) -> None:
 
 
 @every
-def test_does_something_of_its_own(kind: type[Effect]) -> None:
+def test_does_something_of_its_own(kind: type[HiddenEffect]) -> None:
     assert any(overrides(kind(), hook) for hook in HOOKS)
-    assert not any(overrides(Effect(), hook) for hook in HOOKS)
+    assert not any(overrides(HiddenEffect(), hook) for hook in HOOKS)
 
 
 @every
-def test_spec_and_effect_are_the_same_thing(kind: type[Effect]) -> None:
+def test_spec_and_effect_are_the_same_thing(kind: type[HiddenEffect]) -> None:
     effect = build(EffectSpec(name=kind.name(), parameters=kind.draw_shape(np.random.default_rng(5))))
     assert build(effect.spec()) == effect
 
 
 @every
-def test_zero_strength_is_the_base_machine(kind: type[Effect]) -> None:
+def test_zero_strength_is_the_base_machine(kind: type[HiddenEffect]) -> None:
     assert _moved(kind().scaled(0.0)) == pytest.approx(_moved(), abs=1e-9)
 
 
 @every
-def test_default_strength_is_not(kind: type[Effect]) -> None:
+def test_default_strength_is_not(kind: type[HiddenEffect]) -> None:
     assert _moved(kind().at(0.05)) != pytest.approx(_moved(), abs=1e-6)
 
 
@@ -137,7 +137,7 @@ def test_all_at_once_still_run() -> None:
     assert np.all(np.abs(_moved(*(kind() for kind in discover().values()))) < 20.0)
 
 
-def _moved(*effects: Effect) -> list[float]:
+def _moved(*effects: HiddenEffect) -> list[float]:
     """Positions and torques after a move of a fifth of a second, load reversal of no joint."""
     config = SimConfig(effects=tuple(effect.spec() for effect in effects))
     machine = Machine(simulated_rig(), config, np.random.default_rng(0))

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import build, library, outside
+from drivers.simulated.effect import build, library, out_of_library
 from drivers.simulated.hidden import draw, draw_effect
 from drivers.simulated.seal import truth
-from drivers.simulated.sizing import Ruler
+from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
 from recordings.rig import simulated_rig
 
@@ -15,8 +15,8 @@ RIG = simulated_rig()
 
 
 @pytest.fixture(scope="module")
-def ruler() -> Ruler:
-    return Ruler(RIG, SimConfig())
+def ruler() -> EffectSizer:
+    return EffectSizer(RIG, SimConfig())
 
 
 def test_every_effect_of_the_library_is_drawn_with_valid_parameters() -> None:
@@ -38,8 +38,8 @@ def test_draw_is_repeatable_and_sized_as_promised() -> None:
 
 def test_others_are_drawn_where_they_are_asked_for() -> None:
     rng = np.random.default_rng(0)
-    drawn = [draw_effect(rng, outside()) for _ in range(100)]
-    assert {effect.name() for effect in drawn} == set(outside())
+    drawn = [draw_effect(rng, out_of_library()) for _ in range(100)]
+    assert {effect.name() for effect in drawn} == set(out_of_library())
     assert all(build(effect.spec()) == effect for effect in drawn)
 
 
@@ -54,12 +54,12 @@ def test_nothing_can_be_hidden() -> None:
 
 
 @pytest.mark.slow
-def test_two_effects_have_the_sizes_asked_for(ruler: Ruler) -> None:
+def test_two_effects_have_the_sizes_asked_for(ruler: EffectSizer) -> None:
     names, sizes = ("torque_offset", "joint_spring"), (0.02, 0.05)
-    found = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), ruler=ruler)
+    found = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), sizer=ruler)
     assert {effect.name for effect in found} == set(names)
     assert [effect.joints for effect in found] == [(1,), (1,)]
-    described = truth(RIG, SimConfig(effects=found), seed=3, ruler=ruler)["effects"]
+    described = truth(RIG, SimConfig(effects=found), seed=3, sizer=ruler)["effects"]
     assert [effect["size"] for effect in described] == pytest.approx(sizes, rel=0.02)
 
 
@@ -70,21 +70,21 @@ def test_two_effects_have_the_sizes_asked_for(ruler: Ruler) -> None:
         (("cogging", "coging"), 0.01, "'coging' found"),
     ],
 )
-def test_what_cannot_be_drawn_is_explained(ruler: Ruler, names: tuple[str, ...], size: float, complaint: str) -> None:
+def test_what_cannot_be_drawn_is_explained(ruler: EffectSizer, names: tuple[str, ...], size: float, complaint: str) -> None:
     with pytest.raises(BadInput, match=complaint):
-        draw(1, RIG, SimConfig(), names=names, sizes=(size, size), ruler=ruler)
+        draw(1, RIG, SimConfig(), names=names, sizes=(size, size), sizer=ruler)
 
 
 @pytest.mark.slow
-def test_size_that_none_can_have_is_explained(ruler: Ruler) -> None:
+def test_size_that_none_can_have_is_explained(ruler: EffectSizer) -> None:
     """The rig reports true motor voltages, in which a dead band leaves no trace."""
     with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
-        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), ruler=ruler)
+        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=ruler)
 
 
-def test_truth_says_everything(ruler: Ruler) -> None:
+def test_truth_says_everything(ruler: EffectSizer) -> None:
     config = SimConfig(effects=(EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5}),))
-    content = truth(RIG, config, seed=None, ruler=ruler)
+    content = truth(RIG, config, seed=None, sizer=ruler)
     (effect,) = content["effects"]
     assert effect["name"] == "torque_offset"
     assert effect["joints"] == [3]
@@ -96,9 +96,9 @@ def test_truth_says_everything(ruler: Ruler) -> None:
     assert json.loads(json.dumps(content)) == content
 
 
-def test_truth_tells_what_stands_in_no_library(ruler: Ruler) -> None:
+def test_truth_tells_what_stands_in_no_library(ruler: EffectSizer) -> None:
     effects = (EffectSpec(name="hose_drag", joints=(1, 3)),)
-    (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, ruler=ruler)["effects"]
+    (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, sizer=ruler)["effects"]
     assert effect["in_library"] is False
     assert effect["depends_on"] == ["velocity", "joint_1", "joint_3"]
 

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from drivers.simulated.config import Servo
-from drivers.simulated.servo import Axis
+from drivers.simulated.servo import PositionLoop
 
 DT = 2e-4
 SERVO = Servo()
@@ -11,7 +11,7 @@ SERVO = Servo()
 
 def _settled(load: float) -> tuple[float, float]:
     """Position and torque after a second on a bare inertia that `load` pulls at; the setpoint is 0.1 rad."""
-    axis, q, v = Axis(SERVO, DT, 10), 0.0, 0.0
+    axis, q, v = PositionLoop(SERVO, DT, 10), 0.0, 0.0
     axis.restart(0.0)
     for _ in range(5000):
         v += (axis.follow(0.1, q, v) - load) / 0.35 * DT
@@ -27,7 +27,7 @@ def test_settles_on_the_setpoint_whatever_the_load(load: float) -> None:
 
 
 def test_constant_speed_is_followed_without_lag() -> None:
-    axis, q, v, speed = Axis(SERVO, DT, 10), 0.0, 0.0, 3.0
+    axis, q, v, speed = PositionLoop(SERVO, DT, 10), 0.0, 0.0, 3.0
     axis.restart(0.0)
     for step in range(1, 10001):
         v += axis.follow(speed * step * DT, q, v) / 0.35 * DT
@@ -36,7 +36,7 @@ def test_constant_speed_is_followed_without_lag() -> None:
 
 
 def test_torque_stays_within_the_limit_and_does_not_wind_up() -> None:
-    axis = Axis(SERVO, DT, 10)
+    axis = PositionLoop(SERVO, DT, 10)
     axis.restart(0.0)
     pushed = [axis.follow(1.0, 0.0, 0.0) for _ in range(1000)]
     assert max(pushed) <= SERVO.torque_limit
@@ -46,7 +46,7 @@ def test_torque_stays_within_the_limit_and_does_not_wind_up() -> None:
 
 
 def test_current_dies_away_with_the_current_loops_time_constant() -> None:
-    axis = Axis(SERVO, DT, 10)
+    axis = PositionLoop(SERVO, DT, 10)
     axis.torque = 10.0
     for _ in range(10):
         axis.idle()
@@ -55,7 +55,7 @@ def test_current_dies_away_with_the_current_loops_time_constant() -> None:
 
 
 def test_restart_forgets() -> None:
-    axis, fresh = Axis(SERVO, DT, 10), Axis(SERVO, DT, 10)
+    axis, fresh = PositionLoop(SERVO, DT, 10), PositionLoop(SERVO, DT, 10)
     for _ in range(100):
         axis.follow(0.3, 0.0, 0.0)
     axis.restart(0.5)

@@ -2,22 +2,22 @@ import pytest
 
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import build, discover
-from drivers.simulated.sizing import Ruler, resolve
+from drivers.simulated.sizing import EffectSizer, resolve
 from recordings.errors import BadInput
 from tests.drivers.simulated.swinging import RIG, reporting
 
 
 @pytest.fixture(scope="module")
-def ruler() -> Ruler:
-    return Ruler(RIG, SimConfig())
+def ruler() -> EffectSizer:
+    return EffectSizer(RIG, SimConfig())
 
 
 @pytest.mark.slow
-def test_nothing_has_no_size(ruler: Ruler) -> None:
+def test_nothing_has_no_size(ruler: EffectSizer) -> None:
     assert ruler.size(build(EffectSpec(name="cogging")).scaled(0.0)) < 1e-4
 
 
-def test_cogging_is_left_whole(ruler: Ruler) -> None:
+def test_cogging_is_left_whole(ruler: EffectSizer) -> None:
     """A ripple that no base column resembles, slow enough to pass: its size is its RMS over the torque's."""
     cogging = build(EffectSpec(name="cogging", parameters={"a": 0.5, "N": 15.0}))
     assert ruler.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
@@ -25,7 +25,7 @@ def test_cogging_is_left_whole(ruler: Ruler) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["encoder_zero_offset", "torque_gain_mismatch", "back_emf", "geometry_error"])
-def test_measured_side_counts_by_the_torque_that_is_missed(ruler: Ruler, name: str) -> None:
+def test_measured_side_counts_by_the_torque_that_is_missed(ruler: EffectSizer, name: str) -> None:
     """Whatever is wrong with what is reported, twice as wrong is twice the size."""
     effect = build(EffectSpec(name=name, joints=(2,) if not discover()[name].whole_robot else (1, 2, 3)))
     strength = effect.model_dump()[effect.strength()]
@@ -37,22 +37,22 @@ def test_measured_side_counts_by_the_torque_that_is_missed(ruler: Ruler, name: s
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "seen"), [("motor", False), ("command", True)])
 def test_dead_band_shows_in_the_command_only(kind: str, seen: bool) -> None:
-    size = Ruler(reporting(kind), SimConfig()).size(build(EffectSpec(name="amplifier_deadband", joints=(2,))))
+    size = EffectSizer(reporting(kind), SimConfig()).size(build(EffectSpec(name="amplifier_deadband", joints=(2,))))
     assert (size > 0.005) == seen
     assert seen or size < 5e-4
 
 
-def test_gain_of_all_joints_is_absorbed(ruler: Ruler) -> None:
+def test_gain_of_all_joints_is_absorbed(ruler: EffectSizer) -> None:
     assert ruler.size(build(EffectSpec(name="torque_gain_mismatch", parameters={"mismatch": 0.2}))) < 1e-3
 
 
 @pytest.mark.slow
-def test_loop_that_shakes_has_no_size(ruler: Ruler) -> None:
+def test_loop_that_shakes_has_no_size(ruler: EffectSizer) -> None:
     assert ruler.size(build(EffectSpec(name="actuation_delay", parameters={"delay": 0.01}))) == float("inf")
 
 
 @pytest.mark.slow
-def test_fading_friction_is_measured_over_as_long_as_a_recording(ruler: Ruler) -> None:
+def test_fading_friction_is_measured_over_as_long_as_a_recording(ruler: EffectSizer) -> None:
     """What has faded before the first repetition is over has left little to see."""
     slow, quick = (
         ruler.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
@@ -61,13 +61,13 @@ def test_fading_friction_is_measured_over_as_long_as_a_recording(ruler: Ruler) -
 
 
 @pytest.mark.slow
-def test_tilt_is_partly_absorbed_and_grows_in_proportion(ruler: Ruler) -> None:
+def test_tilt_is_partly_absorbed_and_grows_in_proportion(ruler: EffectSizer) -> None:
     small, large = (ruler.size(build(EffectSpec(name="base_tilt", parameters={"angle": a}))) for a in (0.02, 0.04))
     assert large == pytest.approx(2 * small, rel=0.01)
 
 
 @pytest.mark.slow
-def test_payload_change_counts_wherever_it_happens(ruler: Ruler) -> None:
+def test_payload_change_counts_wherever_it_happens(ruler: EffectSizer) -> None:
     early, late = (EffectSpec(name="payload_change", parameters={"t_c": t}) for t in (0.0, 1000.0))
     assert ruler.size(build(early)) == ruler.size(build(late)) > 0.01
 
@@ -81,7 +81,7 @@ def test_payload_change_counts_wherever_it_happens(ruler: Ruler) -> None:
         ("stribeck", (1, 2, 3), 1.0, 0.01),
     ],
 )
-def test_asked_size_is_found(ruler: Ruler, name: str, joints: tuple[int, ...], sign: float, wanted: float) -> None:
+def test_asked_size_is_found(ruler: EffectSizer, name: str, joints: tuple[int, ...], sign: float, wanted: float) -> None:
     effect = build(EffectSpec(name=name, joints=joints))
     found, size = ruler.nearest(effect.scaled(sign * effect.model_dump()[effect.strength()]), wanted)
     assert size == pytest.approx(wanted, rel=0.02)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from ident.data.cutoff import TOLERATED, Spectra, choose, given_or_chosen
+from ident.data.cutoff import MAX_NOISE_SHARE, Spectra, choose, given_or_chosen
 from ident.data.samples import sample
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.errors import BadInput
@@ -61,9 +61,9 @@ def test_the_propagated_noise_at_the_limit_is_what_is_tolerated() -> None:
     assert spectra.inertia == pytest.approx(inertia, rel=0.05)
     assert np.sqrt(spectra.position_noise * rate / 2) == pytest.approx(1e-4, rel=0.15)
     # White noise of density s, differentiated twice: the integral of omega^4 s.
-    omega = 2 * np.pi * spectra.limit()
+    omega = 2 * np.pi * spectra.noise_limit()
     noise = inertia * 1e-4 * np.sqrt(omega**5 / 5 / (2 * np.pi) / (rate / 2))
-    assert noise == pytest.approx(TOLERATED * np.sqrt(np.mean(torque**2)), rel=0.2)
+    assert noise == pytest.approx(MAX_NOISE_SHARE * np.sqrt(np.mean(torque**2)), rel=0.2)
 
 
 def test_a_gap_does_not_hide_the_rest(noisy: Recording) -> None:

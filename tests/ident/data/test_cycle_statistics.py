@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.signal import lfilter
 
-from ident.data.cycle_statistics import by_cycle, of, pooled, split
+from ident.data.cycle_statistics import by_cycle, of_residuals, pooled, of_cycles
 from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
 from recordings.recording import Floats, Recording
@@ -38,7 +38,7 @@ def test_the_parts_are_found_and_add_up(seed: int, cycles: int, amplitude: float
     residual = noise(rng, cycles, 0.5) + amplitude * np.sin(2 * np.pi * PHASE)
     residual[rng.random(residual.shape) < lost] = np.nan
     residual[-1, 400:] = np.nan  # cut short
-    found = split(residual[:, :, None])
+    found = of_cycles(residual[:, :, None])
     assert found is not None
     (joint,) = found
     trend = joint.trend.mean_square if joint.trend and joint.trend.significant else 0.0
@@ -49,7 +49,7 @@ def test_the_parts_are_found_and_add_up(seed: int, cycles: int, amplitude: float
 
 def test_noise_is_unbiased_even_with_two_repetitions() -> None:
     rng = np.random.default_rng(0)
-    parts = [split(noise(rng, 2)[:, :, None]) for _ in range(200)]
+    parts = [of_cycles(noise(rng, 2)[:, :, None]) for _ in range(200)]
     whole = pooled([part for part in parts if part])
     assert whole is not None
     assert whole[0].noise == pytest.approx(1.0, abs=0.03)
@@ -60,7 +60,7 @@ def test_noise_is_unbiased_even_with_two_repetitions() -> None:
 @pytest.mark.parametrize("cycles", [3, 5, 10])
 def test_chance_alone_is_rarely_called_a_trend(cycles: int) -> None:
     rng = np.random.default_rng(cycles)
-    trends = [split(noise(rng, cycles)[:, :, None])[0].trend for _ in range(200)]  # type: ignore[index]
+    trends = [of_cycles(noise(rng, cycles)[:, :, None])[0].trend for _ in range(200)]  # type: ignore[index]
     assert sum(trend.significant for trend in trends if trend) <= 3
     assert sum(trend.p_value < 0.1 for trend in trends if trend) < 40
 
@@ -72,7 +72,7 @@ def test_chance_alone_is_rarely_called_a_trend(cycles: int) -> None:
 def test_a_trend_is_kept_apart_from_noise(pattern: str, course: Floats) -> None:
     rng = np.random.default_rng(0)
     residual = noise(rng, 6, 0.2) + course[:, None] * np.sign(np.sin(4 * np.pi * PHASE))
-    (joint,) = split(residual[:, :, None])  # type: ignore[misc]
+    (joint,) = of_cycles(residual[:, :, None])  # type: ignore[misc]
     assert joint.trend is not None
     assert joint.trend.significant
     assert joint.trend.pattern == pattern
@@ -82,22 +82,22 @@ def test_a_trend_is_kept_apart_from_noise(pattern: str, course: Floats) -> None:
 
 def test_what_repeats_is_told_from_chance() -> None:
     rng = np.random.default_rng(0)
-    chance = [split(noise(rng, 4)[:, :, None])[0].repeating_p for _ in range(200)]  # type: ignore[index]
+    chance = [of_cycles(noise(rng, 4)[:, :, None])[0].repeating_p for _ in range(200)]  # type: ignore[index]
     assert 2 <= sum(p < 0.05 for p in chance) <= 30
-    (joint,) = split((noise(rng, 4, 0.2) + np.sin(2 * np.pi * PHASE))[:, :, None])  # type: ignore[misc]
+    (joint,) = of_cycles((noise(rng, 4, 0.2) + np.sin(2 * np.pi * PHASE))[:, :, None])  # type: ignore[misc]
     assert joint.repeating_p < 1e-6
     assert joint.above_noise == pytest.approx(1 / 3, abs=0.1)
 
 
 def test_one_repetition_has_no_floor() -> None:
-    assert split(np.ones((1, 20, 3))) is None
+    assert of_cycles(np.ones((1, 20, 3))) is None
     residual = np.ones((2, 20, 1))
     residual[0, 10:] = residual[1, :10] = np.nan
-    assert split(residual) is None
+    assert of_cycles(residual) is None
 
 
 def test_no_noise_at_all_is_no_trend() -> None:
-    (joint,) = split(np.tile(PHASE, (4, 1))[:, :, None])  # type: ignore[misc]
+    (joint,) = of_cycles(np.tile(PHASE, (4, 1))[:, :, None])  # type: ignore[misc]
     assert joint.noise == pytest.approx(0.0, abs=1e-20)
     assert joint.above_noise == pytest.approx(1.0)
     assert joint.trend is not None
@@ -151,7 +151,7 @@ def test_planted_voltage_noise_is_the_floor(make: Callable[..., Recording], trut
     dataset = prepared(make(cycles=4, noise=0.02), 30)
     exact = prepared(make(cycles=4), 30)
     added = dataset.torque - exact.torque
-    found = of([dataset], [dataset.torque - dataset.regressor @ truth])
+    found = of_residuals([dataset], [dataset.torque - dataset.regressor @ truth])
     assert found is not None
     for joint, rms in zip(found, np.sqrt(np.nanmean(added**2, axis=0)), strict=True):
         assert joint.noise_rms == pytest.approx(rms, rel=0.08)
@@ -161,4 +161,4 @@ def test_planted_voltage_noise_is_the_floor(make: Callable[..., Recording], trut
 def test_a_motion_that_does_not_repeat_has_no_floor(make: Callable[..., Recording]) -> None:
     made = make(cycles=2)
     dataset = prepared(replace(made, repeat=np.full_like(made.repeat, -1)), 30)
-    assert of([dataset], [dataset.torque]) is None
+    assert of_residuals([dataset], [dataset.torque]) is None

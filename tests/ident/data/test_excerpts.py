@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ident.data.excerpts import LONGEST, PARTS, excerpts
+from ident.data.excerpts import MAX_DURATION, COUNT, excerpts
 from recordings.recording import Recording
 
 
@@ -18,7 +18,7 @@ def test_short_ones_are_used_whole(make: Callable[..., Recording]) -> None:
 def test_long_ones_are_cut_into_whole_cycles_from_beginning_to_end(make: Callable[..., Recording]) -> None:
     recording = make(cycles=60, rate=50.0)
     parts = excerpts(recording)
-    assert len(parts) == PARTS
+    assert len(parts) == COUNT
     for part in parts:
         own = part.recording
         assert own.time[0] == 0
@@ -27,4 +27,4 @@ def test_long_ones_are_cut_into_whole_cycles_from_beginning_to_end(make: Callabl
         np.testing.assert_array_equal(own.position, recording.position[first : first + len(own.time)])
     assert parts[0].start < 20
     assert parts[-1].start > recording.time[-1] - 60
-    assert sum(part.recording.time[-1] for part in parts) < 2 * LONGEST
+    assert sum(part.recording.time[-1] for part in parts) < 2 * MAX_DURATION

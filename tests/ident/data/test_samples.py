@@ -96,11 +96,11 @@ def test_rest_before_and_after_an_unmarked_motion_is_not_wanted() -> None:
     time = np.arange(600) / 100
     made = imported(time)
     made.position[:, 0] = np.sin(np.clip(time - 1, 0, 3))
-    wanted = sample(made).wanted
+    wanted = sample(made).selected
     assert time[wanted][[0, -1]].tolist() == pytest.approx([1.01, 4.0], abs=0.15)
     assert wanted[120:380].all()
     marked = replace(made, repeat=np.repeat([-1, 0], [50, 550]))
-    assert np.flatnonzero(sample(marked).wanted)[[0, -1]].tolist() == [50, 599]
+    assert np.flatnonzero(sample(marked).selected)[[0, -1]].tolist() == [50, 599]
 
 
 def test_time_that_runs_backwards_is_refused() -> None:

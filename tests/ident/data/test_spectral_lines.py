@@ -7,7 +7,7 @@ import pytest
 
 from ident import filters
 from ident.data.dataset import Dataset, build
-from ident.data.spectral_lines import lines
+from ident.data.spectral_lines import strongest_lines
 from ident.dynamics import mechanisms
 from recordings.recording import Recording
 
@@ -26,7 +26,7 @@ def _noise(dataset: Dataset, seed: int) -> np.ndarray:
 
 
 def test_noise_has_no_lines(dataset: Dataset) -> None:
-    found = [lines([dataset], [_noise(dataset, seed)]) for seed in range(40)]
+    found = [strongest_lines([dataset], [_noise(dataset, seed)]) for seed in range(40)]
     assert not any(line for joints in found for line in joints)
 
 
@@ -35,7 +35,7 @@ def test_a_vibration_is_found_with_its_frequency_and_size(dataset: Dataset, freq
     vibration = np.sin(2 * np.pi * frequency * dataset.time + 0.3)
     residual = _noise(dataset, 1)
     residual[:, 1] += vibration
-    first, second, third = lines([dataset], [residual])
+    first, second, third = strongest_lines([dataset], [residual])
     assert first is None
     assert third is None
     assert second is not None

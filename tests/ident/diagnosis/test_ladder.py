@@ -19,19 +19,19 @@ class Toy(stepwise_selection.Selector):
 
     def __init__(self, left: Left, least: float = 0.95) -> None:
         """least: RMS of the floor; what fits see has an RMS of one."""
-        self._left_by, self.least = left, least
+        self._excess_by, self.least = left, least
         self.finder: Any = SimpleNamespace(
-            options=self._options, wider=self._none, unlikely=self._none, clear=lambda *arguments: self.clear
+            options=self._extensions, wider=self._none, unlikely=self._none, clear=lambda *arguments: self.clear
         )
         self.clear = False
         """Whether the rows that were fitted tell one model from another by more than noise."""
         rows = np.ones((1, 1), bool)
-        self._material: Any = SimpleNamespace(seen=(rows,), judged=(rows,))
+        self._split: Any = SimpleNamespace(seen=(rows,), judged=(rows,))
         self._progress = lambda text: None
 
     def state(self, names: Iterable[str]) -> Any:
         terms = tuple(SimpleNamespace(name=name, joints=(0,)) for name in names)
-        loss = self._left_by.get("".join(sorted(names)), np.inf)
+        loss = self._excess_by.get("".join(sorted(names)), np.inf)
         return SimpleNamespace(
             terms=terms, solution=SimpleNamespace(loss=loss, x=terms), residuals=(np.ones((1, 1)),)
         )
@@ -39,7 +39,7 @@ class Toy(stepwise_selection.Selector):
     def begin(self, composition: Any, x: Any) -> Any:
         return self.state(""), [stepwise_selection.SelectionStep(None, self.state(""), None)]
 
-    def _options(self, state: Any) -> Any:
+    def _extensions(self, state: Any) -> Any:
         names = {term.name for term in state.terms}
         more = [self.state([*names, new]) for new in "abcd" if new not in names]
         known = [one for one in more if np.isfinite(one.solution.loss)]
@@ -55,13 +55,13 @@ class Toy(stepwise_selection.Selector):
     def _simplest(self, state: Any, options: Any) -> Any:
         return options[0]
 
-    def _confirmed(self, before: Any, after: Any) -> bool:
+    def _is_confirmed(self, before: Any, after: Any) -> bool:
         return after.solution.loss < before.solution.loss
 
-    def _settled(self, state: Any) -> Any:
+    def _pruned(self, state: Any) -> Any:
         return state
 
-    def _look_again(self, state: Any, index: int) -> Any:
+    def _review_effect(self, state: Any, index: int) -> Any:
         return None, state
 
     def floor(self, state: Any) -> Any:
@@ -93,9 +93,9 @@ def test_an_effect_that_holds_only_beside_another_one_is_tried_if_it_explains_mu
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Alone, held-out rows speak against either."""
-    confirmed = Toy._confirmed
+    confirmed = Toy._is_confirmed
     single = lambda self, before, after: len(after.terms) != 1 and confirmed(self, before, after)  # noqa: E731
-    monkeypatch.setattr(Toy, "_confirmed", single)
+    monkeypatch.setattr(Toy, "_is_confirmed", single)
     assert found({"": 100.0, "a": 40.0, "b": 45.0, "ab": 1.0}) == "ab"
     assert found({"": 100.0, "a": 80.0, "b": 75.0, "ab": 1.0}) == ""
 
@@ -120,14 +120,14 @@ def test_nothing_is_added_where_what_fits_see_is_at_the_floor() -> None:
 
 def test_what_makes_itself_superfluous_ends_the_climb(monkeypatch: pytest.MonkeyPatch) -> None:
     toy = Toy({"": 100.0, "a": 40.0, "ad": 10.0})
-    monkeypatch.setattr(toy, "_settled", lambda state: toy.state("a"))
+    monkeypatch.setattr(toy, "_pruned", lambda state: toy.state("a"))
     assert [rung.added for rung in toy.select(None, None).steps] == [None, "a"]  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("left", "spoken_against"), [(0.3, True), (0.04, False), (1e-3, False)])
 def test_what_leaves_hardly_more_than_the_floor_is_not_spoken_against(left: float, spoken_against: bool) -> None:
     toy = Toy({"a": left, "b": 1e-4})
-    assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against
+    assert toy._is_preferred(toy.state("a"), toy.state("b")) is spoken_against
 
 
 @pytest.mark.parametrize(
@@ -145,6 +145,6 @@ def test_rows_that_were_fitted_may_speak_where_those_held_out_do_not(
     monkeypatch.setattr(stepwise_selection, "gain", gain)
     toy = Toy({"a": 0.01, "b": 0.01})
     toy.clear = clear
-    assert toy._settles(toy.state("a"), toy.state("b")) is spoken_against
+    assert toy._is_preferred(toy.state("a"), toy.state("b")) is spoken_against
     assert all(rows.all() for rows in judged)
     assert bool(judged) is clear

@@ -65,7 +65,7 @@ def test_a_joint_that_creeps_stands_still_and_one_that_reverses_does_not(monkeyp
         path=SimpleNamespace(motion=SimpleNamespace(velocity=np.stack([reverses, touches], axis=1))),
         condition=lambda x: convolve2d(x, taps, "same"),
     )
-    monkeypatch.setattr(split_data, "_disturbed", lambda course: course)
+    monkeypatch.setattr(split_data, "_perturbed", lambda course: course)
     still = split_data.standstill_share(course) > split_data.MAX_STANDSTILL
     assert not still[:, 0].any()
     around = np.abs(time % 2 - 1)

@@ -16,7 +16,7 @@ BANDWIDTH = 20.0
 def view(make: object, truth: Floats) -> View:
     recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
     course = prepare(recording, "parallel", BANDWIDTH)
-    return course.path.view(course, truth)
+    return course.as_recorded.effect_inputs(course, truth)
 
 
 def _inside(view: View, x: Floats) -> Floats:

@@ -9,7 +9,7 @@ from ident.data.prepared_recording import prepare
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import Composition, Term
 from ident.estimation import chunks
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Recording
 
 
@@ -22,14 +22,14 @@ def test_stretches_say_what_the_whole_says(
     position = recording.position.copy()
     position[2000:2004, 1] = np.nan
     course = prepare(Recording(**{**vars(recording), "position": position}), "parallel", 30.0)
-    composition, known = Composition(course.path.mechanism, course.path.rig), library()
+    composition, known = Composition(course.as_recorded.mechanism, course.as_recorded.rig), library()
     for name in names:
         composition = composition.plus(Term(name, known[name], (0, 1, 2)))
     x = np.array([1.0 if entry.linear else entry.scale for entry in composition.named])
-    whole = Evaluator(course).linearised(composition, x, searched=False)
+    whole = TorquePredictor(course).linearized(composition, x, nonlinear=False)
     monkeypatch.setattr(chunks, "LONGEST", size)
-    assert len(list(chunks.stretches(course))) > 2
-    torque, derivatives = chunks.linear(course, composition, x)
+    assert len(list(chunks.overlapping_chunks(course))) > 2
+    torque, derivatives = chunks.linearized(course, composition, x)
     np.testing.assert_allclose(torque, whole[0], rtol=1e-9, atol=1e-9)
     np.testing.assert_allclose(derivatives, whole[1][:, :, composition.linear], rtol=1e-9, atol=1e-9)
     np.testing.assert_array_equal(chunks.torque(course, composition, x), torque)

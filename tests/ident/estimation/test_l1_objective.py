@@ -24,7 +24,7 @@ def test_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
 
 def test_number_of_threads_and_neighbours_in_the_block_change_no_bit() -> None:
     regressor, torque, particles = problem(20_000, 11, 300)
-    assert len(torque) * len(particles) > l1_objective._WORTH_SHARING
+    assert len(torque) * len(particles) > l1_objective._MIN_PARALLEL_WORK
     objective = L1Objective(regressor, torque)
     together = objective(particles)
     threads = numba.get_num_threads()

@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.data.prepared_recording import Course, prepare
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects import library as library_package
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.library import library, load
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import Composition, Term
-from ident.estimation.nonlinear_fit import refine
-from ident.estimation.predicted_torque import Evaluator
+from ident.estimation.nonlinear_fit import nonlinear_least_squares
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig, simulated_rig
@@ -27,14 +27,14 @@ BASE = ("viscous", "coulomb")
 
 
 @pytest.fixture(scope="module")
-def course(make: object) -> Course:
+def course(make: object) -> PreparedRecording:
     recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
     return prepare(recording, "parallel", 30.0)
 
 
 @pytest.fixture(scope="module")
-def view(course: Course, truth: Floats) -> View:
-    return course.path.view(course, truth)
+def view(course: PreparedRecording, truth: Floats) -> View:
+    return course.as_recorded.effect_inputs(course, truth)
 
 
 def test_the_library_has_all_that_was_agreed() -> None:
@@ -109,37 +109,37 @@ def test_a_gap_stays_a_gap(name: str, view: View) -> None:
 
 
 @pytest.mark.parametrize("name", SIGNALS)
-def test_a_distortion_of_nothing_is_none(name: str, course: Course, truth: Floats) -> None:
-    composition = Composition(course.path.mechanism, course.path.rig, (Term(name, LIBRARY[name], (0, 1, 2)),))
+def test_a_distortion_of_nothing_is_none(name: str, course: PreparedRecording, truth: Floats) -> None:
+    composition = Composition(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, LIBRARY[name], (0, 1, 2)),))
     x = np.zeros(len(composition.named))
     x[: len(truth)] = truth
     x[len(truth) + composition.terms[0].owners * len(composition.terms[0].own) :] = list(_shapes(name)[0].values())
-    evaluator = Evaluator(course)
-    bare = Composition(course.path.mechanism, course.path.rig)
+    evaluator = TorquePredictor(course)
+    bare = Composition(course.as_recorded.mechanism, course.as_recorded.rig)
     computed, expected = evaluator.torque(composition, x), evaluator.torque(bare, truth)
     known = np.isfinite(computed)
     np.testing.assert_allclose(computed[known], expected[known], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_what_was_planted_is_found(name: str, course: Course, truth: Floats) -> None:
+def test_what_was_planted_is_found(name: str, course: PreparedRecording, truth: Floats) -> None:
     """The engine's own columns plus the mechanism give back the parameters from which they were made."""
     effect = LIBRARY[name]
     joints = (0, 1, 2) if effect.whole_robot else (1,)
-    composition = Composition(course.path.mechanism, course.path.rig, (Term(name, effect, joints),))
+    composition = Composition(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, effect, joints),))
     x = np.zeros(len(composition.named))
     x[: len(truth)] = truth
     shapes = _shapes(name)[len(_shapes(name)) // 2]
     own = [_planted(quantity.lower, quantity.starts) for quantity in composition.terms[0].own]
     x[len(truth) :] = [*own, *shapes.values()]
-    evaluator = Evaluator(course)
+    evaluator = TorquePredictor(course)
     made = evaluator.torque(composition, x)
     object.__setattr__(course.dataset, "torque", np.where(course.usable, made, np.nan))
     start = x.copy()
     start[len(truth) :] *= np.where([entry.free for entry in composition.named[len(truth) :]], 1.15, 1.0)
-    found = refine([evaluator], composition, start, [np.where(course.usable, 1.0, 0.0)])
+    found = nonlinear_least_squares([evaluator], composition, start, [np.where(course.usable, 1.0, 0.0)])
     left = found.residuals[0][np.isfinite(found.residuals[0])]
-    size = made - evaluator.torque(Composition(course.path.mechanism, course.path.rig), truth)
+    size = made - evaluator.torque(Composition(course.as_recorded.mechanism, course.as_recorded.rig), truth)
     assert np.sqrt(np.mean(left**2)) < 0.03 * np.sqrt(np.nanmean(size**2))
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ident.data.prepared_recording import Course, prepare
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import View
 from ident.dynamics.effects.learned_curve import Curve, effect_of, source
 from ident.dynamics.effects.user_files import from_file
@@ -18,8 +18,8 @@ SPRING = Curve(2, "position", 3, "one", (-1.0, 0.0, 1.0), (-4.0, 0.0, 8.0))
 @pytest.fixture(scope="module")
 def view(make: object, truth: Floats) -> View:
     recording: Recording = make(cycles=1, rate=100.0)  # type: ignore[operator]
-    course: Course = prepare(recording, "parallel", 20.0)
-    return course.path.view(course, truth)
+    course: PreparedRecording = prepare(recording, "parallel", 20.0)
+    return course.as_recorded.effect_inputs(course, truth)
 
 
 def test_it_is_straight_between_knots_and_acts_on_its_joint_only(view: View) -> None:

@@ -17,7 +17,7 @@ QUICK = 1e-3
 def view(make: object, truth: Floats) -> View:
     recording: Recording = make(cycles=4, rate=250.0)  # type: ignore[operator]
     course = prepare(recording, "parallel", 30.0)
-    return course.path.view(course, truth)
+    return course.as_recorded.effect_inputs(course, truth)
 
 
 @pytest.mark.parametrize(("start", "stop"), [(3.3, None), (3.3, 5.9)])

@@ -31,7 +31,7 @@ effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it
 def view(make: object, truth: Floats) -> View:
     recording: Recording = make(cycles=1, rate=250.0)  # type: ignore[operator]
     course = prepare(recording, "parallel", 30.0)
-    return course.path.view(course, truth)
+    return course.as_recorded.effect_inputs(course, truth)
 
 
 @pytest.mark.parametrize(

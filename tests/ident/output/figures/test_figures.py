@@ -6,7 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from ident.data.dataset import first_repetition
+from ident.data.dataset import first_cycle
 from ident.identification.model import Model
 from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
 from ident.residuals.analysis import Comparison
@@ -52,7 +52,7 @@ def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], 
 
 def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], comparison: Comparison) -> None:
     dataset = comparison.predictions[0].dataset
-    rows, first = len(dataset.time), first_repetition(dataset)
+    rows, first = len(dataset.time), first_cycle(dataset)
     whole, few = (
         [trace for trace in torque.over_time(models, 0, points).data if trace.name == "measured"]
         for points in (rows, 100)
