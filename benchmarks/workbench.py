@@ -77,12 +77,12 @@ def _fit(page: Any) -> None:
     began = time.perf_counter()
     page.locator('[data-test="tab-missing"]').click()
     page.locator('[data-test="fit"]').click()
-    page.locator('[data-test="rung-0"]').wait_for(timeout=300_000)
+    page.locator('[data-test="step-0"]').wait_for(timeout=300_000)
     print(f"base model {time.perf_counter() - began:.1f} s")
     page.locator('[data-test^="card-"]').first.wait_for(timeout=300_000)
     print(f"candidates {time.perf_counter() - began:.1f} s")
-    page.locator('[data-test="tab-failing"]').click()
-    page.locator('[data-test="where-0"]').wait_for(timeout=600_000)
+    page.locator('[data-test="tab-residuals"]').click()
+    page.locator('[data-test="residuals-0"]').wait_for(timeout=600_000)
     print(f"where it fails {time.perf_counter() - began:.1f} s")
 
 

@@ -1,4 +1,4 @@
-"""The workbench as a user has it: a server of its own, and Debian's browser in front of it."""
+"""Fixtures: a running workbench server and a Chromium tab."""
 
 import signal
 import subprocess
@@ -27,7 +27,7 @@ size = 0.03
 
 
 @dataclass
-class Served:
+class RunningWorkbench:
     """A running workbench."""
 
     process: "subprocess.Popen[str]"
@@ -35,16 +35,16 @@ class Served:
     folder: Path
 
 
-Serve = Callable[..., Served]
+Serve = Callable[..., RunningWorkbench]
 
 
 @pytest.fixture
 def serve() -> Iterator[Serve]:
-    """Start `ident workbench` on a folder or files; ended with Ctrl-C."""
+    """Return a function that starts `ident workbench` on a folder or files; it is ended with Ctrl-C."""
     with ExitStack() as stack:
 
-        def start(folder: Path, *places: str) -> Served:
-            command = [*launcher("ident"), "workbench", *(places or ["."]), "--no-browser"]
+        def start(folder: Path, *paths: str) -> RunningWorkbench:
+            command = [*launcher("ident"), "workbench", *(paths or ["."]), "--no-browser"]
             process = subprocess.Popen(
                 command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
             )
@@ -52,13 +52,13 @@ def serve() -> Iterator[Serve]:
             assert process.stdout is not None
             line = process.stdout.readline()
             assert line.startswith("workbench: http://127.0.0.1:"), line
-            return Served(process, line.split()[1], folder)
+            return RunningWorkbench(process, line.split()[1], folder)
 
         yield start
 
 
 def _end(process: "subprocess.Popen[str]") -> None:
-    if process.poll() is not None:  # the test has seen to it
+    if process.poll() is not None:  # the test has ended it
         process.communicate()
         return
     process.send_signal(signal.SIGINT)
@@ -69,7 +69,7 @@ def _end(process: "subprocess.Popen[str]") -> None:
 
 @pytest.fixture(scope="session")
 def hidden(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Two recordings of a simulated robot with more friction near standstill in joint 2 than the model knows."""
+    """Two recordings of a simulated robot with a hidden Stribeck effect in joint 2."""
     folder = tmp_path_factory.mktemp("hidden")
     (folder / "sim.toml").write_text(HIDDEN)
     for motion in ("fig5a", "fig5b"):
@@ -79,16 +79,16 @@ def hidden(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 class Browser:
-    """One tab, with what the tests do to it."""
+    """One browser tab with helpers for the tests."""
 
     def __init__(self, page: Any) -> None:
         self.page = page
         self.errors: list[str] = []
-        page.on("pageerror", self._failed)
-        page.on("console", lambda said: self.errors.append(said.text) if said.type == "error" else None)
+        page.on("pageerror", self._on_error)
+        page.on("console", lambda message: self.errors.append(message.text) if message.type == "error" else None)
 
-    def _failed(self, error: Any) -> None:
-        # NiceGUI asks Plotly to fit a plot to its place also when its tab has just been left.
+    def _on_error(self, error: Any) -> None:
+        # NiceGUI lets Plotly resize a plot even if its tab has just been left.
         if "Resize must be passed a displayed plot" not in str(error):
             self.errors.append(str(error))
 
@@ -97,19 +97,19 @@ class Browser:
         self.page.locator('[data-test="tab-data"]').wait_for(timeout=120_000)
 
     def at(self, name: str) -> Any:
-        """The element that carries this name for tests."""
+        """Return the element with this test identifier."""
         return self.page.locator(f'[data-test="{name}"]')
 
-    def click(self, name: str, patience: float = 120.0) -> None:
-        self.at(name).click(timeout=1e3 * patience)
+    def click(self, name: str, timeout: float = 120.0) -> None:
+        self.at(name).click(timeout=1e3 * timeout)
 
-    def text(self, name: str, patience: float = 120.0) -> str:
-        return str(self.at(name).inner_text(timeout=1e3 * patience))
+    def text(self, name: str, timeout: float = 120.0) -> str:
+        return str(self.at(name).inner_text(timeout=1e3 * timeout))
 
-    def shot(self, name: str) -> None:
-        """Kept, to be looked at."""
-        self.page.evaluate("window.scrollTo(0, 0)")  # the last click may have been far below
-        time.sleep(1.0)  # plots settle
+    def screenshot(self, name: str) -> None:
+        """Save a screenshot."""
+        self.page.evaluate("window.scrollTo(0, 0)")  # the last click may have scrolled the page
+        time.sleep(1.0)  # wait for the plots
         ARTEFACTS.mkdir(parents=True, exist_ok=True)
         self.page.screenshot(path=ARTEFACTS / f"{name}.png")
 

@@ -1,4 +1,4 @@
-"""Only files of the chosen folder, whatever a name says."""
+"""The page has access only to files of the chosen folder."""
 
 from pathlib import Path
 
@@ -21,7 +21,7 @@ def folder(tmp_path: Path) -> Folder:
     return Folder.at(root)
 
 
-def test_only_recordings_of_the_folder_itself_are_listed(folder: Folder) -> None:
+def test_only_recordings_directly_in_the_folder_are_listed(folder: Folder) -> None:
     assert folder.recordings() == ["a.mcap"]
 
 
@@ -43,7 +43,7 @@ def test_only_recordings_of_the_folder_itself_are_listed(folder: Folder) -> None
         "x" * 5000,
     ],
 )
-def test_a_name_that_leads_elsewhere_is_refused(name: str, folder: Folder) -> None:
+def test_names_that_lead_outside_are_refused(name: str, folder: Folder) -> None:
     with pytest.raises(BadInput):
         folder.existing_file(name)
 
@@ -51,20 +51,20 @@ def test_a_name_that_leads_elsewhere_is_refused(name: str, folder: Folder) -> No
 @pytest.mark.parametrize(
     "name", ["../new.mcap", "/tmp/new.mcap", ".hidden.mcap", "<script>.mcap", "new.py", "a.mcap", "link.mcap", SUFFIX]
 )
-def test_nothing_is_written_elsewhere_or_over_something(name: str, folder: Folder) -> None:
+def test_nothing_is_written_outside_or_overwritten(name: str, folder: Folder) -> None:
     with pytest.raises(BadInput):
         folder.new_file(name, SUFFIX)
 
 
-def test_a_new_file(folder: Folder) -> None:
+def test_new_and_existing_file(folder: Folder) -> None:
     assert folder.new_file("new.mcap", SUFFIX) == folder.root / "new.mcap"
     assert folder.existing_file("a.mcap") == folder.root / "a.mcap"
 
 
-def test_what_is_opened_must_be_one_folder(folder: Folder, tmp_path: Path) -> None:
-    for places in ([tmp_path / "nothing"], [tmp_path / "secret.mcap", folder.root / "a.mcap"], [Path(__file__)]):
+def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
+    for paths in ([tmp_path / "nothing"], [tmp_path / "secret.mcap", folder.root / "a.mcap"], [Path(__file__)]):
         with pytest.raises(BadInput):
-            open_session(places)
+            open_session(paths)
     session = open_session([folder.root])
     assert session.train is None
     session.close()

@@ -1,4 +1,4 @@
-"""Recordings that mean harm: what stands in them is shown as plain text, or they are refused in a sentence."""
+"""Hostile recordings: their contents are shown as plain text, or they are refused with a message."""
 
 import time
 from collections.abc import Callable
@@ -21,10 +21,10 @@ NAME = "<img src=x onerror=window.hacked=1>.mcap"
 
 @pytest.fixture
 def folder(tmp_path: Path, make: Callable[..., Recording], write: Callable[[Recording], Path]) -> Path:
-    made = make(path=tmp_path / "evil.mcap", rate=250.0)
-    rig = made.rig.model_copy(update={"name": IMAGE})
-    run = made.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
-    write(replace(made, rig=rig, run=run))
+    recording = make(path=tmp_path / "evil.mcap", rate=250.0)
+    rig = recording.rig.model_copy(update={"name": IMAGE})
+    run = recording.run.model_copy(update={"trajectory": SCRIPT, "software": IMAGE})
+    write(replace(recording, rig=rig, run=run))
     (tmp_path / NAME).write_bytes((tmp_path / "evil.mcap").read_bytes())
     with (tmp_path / "huge.mcap").open("wb") as file:
         file.truncate(2**30)
@@ -32,7 +32,7 @@ def folder(tmp_path: Path, make: Callable[..., Recording], write: Callable[[Reco
 
 
 @pytest.mark.slow
-def test_names_and_metadata_are_text(folder: Path, serve: Serve, browser: Browser) -> None:
+def test_names_and_metadata_are_shown_as_text(folder: Path, serve: Serve, browser: Browser) -> None:
     browser.open(serve(folder).address)
     page, names = browser.page, Folder.at(folder).recordings()
     page.get_by_text(NAME).wait_for()
@@ -43,27 +43,27 @@ def test_names_and_metadata_are_text(folder: Path, serve: Serve, browser: Browse
     page.get_by_text("a plain file name").wait_for()
     browser.click(f"train-{names.index('huge.mcap')}")
     page.get_by_text("is not an MCAP file").wait_for(timeout=120_000)
-    browser.shot("hostile")
+    browser.screenshot("hostile")
     assert page.evaluate("window.hacked") is None
     assert not page.locator("img[src=x]").count()
 
 
-def test_what_the_process_that_reads_says_of_a_huge_file(folder: Path) -> None:
-    """It neither fills the memory nor takes the page with it."""
-    said: list[tuple[str, object]] = []
-    work = Worker(lambda kind, value: said.append((kind, value)), ())
-    work.submit("look", folder / "huge.mcap")
+def test_worker_refuses_a_huge_file(folder: Path) -> None:
+    """It neither exhausts the memory nor ends the page."""
+    messages: list[tuple[str, object]] = []
+    worker = Worker(lambda kind, value: messages.append((kind, value)), ())
+    worker.submit("view_recording", folder / "huge.mcap")
     for _ in range(600):
-        if any(kind == "failed" for kind, _ in said):
+        if any(kind == "failed" for kind, _ in messages):
             break
         time.sleep(0.1)
-    assert "is not an MCAP file" in str(said[-1][1])
-    assert not work.needs_start
-    work.cancel()
-    assert work.needs_start
+    assert "is not an MCAP file" in str(messages[-1][1])
+    assert not worker.needs_start
+    worker.cancel()
+    assert worker.needs_start
 
 
-def test_a_session_refuses_names_from_elsewhere(folder: Path) -> None:
+def test_session_refuses_names_outside_the_folder(folder: Path) -> None:
     session = WorkbenchSession(Folder.at(folder))
     for name in ("../evil.mcap", "/etc/passwd", NAME, "missing.mcap"):
         with pytest.raises(ValueError, match="expected"):

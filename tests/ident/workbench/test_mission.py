@@ -1,4 +1,4 @@
-"""The mission in a real browser: open, fit, see where it fails, add what is suggested, watch the errors fall."""
+"""Model selection in a real browser: open, fit, analyse the residual, add the suggested effect, compare the errors."""
 
 import json
 from pathlib import Path
@@ -12,43 +12,43 @@ from tests.ident.workbench.conftest import Browser, Serve
 pytestmark = pytest.mark.slow
 
 
-def rms(browser: Browser, kind: str, rung: int, joint: int) -> float:
-    """A number of the ladder's table."""
-    return float(browser.text(f"{kind}-{rung}-{joint}"))
+def rms(browser: Browser, kind: str, step: int, joint: int) -> float:
+    """Return an error from the table of the ladder."""
+    return float(browser.text(f"{kind}-{step}-{joint}"))
 
 
-def test_the_missing_effect_is_found_added_and_the_errors_fall(
+def test_missing_effect_is_suggested_and_reduces_the_errors(
     hidden: Path, serve: Serve, browser: Browser, ident: Runner
 ) -> None:
-    served = serve(hidden, "fig5a.mcap", "fig5b.mcap")
-    browser.open(served.address)
+    workbench = serve(hidden, "fig5a.mcap", "fig5b.mcap")
+    browser.open(workbench.address)
     assert "simulated" in browser.text("quality-drives")
-    browser.shot("recording")
+    browser.screenshot("recording")
 
     browser.click("tab-missing")
     browser.click("fit")
-    browser.at("rung-1").wait_for(timeout=120_000)
+    browser.at("step-1").wait_for(timeout=120_000)
     suggested = browser.page.locator('[data-test^="card-"]').first
     suggested.wait_for(timeout=120_000)
     assert suggested.get_attribute("data-test") == "card-stribeck"
-    assert float(browser.text("gain-stribeck").split()[0]) > 30
+    assert float(browser.text("improvement-stribeck").split()[0]) > 30
 
-    browser.click("tab-failing")
-    assert "oint 2" in browser.text("where-1", patience=120)
-    browser.shot("where-it-fails")
+    browser.click("tab-residuals")
+    assert "oint 2" in browser.text("residuals-1", timeout=120)
+    browser.screenshot("where-it-fails")
 
     browser.click("tab-missing")
     browser.click("add-stribeck")
-    browser.at("rung-2").wait_for(timeout=120_000)
-    assert "stribeck" in browser.text("rung-2")
+    browser.at("step-2").wait_for(timeout=120_000)
+    assert "stribeck" in browser.text("step-2")
     for kind in ("train", "held"):
         assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
     suggested.wait_for(timeout=120_000)
-    browser.shot("what-is-missing")
+    browser.screenshot("what-is-missing")
     browser.click("contrast")
-    browser.shot("what-is-missing-dark")
+    browser.screenshot("what-is-missing-dark")
 
-    _the_terminal_says_the_same(browser, hidden, ident)
+    _check_cli_equivalent(browser, hidden, ident)
 
     browser.click("tab-missing")
     browser.click("diagnose")
@@ -57,14 +57,14 @@ def test_the_missing_effect_is_found_added_and_the_errors_fall(
     names = [browser.text(f"finding-{number}") for number in range(2)]
     truth = unseal(hidden / "fig5a.sealed.json")
     assert truth["effects"][0]["name"] in names
-    browser.shot("diagnosis")
+    browser.screenshot("diagnosis")
 
 
-def _the_terminal_says_the_same(browser: Browser, folder: Path, ident: Runner) -> None:
-    """The script that the page shows ends with the numbers that the page shows."""
+def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None:
+    """The commands shown on the page give the errors shown on the page."""
     browser.click("tab-export")
-    shown = browser.at("script").filter(has_text="--only stribeck")
-    line = next(one for one in shown.inner_text(timeout=120_000).splitlines() if one.startswith("ident diagnose"))
+    code = browser.at("script").filter(has_text="--only stribeck")
+    line = next(text for text in code.inner_text(timeout=120_000).splitlines() if text.startswith("ident diagnose"))
     words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
     done = ident(*words, "--json")
     assert done.code == 0, done.err
@@ -76,36 +76,36 @@ def _the_terminal_says_the_same(browser: Browser, folder: Path, ident: Runner) -
 
 
 def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) -> None:
-    served = serve(hidden, "fig5a.mcap", "fig5b.mcap")
-    browser.open(served.address)
+    workbench = serve(hidden, "fig5a.mcap", "fig5b.mcap")
+    browser.open(workbench.address)
     browser.click("tab-missing")
     browser.click("fit")
     browser.at("add-stribeck").wait_for(timeout=120_000)
     browser.click("diagnose")
     browser.click("cancel")
     browser.page.get_by_text("nothing has changed").wait_for(timeout=120_000)
-    browser.click("add-stribeck", patience=120)
-    browser.at("rung-2").wait_for(timeout=120_000)
+    browser.click("add-stribeck", timeout=120)
+    browser.at("step-2").wait_for(timeout=120_000)
     browser.page.reload()
-    assert "stribeck" in browser.text("rung-2")
-    browser.click("remove-stribeck", patience=120)
-    browser.at("rung-3").wait_for(timeout=120_000)
+    assert "stribeck" in browser.text("step-2")
+    browser.click("remove-stribeck", timeout=120)
+    browser.at("step-3").wait_for(timeout=120_000)
     assert rms(browser, "held", 3, 2) == pytest.approx(rms(browser, "held", 1, 2), rel=0.01)
-    browser.click("undo", patience=120)
-    browser.at("rung-3").wait_for(state="detached", timeout=120_000)
-    assert "stribeck" in browser.text("rung-2")
+    browser.click("undo", timeout=120)
+    browser.at("step-3").wait_for(state="detached", timeout=120_000)
+    assert "stribeck" in browser.text("step-2")
     browser.click("tab-model")
-    browser.shot("model")
+    browser.screenshot("model")
     browser.click("tab-robot")
-    browser.shot("robot")
+    browser.screenshot("robot")
     browser.click("tab-export")
-    browser.click("save", patience=120)
+    browser.click("save", timeout=120)
     browser.page.get_by_text("Saved fig5a.model.json").wait_for(timeout=120_000)
     saved = json.loads((hidden / "fig5a.model.json").read_text())
     assert saved["effects"] == ["rod_inertia", "stribeck"]
 
 
-def test_a_dropped_file_is_one_more_recording_and_never_replaces_one(
+def test_uploaded_file_never_replaces_a_recording(
     tmp_path: Path, serve: Serve, browser: Browser
 ) -> None:
     source = Path("recordings/samples/fig5a.mcap")
@@ -116,5 +116,5 @@ def test_a_dropped_file_is_one_more_recording_and_never_replaces_one(
     assert (tmp_path / "fig5a.mcap").read_bytes() == source.read_bytes()
     (tmp_path / "fig5a.mcap").write_bytes(b"mine")
     chooser.set_input_files(source)
-    browser.page.get_by_text("nothing is overwritten").wait_for(timeout=120_000)
+    browser.page.get_by_text("is not overwritten").wait_for(timeout=120_000)
     assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"

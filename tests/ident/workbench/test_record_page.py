@@ -1,4 +1,4 @@
-"""What the page says of a run is true of simulated drives and of those of a rig file."""
+"""The summary of a run distinguishes simulated drives from drives of a rig file."""
 
 from pathlib import Path
 
@@ -12,16 +12,16 @@ REAL = (*SIMULATED, "--rig", "bench.toml")
 
 
 @pytest.mark.parametrize(
-    ("command", "code", "said", "expected"),
+    ("command", "code", "message", "expected"),
     [
         (SIMULATED, 1, "error: SIGTERM received", "The simulated drives were disabled"),
         (REAL, 1, "error: SIGTERM received", "The drives were disabled"),
         (REAL, 1, "error: bus-off; disabling NOT CONFIRMED", "NOT CONFIRMED."),
-        (SIMULATED, -9, "", "The simulated drives with it."),
-        (REAL, -9, "", "LOOK AT THE DRIVES"),
+        (SIMULATED, -9, "", "Its simulated drives ended with it."),
+        (REAL, -9, "", "CHECK THE DRIVES"),
     ],
 )
-def test_how_a_run_ended(command: tuple[str, ...], code: int, said: str, expected: str) -> None:
+def test_summary_of_an_ended_run(command: tuple[str, ...], code: int, message: str, expected: str) -> None:
     run = RunStatus(command, Path("run.mcap"), exit_code=code)
-    run.messages.append(said)
+    run.messages.append(message)
     assert expected in run_summary(run)

@@ -1,4 +1,4 @@
-"""Recording from the page: the run is a process of its own, and Stop stops it."""
+"""Recording from the page: `daq` runs as a separate process that STOP ends safely."""
 
 import signal
 import time
@@ -14,13 +14,13 @@ from tests.ident.workbench.conftest import Browser, Serve
 pytestmark = pytest.mark.slow
 
 ENABLED = 0x27
-"""Statusword of a drive in operation, under the mask 0x6F; CiA 402."""
+"""Statusword of a drive in Operation enabled under the mask 0x6F, CiA 402."""
 
 
-def wait_for(out: Path, patience: float = 120.0) -> Recording:
-    """The recording, once it has its end."""
-    until = time.monotonic() + patience
-    while time.monotonic() < until:
+def wait_for(out: Path, timeout: float = 120.0) -> Recording:
+    """Return the recording as soon as it is complete."""
+    deadline = time.monotonic() + timeout
+    while time.monotonic() < deadline:
         try:
             recording = read(out)
             if recording.complete:
@@ -28,22 +28,22 @@ def wait_for(out: Path, patience: float = 120.0) -> Recording:
         except BadInput:
             pass
         time.sleep(0.2)
-    raise AssertionError(f"{out} has no end after {patience} s")
+    raise AssertionError(f"{out} is not complete after {timeout} s")
 
 
-def moving(browser: Browser) -> None:
+def wait_until_moving(browser: Browser) -> None:
     browser.page.wait_for_function(
         "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')", timeout=120_000
     )
     time.sleep(1.0)
 
 
-def begin(browser: Browser, address: str) -> None:
+def start_recording(browser: Browser, address: str) -> None:
     browser.open(address)
     browser.click("tab-record")
-    browser.at("record-cycles").fill("150")  # ten minutes of motion: there is time to press Stop
+    browser.at("record-cycles").fill("150")  # ten minutes of motion leave time to press STOP
     browser.click("record")
-    moving(browser)
+    wait_until_moving(browser)
 
 
 def assert_stopped_in_mid_motion(recording: Recording) -> None:
@@ -58,43 +58,43 @@ def assert_stopped_in_mid_motion(recording: Recording) -> None:
     assert any("SIGTERM" in event.message for event in recording.events)
 
 
-def test_stop_in_mid_motion_disables_the_drives_and_the_file_is_whole(
+def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
     tmp_path: Path, serve: Serve, browser: Browser
 ) -> None:
-    served = serve(tmp_path)
-    browser.open(served.address)
+    workbench = serve(tmp_path)
+    browser.open(workbench.address)
     browser.click("tab-record")
     browser.click("preflight")
     assert "✓" in browser.at("preflight-check").first.inner_text(timeout=120_000)
     assert "✓" in browser.at("preflight-dry-run").first.inner_text(timeout=120_000)
-    begin(browser, served.address)
-    browser.shot("recording-from-here")
+    start_recording(browser, workbench.address)
+    browser.screenshot("recording-from-here")
     browser.click("stop")
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
     browser.page.get_by_text("The simulated drives were disabled").wait_for(timeout=120_000)
 
 
-def test_the_motion_ends_with_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    served = serve(tmp_path)
-    begin(browser, served.address)
+def test_motion_ends_with_the_server(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    workbench = serve(tmp_path)
+    start_recording(browser, workbench.address)
     browser.page.close()
-    served.process.send_signal(signal.SIGINT)
-    assert served.process.wait(timeout=120) == 0
+    workbench.process.send_signal(signal.SIGINT)
+    assert workbench.process.wait(timeout=120) == 0
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
 
 
-def test_the_motion_ends_when_nobody_has_the_page_open(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    served = serve(tmp_path)
-    begin(browser, served.address)
+def test_motion_ends_when_no_browser_shows_the_page(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    workbench = serve(tmp_path)
+    start_recording(browser, workbench.address)
     browser.page.goto("about:blank")
-    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap", patience=120.0))
+    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap", timeout=120.0))
 
 
-def test_the_motion_ends_when_the_page_is_killed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
-    """Without a page there is no stop button."""
-    served = serve(tmp_path)
-    begin(browser, served.address)
+def test_motion_ends_when_the_server_is_killed(tmp_path: Path, serve: Serve, browser: Browser) -> None:
+    """Without a server there is no stop button."""
+    workbench = serve(tmp_path)
+    start_recording(browser, workbench.address)
     browser.page.close()
-    served.process.kill()
-    served.process.wait(timeout=120)
+    workbench.process.kill()
+    workbench.process.wait(timeout=120)
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))

@@ -1,4 +1,4 @@
-"""Long work can be paused, goes on where it stood, and leaves nothing behind when it is cancelled."""
+"""Jobs can be paused, resumed and cancelled; cancelling leaves the state unchanged."""
 
 import shutil
 import time
@@ -17,51 +17,51 @@ SAMPLES = Path("recordings/samples").resolve()
 
 @pytest.fixture
 def session() -> Iterator[WorkbenchSession]:
-    """With a fitted base model."""
-    made = WorkbenchSession(Folder.at(SAMPLES))
-    made.choose("fig5a.mcap", "fig5b.mcap")
-    made.fit()
-    wait(lambda: made.residuals is not None and made.job is None)
-    yield made
-    made.close()
+    """Return a session with a fitted base model."""
+    session = WorkbenchSession(Folder.at(SAMPLES))
+    session.choose("fig5a.mcap", "fig5b.mcap")
+    session.fit()
+    wait(lambda: session.residuals is not None and session.job is None)
+    yield session
+    session.close()
 
 
-def wait(done: Callable[[], bool], patience: float = 120.0) -> None:
-    end = time.monotonic() + patience
+def wait(done: Callable[[], bool], timeout: float = 120.0) -> None:
+    end = time.monotonic() + timeout
     while not done():
-        assert time.monotonic() < end, "it takes too long"
+        assert time.monotonic() < end, "timeout"
         time.sleep(0.02)
 
 
 def state(session: WorkbenchSession) -> list[str]:
-    """What the kernel says of the working process, from its third figure on; see proc(5)."""
+    """Return /proc/PID/stat of the worker from its third field on; see proc(5)."""
     process = session._worker._process
     assert process is not None
     return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
 
 
-def stopped(session: WorkbenchSession) -> bool:
-    """Whether the working process stands still."""
+def suspended(session: WorkbenchSession) -> bool:
+    """Return whether the worker is suspended."""
     return state(session)[0] == "T"
 
 
-def used(session: WorkbenchSession) -> float:
-    """Processor time of the working process so far, in ticks."""
+def cpu_time(session: WorkbenchSession) -> float:
+    """Return the processor time of the worker so far, in ticks."""
     return sum(map(float, state(session)[11:13]))
 
 
 @pytest.mark.slow
-def test_paused_work_stands_still_and_goes_on(session: WorkbenchSession) -> None:
+def test_paused_job_uses_no_processor_time_and_resumes(session: WorkbenchSession) -> None:
     session.diagnose()
     wait(lambda: session.job is not None)
     session.pause()
-    wait(lambda: stopped(session))
-    before = used(session)
+    wait(lambda: suspended(session))
+    before = cpu_time(session)
     assert session.job
     waited = session.job.seconds
     time.sleep(1.0)
-    assert used(session) == before, "it does not compute"
-    assert session.job.seconds == waited, "nor does it count"
+    assert cpu_time(session) == before, "it does not compute"
+    assert session.job.seconds == waited, "the clock of the job stops too"
     with pytest.raises(BadInput, match="paused"):
         session.show_recording("fig5a.mcap")
     with pytest.raises(BadInput, match="paused"):
@@ -71,13 +71,13 @@ def test_paused_work_stands_still_and_goes_on(session: WorkbenchSession) -> None
     wait(lambda: session.diagnosis is not None)
 
 
-def test_work_that_ends_just_when_it_is_paused_is_followed_by_other_work() -> None:
+def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next() -> None:
     session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", None)
     wait(lambda: session.job is None)
     session.show_recording("fig5b.mcap")
     session.pause()
-    session._on_message("idle", None)  # its last word was on its way
+    session._on_message("idle", None)  # its last message was already sent
     assert session.job is None
     session.recording = None
     session.show_recording("fig5a.mcap")
@@ -85,7 +85,7 @@ def test_work_that_ends_just_when_it_is_paused_is_followed_by_other_work() -> No
     session.close()
 
 
-def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path) -> None:
+def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: Path) -> None:
     shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
     write(tmp_path / "slide.mcap", 0)
     session = WorkbenchSession(Folder.at(tmp_path))
@@ -98,31 +98,31 @@ def test_a_recording_of_another_machine_is_not_taken_to_check_on(tmp_path: Path)
 
 
 @pytest.mark.slow
-def test_cancelled_work_leaves_all_as_it_was(session: WorkbenchSession) -> None:
+def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
     ladder = session.ladder
     session.add("torque_offset")
     wait(lambda: session.ladder is not ladder and session.job is None)
     session.undo()
     wait(lambda: session.ladder is ladder or session.job is None)
-    for begin in (session.diagnose, lambda: session.swarm(0), session.redo):
+    for start_job in (session.diagnose, lambda: session.swarm(0), session.redo):
         before = session.branches
-        begin()
+        start_job()
         session.pause()
         session.cancel()
         assert session.job is None
         assert session.swarm_progress is None
         assert session.branches is before
     assert session.branches
-    assert len(session.branches.current.undone) == 1
+    assert len(session.branches.current.undone_ladders) == 1
     session.redo()
     wait(lambda: session.job is None)
     assert session.ladder
     assert session.ladder.steps[-1].label == "+ torque_offset"
-    assert session.residuals, "another process went on from there"
+    assert session.residuals, "a new process continues from there"
 
 
 @pytest.mark.slow
-def test_what_was_left_out_for_something_else_is_looked_at_afterwards(session: WorkbenchSession) -> None:
+def test_interrupted_analysis_is_resumed_afterwards(session: WorkbenchSession) -> None:
     session.add("torque_offset")
     wait(lambda: session.candidates is None)
     wait(lambda: bool(session.ladder and len(session.ladder.steps) == 3 and session.job and not session.job.blocking))

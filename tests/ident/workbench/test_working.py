@@ -1,4 +1,4 @@
-"""What a person does beside the mission: look at candidates, ask about a part, try two explanations, search."""
+"""Other work on the page: previews, time spans, branches, swarm."""
 
 import json
 from pathlib import Path
@@ -13,34 +13,34 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def fitted(hidden: Path, serve: Serve, browser: Browser) -> Browser:
-    """The base model is fitted, and all is looked at."""
+    """Return a page with a fitted base model and rated candidates."""
     browser.open(serve(hidden, "fig5a.mcap", "fig5b.mcap").address)
     browser.click("tab-missing")
     browser.click("fit")
-    browser.at("foretaste").filter(has_text="would take away").wait_for(timeout=120_000)
+    browser.at("preview").filter(has_text="would explain").wait_for(timeout=120_000)
     return browser
 
 
-def test_pointing_at_a_card_or_moving_to_it_shows_its_signature(fitted: Browser) -> None:
-    assert fitted.text("foretaste").startswith("stribeck")
+def test_hover_or_focus_of_a_card_shows_its_preview(fitted: Browser) -> None:
+    assert fitted.text("preview").startswith("stribeck")
     fitted.at("card-backlash").hover()
-    fitted.at("foretaste").filter(has_text="backlash").wait_for(timeout=120_000)
+    fitted.at("preview").filter(has_text="backlash").wait_for(timeout=120_000)
     fitted.at("card-stribeck").focus()
-    fitted.at("foretaste").filter(has_text="stribeck").wait_for(timeout=120_000)
-    fitted.shot("signature")
+    fitted.at("preview").filter(has_text="stribeck").wait_for(timeout=120_000)
+    fitted.screenshot("preview")
     for _ in ("About", "Add", "the next card"):
         fitted.page.keyboard.press("Tab")
-    fitted.at("foretaste").filter(has_not_text="stribeck").wait_for(timeout=120_000)
+    fitted.at("preview").filter(has_not_text="stribeck").wait_for(timeout=120_000)
 
 
-def test_a_marked_part_is_explained_and_the_effect_added_from_there(fitted: Browser) -> None:
+def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -> None:
     fitted.click("tab-model")
     fitted.page.get_by_role("button", name="joint 2").click()
     fitted.click("mark")
     fitted.page.wait_for_function(
         "() => document.querySelector('.js-plotly-plot')?._fullLayout?.dragmode == 'select'"
     )
-    fitted.page.wait_for_timeout(2000)  # the plot is drawn anew
+    fitted.page.wait_for_timeout(2000)  # the plot is redrawn
     box = fitted.page.locator(".js-plotly-plot").bounding_box()
     assert box
     fitted.page.mouse.move(box["x"] + 0.3 * box["width"], box["y"] + 0.62 * box["height"])
@@ -49,51 +49,51 @@ def test_a_marked_part_is_explained_and_the_effect_added_from_there(fitted: Brow
     fitted.page.mouse.up()
     assert "would explain" in fitted.text("explained")
     assert int(fitted.text("explains-stribeck").split()[1]) > 60
-    assert "N m RMS" in fitted.text("special")
-    fitted.shot("region")
+    assert "N m RMS" in fitted.text("selection")
+    fitted.screenshot("selection")
     fitted.click("add-stribeck")
     fitted.click("tab-missing")
-    assert "stribeck" in fitted.text("rung-2", patience=120)
+    assert "stribeck" in fitted.text("step-2", timeout=120)
 
 
-def test_two_explanations_side_by_side(fitted: Browser) -> None:
+def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
-    fitted.at("rung-2").wait_for(timeout=120_000)
-    right = rms(fitted, "held", 2, 2)
-    fitted.click("fork", patience=120)
+    fitted.at("step-2").wait_for(timeout=120_000)
+    error = rms(fitted, "held", 2, 2)
+    fitted.click("fork", timeout=120)
     fitted.click("undo")
-    fitted.at("rung-2").wait_for(state="detached", timeout=120_000)
-    fitted.click("add-joint_spring", patience=120)
-    fitted.at("rung-2").wait_for(timeout=120_000)
+    fitted.at("step-2").wait_for(state="detached", timeout=120_000)
+    fitted.click("add-joint_spring", timeout=120)
+    fitted.at("step-2").wait_for(timeout=120_000)
     assert fitted.text("branch-A") == "A: stribeck"
-    assert fitted.text("branch-B") == "B: joint_spring (present)"
-    assert rms(fitted, "held", 2, 2) > 2 * right
-    fitted.shot("branches")
-    fitted.click("switch-A", patience=120)
-    fitted.at("branch-A").filter(has_text="present").wait_for(timeout=120_000)
-    assert rms(fitted, "held", 2, 2) == right
-    fitted.click("undo", patience=120)
-    fitted.at("rung-2").wait_for(state="detached", timeout=120_000)
-    fitted.click("redo", patience=120)
-    fitted.at("rung-2").wait_for(timeout=120_000)
-    assert rms(fitted, "held", 2, 2) == right
-    fitted.click("drop-B", patience=120)
+    assert fitted.text("branch-B") == "B: joint_spring (current)"
+    assert rms(fitted, "held", 2, 2) > 2 * error
+    fitted.screenshot("branches")
+    fitted.click("switch-A", timeout=120)
+    fitted.at("branch-A").filter(has_text="current").wait_for(timeout=120_000)
+    assert rms(fitted, "held", 2, 2) == error
+    fitted.click("undo", timeout=120)
+    fitted.at("step-2").wait_for(state="detached", timeout=120_000)
+    fitted.click("redo", timeout=120)
+    fitted.at("step-2").wait_for(timeout=120_000)
+    assert rms(fitted, "held", 2, 2) == error
+    fitted.click("drop-B", timeout=120)
     fitted.at("branch-A").wait_for(state="detached", timeout=120_000)
 
 
-def test_the_swarm_from_the_page(hidden: Path, serve: Serve, browser: Browser) -> None:
+def test_swarm_fit_on_the_page(hidden: Path, serve: Serve, browser: Browser) -> None:
     browser.open(serve(hidden, "fig5a.mcap", "fig5b.mcap").address)
     browser.click("tab-swarm")
     browser.at("job").filter(has_text="train fig5a.mcap").wait_for(timeout=120_000)
-    # Faster than any hand: a button that has just become visible is heard.
+    # Clicks without delay: a button that has just become visible must react.
     browser.page.evaluate(
         "() => ['swarm', 'pause'].forEach(name => document.querySelector(`[data-test=${name}]`).click())"
     )
     browser.at("job").filter(has_text="paused").wait_for(timeout=120_000)
     browser.click("resume")
-    assert "above its certified minimum" in browser.text("swarm-proof", patience=120)
+    assert "above its certified minimum" in browser.text("swarm-proof", timeout=120)
     assert int(browser.text("swarm-steps").split()[0]) > 50
-    browser.shot("swarm")
+    browser.screenshot("swarm")
     browser.click("swarm-save")
     browser.page.get_by_text("Saved fig5a.pso.model.json").wait_for(timeout=120_000)
     saved = json.loads((hidden / "fig5a.pso.model.json").read_text())
