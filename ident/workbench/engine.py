@@ -21,7 +21,7 @@ from ident.diagnosis.steps import SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.output.figures.finding import before_after
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
@@ -189,7 +189,7 @@ class Engine:
         """
         self._progress("fitting to the whole recording")
         rig, (_, terms, x) = read(base.train, PREVIEW_BYTES).rig, base.steps[-1]
-        composition = Composition(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
+        composition = ModelStructure(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
         yield residual_view((base.train, base.validate), (composition, np.array(x)), bandwidth, self._library)
 
     def _residual_view(self, selection: SelectionState) -> views.ResidualView:
@@ -214,7 +214,7 @@ class Engine:
             bandwidth=material.datasets[0].bandwidth,
             held_out=answer.describe_test_data(material),
             excerpt=selection.question.excerpt_share,
-            mandatory=tuple(name for name, effect in self._library.items() if effect.always_true),
+            mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
             diagnosed=selection.state is selection.diagnosed,
         )
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.data.compatibility import check_same_rig
 from ident.data.samples import drive_signal, holds_torque
-from ident.identification.identify import refuse_different_rigs
-from ident.workbench.views import Mismatch, RecordingView, Float32s
+from ident.workbench.views import Float32s, Mismatch, RecordingView
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -33,7 +33,7 @@ def recording_views(path: Path) -> Iterator[RecordingView]:
 def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:
     """Yield the reason why a model of `train` cannot be validated on `validate`, if there is one."""
     try:
-        refuse_different_rigs([read(path, PREVIEW_BYTES) for path in (train, validate)])
+        check_same_rig([read(path, PREVIEW_BYTES) for path in (train, validate)])
     except BadInput as error:
         yield Mismatch(f"{validate.name} cannot validate a model of {train.name}: {error}")
 
@@ -51,7 +51,10 @@ def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> Recordin
         time=recording.time,
         signals={
             "position": (rig.position_units[0], _float32(recording.position)),
-            "following error": (f"m{rig.position_units[0]}", _float32(1e3 * (recording.command - recording.position))),
+            "following error": (
+                f"m{rig.position_units[0]}",
+                _float32(1e3 * (recording.command - recording.position)),
+            ),
             _SIGNAL_NAMES.get(unit, "torque"): (unit, _float32(drive_signal(recording))),
             "lateness": ("ms", _float32(1e3 * recording.lateness[:, None])),
         },

@@ -6,7 +6,7 @@ from pathlib import Path
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.identification import identify, prediction
 from ident.identification.model import Model
@@ -21,7 +21,7 @@ from recordings.recording import Floats
 
 def residual_view(
     files: tuple[Path, Path | None],
-    solution: tuple[Composition, Floats],
+    solution: tuple[ModelStructure, Floats],
     bandwidth: float,
     library: Mapping[str, Effect],
 ) -> ResidualView:

@@ -12,7 +12,7 @@ from ident.workbench import views
 from ident.workbench.branches import Branches
 from ident.workbench.cli_equivalent import effect_options
 from ident.workbench.folder import Folder
-from ident.workbench.recorder import RecordingProcess
+from ident.workbench.recording_process import RecordingProcess
 from ident.workbench.topics import LADDER_TOPICS, TOPIC_OF_VIEW, Job, Topic
 from ident.workbench.views import SwarmRequest
 from ident.workbench.worker import Worker

@@ -121,7 +121,7 @@ def _about(page: Page, effect: str) -> list[tuple[str, str]]:
     known = page.session.library[effect]
     return [
         ("Equation", known.equation),
-        ("What it looks like", known.looks),
+        ("What it looks like", known.symptom),
         ("Usual causes", known.causes),
         ("What to do", known.remedy),
     ]

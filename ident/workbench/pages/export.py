@@ -1,4 +1,4 @@
-"""What to take away: the model, and the commands that do the same."""
+"""Export: model file, report, and equivalent terminal commands."""
 
 import subprocess
 import sys
@@ -14,15 +14,15 @@ from recordings.errors import BadInput
 
 
 def draw(page: Page) -> None:
-    """Of the present model."""
-    page.draw_on_change(lambda: _draw(page), "failing", "ladder")
+    """Draw the export of the current model."""
+    page.draw_on_change(lambda: _draw(page), "residuals", "ladder")
 
 
 def _draw(page: Page) -> None:
     session = page.session
     if session.ladder is None or session.residuals is None:
-        fitted = "The model is being looked at; it can then be saved here." if session.ladder else None
-        ui.label(fitted or "Fit a model first; it can then be saved here.").classes("quiet")
+        pending = "The residual is being analysed; the model can then be saved here." if session.ladder else None
+        ui.label(pending or "Fit a model first; it can then be saved here.").classes("quiet")
         return
     file = f"{session.ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")
@@ -30,9 +30,9 @@ def _draw(page: Page) -> None:
         _fit_whole_button(page)
     else:
         _files(page, file)
-    ui.label("The same in a terminal").classes("head q-mt-md")
+    ui.label("Equivalent commands").classes("head q-mt-md")
     ui.label(
-        "To run beside the recordings. It overwrites nothing: where a model of that name was saved, give another one."
+        "Run this in the folder of the recordings. It overwrites nothing: if the model file exists, choose another name."
     ).classes("quiet")
     text = shell_script(session.ladder, file)
     set_test_id(ui.code(text, language="bash").classes("w-full"), "script")
@@ -40,37 +40,37 @@ def _draw(page: Page) -> None:
 
 
 def _fit_whole_button(page: Page) -> None:
-    """Of long recordings only parts were looked at."""
-    ui.label("The ladder looks at parts of these long recordings; a model to keep is fitted to all of them.")
-    fit = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.handler(page.session.fit_whole_recording))
-    fit.props("no-caps").tooltip(
-        "For an hour at 500 Hz about a minute; the ladder is then climbed again when you go on with it"
+    """Draw the button for the fit to entire long recordings."""
+    ui.label("The ladder uses excerpts of these long recordings; a model can be saved after a fit to all of the data.")
+    button = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.handler(page.session.fit_whole_recording))
+    button.props("no-caps").tooltip(
+        "Takes about a minute for an hour at 500 Hz; the ladder is fitted again when you continue with it"
     )
-    set_test_id(fit, "whole")
+    set_test_id(button, "whole")
 
 
 def _files(page: Page, file: str) -> None:
     session = page.session
     with ui.row().classes("items-center gap-3"):
         out = ui.input("file", value=file).props("dense outlined").classes("min-w-64")
-        save = ui.button("Save beside the recording", icon="save").props("no-caps")
+        save = ui.button("Save next to the recording", icon="save").props("no-caps")
         save.on_click(page.handler(lambda: _save(session, out.value)))
         set_test_id(save, "save")
-        report = ui.button("Save, and make the report", icon="description").props("no-caps outline")
+        report = ui.button("Save and create the report", icon="description").props("no-caps outline")
         report.tooltip("One HTML file to send to a colleague; takes a minute or two")
         set_test_id(report, "report")
-    told = ui.label().classes("quiet")
-    set_test_id(told, "report-state")
+    status = ui.label().classes("quiet")
+    set_test_id(status, "report-state")
 
-    async def make() -> None:
-        told.text = "making the report …"
-        told.text = await background.io_bound(_make_report, session, str(out.value)) or ""
+    async def create_report() -> None:
+        status.text = "creating the report …"
+        status.text = await background.io_bound(_make_report, session, str(out.value)) or ""
 
-    report.on_click(make)
+    report.on_click(create_report)
 
 
 def _make_report(session: WorkbenchSession, file_name: str) -> str:
-    """Let `ident report` make it, as anybody would; what came of it."""
+    """Run `ident report`; return a message with its result."""
     assert session.ladder is not None
     try:
         if session.saved_model is None or session.saved_model[0] != file_name or session.saved_model[1] is not session.residuals:
@@ -78,20 +78,20 @@ def _make_report(session: WorkbenchSession, file_name: str) -> str:
         command = report_command(session.ladder, session.folder.existing_file(file_name).name)
     except (BadInput, OSError) as error:
         return str(error)
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-c", "from ident.cli import main; main()", *command[1:]],
         cwd=session.folder.root,
         stdin=subprocess.DEVNULL,
         capture_output=True,
         text=True,
     )
-    errors = [line for line in done.stderr.splitlines() if line.startswith("error")]
-    return f"Made {command[-1]} beside the recording." if done.returncode == 0 else " ".join(errors)
+    errors = [line for line in process.stderr.splitlines() if line.startswith("error")]
+    return f"Created {command[-1]} next to the recording." if process.returncode == 0 else " ".join(errors)
 
 
 def _save(session: WorkbenchSession, file_name: str) -> None:
     _save_model(session, file_name)
-    ui.notify(f"Saved {file_name} beside the recording.", type="positive", position="bottom")
+    ui.notify(f"Saved {file_name} next to the recording.", type="positive", position="bottom")
 
 
 def _save_model(session: WorkbenchSession, file_name: str) -> None:
@@ -104,16 +104,16 @@ def _save_model(session: WorkbenchSession, file_name: str) -> None:
 
 def _parameters(session: WorkbenchSession) -> None:
     assert session.ladder is not None
-    ui.label("Parameters of the present model").classes("head q-mt-md")
+    ui.label("Parameters of the current model").classes("head q-mt-md")
     with ui.element("table").classes("figures"):
         with ui.element("tr"):
-            for title in ("name", "value", "95 % interval", "unit", "what it is"):
-                with ui.element("th").classes("words" if title in ("unit", "what it is") else ""):
+            for title in ("name", "value", "95 % interval", "unit", "meaning"):
+                with ui.element("th").classes("words" if title in ("unit", "meaning") else ""):
                     ui.label(title)
         for key, value in session.ladder.steps[-1].entry.parameters.items():
-            limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not known from these data"
+            limits = f"{value.ci95[0]:.4g} to {value.ci95[1]:.4g}" if value.ci95 else "not available"
             with ui.element("tr"):
-                for text in (key, "never" if value.infinite else f"{value.value:.4g}", limits):
+                for text in (key, "infinite" if value.infinite else f"{value.value:.4g}", limits):
                     with ui.element("td"):
                         ui.label(text)
                 for text in (value.unit, value.meaning):

@@ -15,7 +15,7 @@ def draw(page: Page) -> None:
     ui.label("Full diagnosis").classes("head q-mt-sm")
     set_test_id(ui.label(document["sentence"]), "verdict")
     library = page.session.library
-    news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].always_true]
+    news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].mandatory]
     for number, finding in enumerate(document["findings"]):
         with ui.expansion(value=number in news[:1]).classes("w-full") as box:
             _finding(finding, number)

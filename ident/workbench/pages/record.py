@@ -10,7 +10,7 @@ from nicegui import ui
 from ident.workbench import plots
 from ident.workbench.folder import SUFFIX
 from ident.workbench.pages.page import Page, set_test_id, draw_figure
-from ident.workbench.recorder import RunStatus, run_daq
+from ident.workbench.recording_process import RunStatus, run_daq
 from recordings.errors import BadInput
 from trajectories.library import names
 

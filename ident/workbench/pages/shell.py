@@ -5,7 +5,7 @@ from collections.abc import Callable
 from nicegui import events, ui
 
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import data, export, missing, model, record, residuals, robot, swarm
+from ident.workbench.pages import data, export, missing_effects, model, record, residuals, robot, swarm
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.session import WorkbenchSession
 from ident.workbench.topics import Job
@@ -15,7 +15,7 @@ TABS = (
     ("data", "Recording", "show_chart", data.draw),
     ("model", "Model", "stacked_line_chart", model.draw),
     ("residuals", "Residuals", "troubleshoot", residuals.draw),
-    ("missing", "Missing effects", "extension", missing.draw),
+    ("missing", "Missing effects", "extension", missing_effects.draw),
     ("swarm", "Swarm", "bubble_chart", swarm.draw),
     ("robot", "Robot", "precision_manufacturing", robot.draw),
     ("record", "Record", "fiber_manual_record", record.draw),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.pages.record import run_summary
-from ident.workbench.recorder import RunStatus
+from ident.workbench.recording_process import RunStatus
 
 SIMULATED = ("daq", "record", "--traj", "fig5a")
 REAL = (*SIMULATED, "--rig", "bench.toml")

@@ -1,4 +1,4 @@
-"""The mission: fit, see the ladder, look what could be added, add it, watch the error fall."""
+"""Stepwise selection: fit, ladder of models, candidate effects, findings."""
 
 from nicegui import ui
 
@@ -9,11 +9,11 @@ from ident.workbench.views import LadderView, StepView
 
 
 def draw(page: Page) -> None:
-    """Everything about effects."""
+    """Draw the buttons, the ladder, the branches, the findings and the candidates."""
     _buttons(page)
     page.draw_on_change(lambda: _draw_ladder(page), "ladder")
     page.draw_on_change(lambda: branching.draw(page), "ladder")
-    page.draw_on_change(lambda: findings.draw(page), "answer")
+    page.draw_on_change(lambda: findings.draw(page), "diagnosis")
     candidates.draw(page)
 
 
@@ -21,42 +21,42 @@ def _buttons(page: Page) -> None:
     session = page.session
     with ui.row().classes("items-center gap-2"):
         fit = ui.button("Fit", icon="play_arrow", on_click=page.handler(session.fit))
-        fit.tooltip("Fit the base model, and what is true of any such machine")
+        fit.tooltip("Fit the base model with the mandatory effects")
         undo = ui.button("Undo", icon="undo", on_click=page.handler(session.undo)).props("outline")
         redo = ui.button("Redo", icon="redo", on_click=page.handler(session.redo)).props("outline")
         fork = ui.button("New branch", icon="call_split", on_click=page.handler(session.fork)).props("outline")
-        fork.tooltip("Keep this ladder, and go on in a copy of it, to see two explanations side by side")
+        fork.tooltip("Keep this ladder and continue in a copy, to compare two models")
         full = ui.button("Full diagnosis", icon="biotech", on_click=page.handler(session.diagnose)).props("outline")
-        full.tooltip("Let the program climb by itself, and question every finding: half a minute")
-        for element, what in ((fit, "fit"), (undo, "undo"), (redo, "redo"), (fork, "fork"), (full, "diagnose")):
-            set_test_id(element, what)
+        full.tooltip("Automatic stepwise selection with a check of every finding; takes about half a minute")
+        for element, test_id in ((fit, "fit"), (undo, "undo"), (redo, "redo"), (fork, "fork"), (full, "diagnose")):
+            set_test_id(element, test_id)
             element.props("no-caps")
 
-    def allow() -> None:
-        free = session.job is None or not session.job.blocking
-        fit.enabled = free and session.train is not None
-        present = session.branches.current if session.branches else None
-        undo.enabled = free and present is not None and len(present.history) > 1
-        redo.enabled = free and present is not None and bool(present.undone)
-        fork.enabled = full.enabled = free and present is not None
+    def update_enabled() -> None:
+        idle = session.job is None or not session.job.blocking
+        fit.enabled = idle and session.train is not None
+        branch = session.branches.current if session.branches else None
+        undo.enabled = idle and branch is not None and len(branch.history) > 1
+        redo.enabled = idle and branch is not None and bool(branch.undone_ladders)
+        fork.enabled = full.enabled = idle and branch is not None
 
-    allow()
-    page.call_on_change(allow, "job", "folder", "ladder")
+    update_enabled()
+    page.call_on_change(update_enabled, "job", "folder", "ladder")
 
 
 def _draw_ladder(page: Page) -> None:
     session, ladder = page.session, page.session.ladder
     if ladder is None:
         ui.label(
-            "Fit the base model to the recording: how much of the torque it explains is shown here, rung by rung, as "
-            "effects are added. Choose a second recording with Check, to see whether it holds on another motion."
+            "Fit the base model to the recording. Each added effect is shown here as a step, with the error of every "
+            "joint. Choose a second recording with Check to validate the models on another motion."
         ).classes("quiet")
         return
     draw_figure(plots.ladder(ladder), "error of each model, training and held out", session.dark)
     _draw_table(ladder)
-    notes = [f"Held out: {ladder.held_out}. Noise floor: what a right model would leave, noise and encoder steps."]
+    notes = [f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."]
     notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []
-    notes += [f"Of these long recordings {100 * ladder.excerpt:.0f} % was looked at."] if ladder.excerpt else []
+    notes += [f"{100 * ladder.excerpt:.0f} % of these long recordings was analysed."] if ladder.excerpt else []
     ui.label(" ".join(notes)).classes("quiet")
     _draw_terms(page, ladder.steps[-1])
 
@@ -67,26 +67,26 @@ def _draw_table(ladder: LadderView) -> None:
     with ui.element("table").classes("figures ladder"):
         with ui.element("tr"):
             titles = [f"training j{j + 1} [{unit}]" for j in joints] + [f"held out j{j + 1} [{unit}]" for j in joints]
-            for title in ("model", *titles, "gain on held out"):
+            for title in ("model", *titles, "improvement, held out"):
                 with ui.element("th"):
                     ui.label(title)
-        for number, rung in enumerate(ladder.steps):
+        for number, step in enumerate(ladder.steps):
             with ui.element("tr"):
                 with ui.element("td"):
-                    set_test_id(ui.label(f"{number}  {rung.label}"), f"rung-{number}")
-                for kind, values in (("train", rung.entry.train_rms), ("held", rung.entry.validate_rms)):
+                    set_test_id(ui.label(f"{number}  {step.label}"), f"step-{number}")
+                for kind, values in (("train", step.entry.train_rms), ("held", step.entry.validate_rms)):
                     for j in joints:
                         with ui.element("td"):
                             set_test_id(ui.label(f"{values[j]:.4f}"), f"{kind}-{number}-{j + 1}")
                 with ui.element("td"):
-                    ui.label(_improvement(rung))
+                    ui.label(_improvement(step))
 
 
 def _improvement(step: StepView) -> str:
     if step.improvement is None or step.improvement_ci95 is None:
         return ""
-    gain, low, high = (round(100 * share) for share in (step.improvement, *step.improvement_ci95))
-    return f"{gain} % ({low} to {high})"
+    improvement, low, high = (round(100 * share) for share in (step.improvement, *step.improvement_ci95))
+    return f"{improvement} % ({low} to {high})"
 
 
 def _draw_terms(page: Page, step: StepView) -> None:
@@ -103,5 +103,5 @@ def _draw_terms(page: Page, step: StepView) -> None:
 
 
 def _joints_note(joints: tuple[int, ...], step: StepView) -> str:
-    whole = len(joints) == len(step.entry.train_rms)
-    return "" if whole else f" (joint {', '.join(map(str, joints))})"
+    all_joints = len(joints) == len(step.entry.train_rms)
+    return "" if all_joints else f" (joint {', '.join(map(str, joints))})"
