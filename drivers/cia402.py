@@ -1,6 +1,6 @@
-"""The power state machine of CiA 402 (IEC 61800-7-201): states, statusword masks and the way to a goal.
+"""The power state machine of CiA 402 (IEC 61800-7-201): states, statusword masks and transitions to a goal.
 
-The way to "operation enabled" goes up one state at a time; the way down never passes through it.
+Enabling goes through the states one at a time; no transition to a stop passes through "operation enabled".
 """
 
 from enum import Enum
@@ -9,7 +9,7 @@ from drivers.protocol import Goal, Power
 
 
 class DriveState(Enum):
-    """Power states. The value is what a person reads."""
+    """Power states. The value is the text shown to the user."""
 
     NOT_READY = "not ready to switch on"
     SWITCH_ON_DISABLED = "switch on disabled"
@@ -52,7 +52,7 @@ class Controlword:
     FAULT_RESET = 0x0080
 
 
-# A state that is absent here needs no command but patience: Disable voltage, the harmless one, is sent meanwhile.
+# In a state that is absent here the drive moves on by itself; meanwhile Disable voltage is sent, which is safe.
 _TOWARDS: dict[Goal, dict[DriveState, int]] = {
     Goal.ENABLED: {
         DriveState.SWITCH_ON_DISABLED: Controlword.SHUTDOWN,
@@ -71,11 +71,11 @@ POWER: dict[DriveState, Power] = dict.fromkeys(DriveState, Power.OFF) | {
     DriveState.FAULT_REACTION: Power.STOPPING,
     DriveState.FAULT: Power.FAULT,
 }
-"""What each state means for the motor."""
+"""Power of the motor in each state."""
 
 
 def decode(statusword: int) -> DriveState:
-    """The state that a statusword tells.
+    """Decode the state from a statusword.
 
     Raises:
         ValueError: the bits fit no state of the standard.
@@ -87,5 +87,5 @@ def decode(statusword: int) -> DriveState:
 
 
 def next_controlword(goal: Goal, state: DriveState) -> int:
-    """The command that brings a drive from `state` one step nearer to `goal`."""
+    """Controlword that takes a drive from `state` one transition towards `goal`."""
     return _TOWARDS[goal].get(state, Controlword.DISABLE_VOLTAGE)

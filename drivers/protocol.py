@@ -1,4 +1,4 @@
-"""What every amplifier driver offers; `daq` knows drives only through this."""
+"""Interface of all amplifier drivers; `daq` accesses drives only through it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -11,39 +11,39 @@ from numpy.typing import NDArray
 from recordings.schemas import Level
 
 Setpoint = Any
-"""One cycle's targets in the driver's own wire format, made by `Amplifiers.encode` before the cycle starts."""
+"""Targets of one cycle in the driver's wire format, made by `Amplifiers.encode` before the cycle starts."""
 
 Report = Callable[[Level, str, str], None]
-"""Called with what a person should know: level ("info", "warning", "error"), source, message."""
+"""Callback for messages to the user: level ("info", "warning", "error"), source, message."""
 
 
 class Goal(Enum):
-    """What is wanted of all drives."""
+    """Requested state of all drives."""
 
     ENABLED = "enabled"
     STOPPED = "stopped"
-    """Quick stop: every drive brings itself to rest on its own ramp, whatever is commanded, then takes power off."""
+    """Quick stop: every drive decelerates on its own ramp, whatever its target, then switches power off."""
     DISABLED = "disabled"
 
 
 class Power(Enum):
-    """What a drive does with its motor."""
+    """Power state of a drive."""
 
     OFF = "off"
     """No torque, brake on."""
     ON = "on"
     """Follows the target."""
     STOPPING = "stopping"
-    """Brings itself to rest."""
+    """Decelerates to rest."""
     FAULT = "fault"
-    """Switched itself off because of a fault."""
+    """Switched off because of a fault."""
     UNKNOWN = "unknown"
-    """Nothing heard yet, or an answer that fits no state."""
+    """No answer yet, or one that fits no state."""
 
 
 @dataclass(frozen=True)
 class Identity:
-    """One drive as it presents itself."""
+    """Identity that a drive reports."""
 
     joint: int
     """1 ... n, the order of the rig file."""
@@ -59,7 +59,7 @@ class Identity:
 
 @dataclass(frozen=True)
 class CheckResult:
-    """One thing that was compared with the rig file."""
+    """Comparison of one value of a drive with the rig file."""
 
     where: str
     what: str
@@ -84,15 +84,15 @@ class Sample:
     missing: int
     """Number of drives whose answer was lost."""
     trouble: str | None
-    """Why the run cannot go on, naming the joint; None: all is well."""
+    """Reason to end the run, naming the joint; None: no error."""
     effort: tuple[float, ...] | None = None
     """Torque actual [N m]; None where the drives do not report it."""
     voltage_stamp: tuple[int, ...] | None = None
     """When each voltage arrived [ns]; None: it was measured at the SYNC. Meaningless where the voltage is NaN."""
     position_stamp: tuple[int, ...] | None = None
-    """Likewise of the positions: drives on one line are read one after the other."""
+    """When each position was measured [ns]: drives on one line are read one after the other."""
     sync: int | None = None
-    """Where SYNC does not wait for `exchange`: number of the one that was answered; None: the one just sent."""
+    """Number of the answered SYNC where SYNC does not wait for `exchange`; None: the one just sent."""
 
 
 class Amplifiers(Protocol):
@@ -109,7 +109,7 @@ class Amplifiers(Protocol):
         ...
 
     def check(self) -> Sequence[CheckResult]:
-        """Compare drives and bus with the rig file; writes nothing, moves nothing. After `discover`.
+        """Compare drives and bus with the rig file; writes nothing, moves nothing. Call after `discover`.
 
         Raises:
             RunFailed: a drive stops answering.
@@ -131,7 +131,7 @@ class Amplifiers(Protocol):
     def exchange(self, setpoint: Setpoint | None, timeout: float) -> Sample:
         """Send the targets and a SYNC; collect the answers for at most `timeout` seconds.
 
-        With None, the targets of the last answer are sent back: the drive is told to stay where it is.
+        With None, the last measured positions are sent as targets, so that the drives stay where they are.
 
         Raises:
             RunFailed: the bus is lost.
@@ -139,7 +139,7 @@ class Amplifiers(Protocol):
         ...
 
     def power_off(self) -> tuple[Power, ...]:
-        """Take the power by whatever way is left where `exchange` does not reach all drives; the powers it found.
+        """Switch power off where `exchange` does not reach all drives. Returns the power states found.
         Never raises."""
         ...
 

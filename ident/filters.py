@@ -33,7 +33,7 @@ def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
     return centred
 
 
-def stretches(known: Bools) -> list[slice]:
+def contiguous_slices(known: Bools) -> list[slice]:
     """The stretches of samples that are `known` (n,), without a gap, in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
     return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]

@@ -8,6 +8,9 @@ from typing import Any
 
 import pytest
 
+PATIENCE = 300.0
+"""How long a page may take to show what it is waited for, on a busy machine [s]."""
+
 
 @contextmanager
 def tab() -> Iterator[Any]:
@@ -23,6 +26,6 @@ def tab() -> Iterator[Any]:
     with sync_playwright() as playwright:
         launched = playwright.chromium.launch(executable_path=found, args=flags)
         page = launched.new_page(viewport={"width": 1280, "height": 800})
-        page.set_default_timeout(120_000)  # on a busy machine
+        page.set_default_timeout(1e3 * PATIENCE)
         yield page
         launched.close()

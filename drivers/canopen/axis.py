@@ -1,4 +1,4 @@
-"""What the CANopen driver knows of one drive, and what it makes of the frames that come from it."""
+"""State of one CANopen drive, decoded from the frames it sends."""
 
 import math
 import struct
@@ -11,7 +11,7 @@ from recordings.rig import Drive
 
 
 class CanopenAxis:
-    """One drive. The raw values are the last ones received."""
+    """State of one drive. The raw values are the last ones received."""
 
     def __init__(self, joint: int, drive: Drive, sdo: Sdo) -> None:
         """`joint`: 1 ... n."""
@@ -25,14 +25,14 @@ class CanopenAxis:
         self.error_code = 0
         self.error_text = ""
         self.answers_since_emcy = 0
-        """Answers since an EMCY that reported an error."""
+        """Number of answers since an EMCY that reported an error."""
         self.restarted = False
         self.last_heartbeat_cycle: int | None = None
-        """Cycle in which the last heartbeat came."""
+        """Cycle in which the last heartbeat arrived."""
         self.answers_without_following = 0
-        """Answers in a row in which the drive was enabled but did not follow its target."""
+        """Number of consecutive answers in which the drive was enabled but did not follow its target."""
         self.voltage_stamp = 0
-        """Of the last polled voltage [ns]; 0: none since the last answer."""
+        """Arrival of the last polled voltage [ns]; 0: none since the last answer."""
         self._layout = {
             setup.tpdo_id(drive, number): (
                 number,
@@ -52,13 +52,13 @@ class CanopenAxis:
     # One cycle
 
     def begin_cycle(self) -> None:
-        """Forget the answer to the SYNC before."""
+        """Discard the answer to the previous SYNC."""
         self._received.clear()
         self._raw = dict.fromkeys(self._raw, math.nan)
         self.voltage_stamp = 0
 
     def take_tpdo(self, arbitration_id: int, data: bytes) -> bool:
-        """Take one TPDO; False where it has not the length that was agreed."""
+        """Decode one TPDO; False where its length is not the mapped one."""
         number, fields, layout = self._layout[arbitration_id]
         if len(data) != layout.size:
             return False
@@ -73,16 +73,16 @@ class CanopenAxis:
 
     @property
     def answered(self) -> bool:
-        """True when all TPDOs of this cycle are there."""
+        """True when all TPDOs of this cycle have arrived."""
         return len(self._received) == len(self._layout)
 
     def take_polled_voltage(self, raw: int, stamp: int) -> None:
-        """A voltage that was read by SDO, arrived at `stamp` [ns]."""
+        """Store a voltage that was read by SDO and arrived at `stamp` [ns]."""
         self._raw["voltage"] = raw
         self.voltage_stamp = stamp
 
     def decode_status(self) -> None:
-        """Power state and whether the target is followed, from the statusword."""
+        """Decode power state and target following from the statusword."""
         try:
             self.state = cia402.decode(self.statusword)
         except ValueError:
@@ -101,30 +101,30 @@ class CanopenAxis:
 
     @property
     def voltage(self) -> float:
-        """Signed operating voltage [V], NaN where not fresh."""
+        """Signed operating voltage [V]; NaN where none arrived in this cycle."""
         return self._raw["voltage"] * self.drive.voltage.scale * self.drive.sign
 
     @property
     def effort(self) -> float:
-        """Torque actual [N m], NaN where not fresh."""
+        """Torque actual [N m]; NaN where none arrived in this cycle."""
         return self._raw["torque"] * self.drive.rated_torque / 1000 * self.drive.sign
 
     @property
     def power(self) -> Power:
-        """Last known."""
+        """Last known power state."""
         return Power.UNKNOWN if self.state is None else cia402.POWER[self.state]
 
-    # What it says of itself
+    # Errors
 
     def take_emcy(self, data: bytes) -> str:
-        """Keep an emergency message; returns it in words."""
+        """Store an EMCY message; returns it as text."""
         self.error_code, text = emcy.decode(data)
         self.error_text = self.drive.emcy.get(f"{self.error_code:04X}", text)
         return f"EMCY 0x{self.error_code:04X}: {self.error_text}"
 
     def trouble(self, cycle: int, heartbeat_timeout: int, following_timeout: int) -> str | None:
-        """Why the run cannot go on with this drive in `cycle`, or None: heartbeats may stay away for `silence`
-        cycles, the target unfollowed for `patience` answers."""
+        """Reason to end the run in `cycle`, or None. `heartbeat_timeout`: cycles without a heartbeat;
+        `following_timeout`: answers without following the target."""
         if self.restarted:
             return f"{self.name}: the drive restarted (boot-up message)"
         if self.state in (cia402.DriveState.FAULT, cia402.DriveState.FAULT_REACTION):
@@ -132,7 +132,7 @@ class CanopenAxis:
         if self.error_code and not self.answered:
             return f"{self.name}: no answer after {self.error_text} (EMCY 0x{self.error_code:04X})"
         if self.answers_since_emcy > 1:
-            # The statusword had time to tell a fault, which would be the better reason.
+            # A fault in the statusword would be the better reason, and has had time to arrive.
             return f"{self.name}: EMCY 0x{self.error_code:04X}: {self.error_text}"
         if self.answered and self.state is None:
             return f"{self.name}: statusword 0x{self.statusword:04X} fits no state of CiA 402"

@@ -1,4 +1,4 @@
-"""One CAN bus as the drivers use it: open, send, receive, and show every frame to whoever records."""
+"""Access to one CAN bus: open, send, receive, and pass every frame to the recorder."""
 
 import socket
 import time
@@ -12,14 +12,14 @@ from recordings.buses import CanBus
 from recordings.errors import BadInput, RunFailed
 
 Tap = Callable[[int, can.Message, bool], None]
-"""Called for every frame on the bus: time [ns], the frame, sent by us?"""
+"""Callback for every frame on the bus: time [ns], frame, whether this program sent it."""
 
 
 def open_bus(settings: CanBus) -> can.BusABC:
     """Open the python-can bus of a rig.
 
     Raises:
-        BadInput: the interface or channel does not exist on this machine.
+        BadInput: the interface or channel does not exist.
     """
     arguments: dict[str, Any] = {"interface": settings.interface, "channel": settings.channel}
     if settings.interface == "udp_multicast":
@@ -37,7 +37,8 @@ def open_bus(settings: CanBus) -> can.BusABC:
 
 
 def _enlarge_buffer(bus: Any) -> None:
-    """Room for what arrives while this process does not get the processor; root may exceed the system's limit."""
+    """Enlarge the receive buffer, for frames that arrive while this process is not scheduled; root may exceed the
+    system's limit."""
     force = getattr(socket, "SO_RCVBUFFORCE", 33)
     for option in (force, socket.SO_RCVBUF):
         try:
@@ -53,52 +54,55 @@ def frame_bits(data_bytes: int) -> int:
 
 
 _RECEIVE_BUFFER = 2**23
-"""[bytes]; a frame takes several hundred."""
-_ECHOES = 1000
-"""How many sent frames are remembered until they come back."""
-_UNREADABLE = 1000
-"""After so many datagrams that are no frames the bus counts as lost."""
+"""[bytes]; a frame takes several hundred bytes."""
+_MAX_ECHOES = 1000
+"""Number of sent frames that are remembered until their echo arrives."""
+_MAX_UNREADABLE = 1000
+"""Number of datagrams that are no frames after which the bus counts as lost."""
 
 
-def _echoes(bus: can.BusABC) -> bool:
+def _returns_own_frames(bus: can.BusABC) -> bool:
     from can.interfaces.udp_multicast import UdpMulticastBus
 
     return isinstance(bus, UdpMulticastBus)
 
 
 class Link:
-    """A CAN bus seen by one participant; single-threaded.
+    """Access of one participant to a CAN bus; single-threaded.
 
     `clock` gives the time stamp [ns] of what is sent and received: the host's clock, or simulated time in lockstep.
     """
 
     def __init__(self, bus: can.BusABC) -> None:
         self._bus = bus
-        # Only this interface gives everybody his own frames back.
-        self._awaited: deque[tuple[int, bytes]] | None = deque(maxlen=_ECHOES) if _echoes(bus) else None
+        # Only this interface returns sent frames to their sender.
+        self._expected_echoes: deque[tuple[int, bytes]] | None = (
+            deque(maxlen=_MAX_ECHOES) if _returns_own_frames(bus) else None
+        )
         self._unreadable = 0
         self.tap: Tap | None = None
         self.clock: Callable[[], int] | None = None
         """Simulated time [ns]; None: the host's clock."""
         self.on_error_frame: Callable[[can.Message], None] | None = None
         self.cyclic: dict[int, Callable[[float], None]] = {}
-        """Frames that the kernel sends for us, by arbitration id: called when one was sent [s since the epoch]."""
+        """Callbacks for frames that the kernel sends for this program, by arbitration id; argument: time [s since the
+        epoch]."""
 
     def send(self, arbitration_id: int, data: bytes) -> None:
         """Send one frame.
 
         Raises:
-            RunFailed: the bus does not take it.
+            RunFailed: the bus does not accept it.
         """
         message = can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False, check=False)
-        if self._awaited is not None:
-            self._awaited.append((arbitration_id, bytes(data)))
+        if self._expected_echoes is not None:
+            self._expected_echoes.append((arbitration_id, bytes(data)))
         if self.tap is not None:
             self.tap(self.now(), message, True)
         try:
             self._bus.send(message)
         except (can.CanError, OSError) as error:
-            raise RunFailed(f"the CAN bus does not take frames: {error}") from None
+            raise RunFailed(f"the CAN bus does not accept frames: {error}") from None
 
     def receive(self, timeout: float) -> tuple[int, bytes] | None:
         """The next standard data frame (arbitration id, data) within `timeout` seconds, or None.
@@ -107,7 +111,7 @@ class Link:
             RunFailed: the bus is lost.
         """
         deadline = time.perf_counter() + timeout
-        while (message := self._next(deadline)) is not None:
+        while (message := self._receive_message(deadline)) is not None:
             if self._is_echo(message):
                 continue
             on_sent = None if message.is_rx else self.cyclic.get(message.arbitration_id)
@@ -122,26 +126,26 @@ class Link:
                 return message.arbitration_id, bytes(message.data)
         return None
 
-    def _next(self, deadline: float) -> can.Message | None:
+    def _receive_message(self, deadline: float) -> can.Message | None:
         while True:
             try:
                 return self._bus.recv(max(0.0, deadline - time.perf_counter()))
             except can.CanOperationError as error:
-                # On udp_multicast anybody's datagram may be no frame at all.
+                # On udp_multicast a datagram of another program may be no frame.
                 self._unreadable += 1
-                if self._unreadable > _UNREADABLE or self._awaited is None:
+                if self._unreadable > _MAX_UNREADABLE or self._expected_echoes is None:
                     raise RunFailed(f"the CAN bus is lost: {error}") from None
             except (can.CanError, OSError) as error:
                 raise RunFailed(f"the CAN bus is lost: {error}") from None
 
     def _is_echo(self, message: can.Message) -> bool:
-        if not self._awaited:
+        if not self._expected_echoes:
             return False
         key = (message.arbitration_id, bytes(message.data))
-        if key not in self._awaited:
+        if key not in self._expected_echoes:
             return False
         # Echoes come in the order of sending; those before this one were lost.
-        while self._awaited.popleft() != key:
+        while self._expected_echoes.popleft() != key:
             pass
         return True
 

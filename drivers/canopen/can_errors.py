@@ -1,8 +1,8 @@
-"""CAN error frames as SocketCAN reports them (linux/can/error.h), in words."""
+"""Texts for CAN error frames as SocketCAN reports them (linux/can/error.h)."""
 
 BUS_OFF = "bus-off: the CAN controller has switched itself off"
 
-# Class bits of the arbitration id. Bus-off alone ends a run; the others are signs of a bad cable or a full bus.
+# Class bits of the arbitration id. Only bus-off ends a run; the others indicate a bad cable or a full bus.
 _CLASSES: tuple[tuple[int, str], ...] = (
     (0x040, BUS_OFF),
     (0x020, "no acknowledge: nobody else is on the bus"),
@@ -24,7 +24,7 @@ _CONTROLLER: tuple[tuple[int, str], ...] = (
 
 
 def decode(arbitration_id: int, data: bytes) -> str:
-    """The most serious meaning of an error frame."""
+    """Text for the most serious error in an error frame."""
     text = next((text for bit, text in _CLASSES if arbitration_id & bit), "unknown error frame")
     if text == "controller problem" and len(data) > 1:
         text = next((detail for bits, detail in _CONTROLLER if data[1] & bits), text)

@@ -1,4 +1,4 @@
-"""Comparing CANopen drives with the rig file before anything is written: what `daq check` shows."""
+"""Compare CANopen drives with the rig file before anything is written, for `daq check`."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -11,13 +11,13 @@ from drivers.canopen.sdo import format_address
 from drivers.protocol import CheckResult
 from recordings.rig import Rig
 
-_LISTEN = 0.3
-"""How long the scan waits for the last answer [s]."""
-_PAUSE = 0.0005
-"""Between two requests of the scan, so that no interface's queue overflows [s]."""
-_NODES = range(1, 128)
+_SCAN_TIMEOUT = 0.3
+"""Time that the scan waits for the last answer [s]."""
+_REQUEST_INTERVAL = 0.0005
+"""Time between two requests of the scan, so that no interface's queue overflows [s]."""
+_NODE_IDS = range(1, 128)
 _MODE_BITS = {"cyclic": 7, "interpolated": 6}
-"""Bits of object 6502, supported drive modes."""
+"""Bits of object 6502 (supported drive modes)."""
 
 _MEANINGS = {
     0x1006: "communication cycle period [us]",
@@ -36,36 +36,36 @@ _MEANINGS = {
 
 
 def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
-    """Ask all node ids for their device type; tells of nodes that the rig file does not know."""
+    """Read the device type of all node ids; yields the nodes that are not in the rig file."""
     expected = {drive.node_id for drive in rig.drives}
-    for node in sorted(_scan(link) - expected):
+    for node in sorted(_scan_nodes(link) - expected):
         yield CheckResult(f"node {node}", "on the bus", "not in the rig file", "answers", "fine")
 
 
-def _scan(link: Link) -> set[int]:
+def _scan_nodes(link: Link) -> set[int]:
     found = set()
-    deadline = time.monotonic() + _LISTEN
-    for node in _NODES:
+    deadline = time.monotonic() + _SCAN_TIMEOUT
+    for node in _NODE_IDS:
         link.send(0x600 + node, bytes.fromhex("4000100000000000"))
-        deadline = time.monotonic() + _LISTEN
-        while (frame := link.receive(_PAUSE)) is not None:
+        deadline = time.monotonic() + _SCAN_TIMEOUT
+        while (frame := link.receive(_REQUEST_INTERVAL)) is not None:
             found.add(frame[0])
     while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
         found.add(frame[0])
-    return {arbitration_id - 0x580 for arbitration_id in found if arbitration_id - 0x580 in _NODES}
+    return {arbitration_id - 0x580 for arbitration_id in found if arbitration_id - 0x580 in _NODE_IDS}
 
 
 def compare_with_rig(rig: Rig, axes: Sequence[CanopenAxis]) -> Iterator[CheckResult]:
-    """Every drive's state, reference, abilities and set-up against the rig file."""
+    """Compare state, zero reference, supported modes and configuration of every drive with the rig file."""
     for axis in axes:
         yield from _state(axis)
         yield from _reference(rig, axis)
         yield _mode(axis)
         yield _voltage(axis)
-        for entry in setup.sdo_writes(rig, axis.drive):
-            # A PDO is written switched off first; what counts is how it ends.
-            if entry.check:
-                yield _entry(axis, entry)
+        for sdo_write in setup.sdo_writes(rig, axis.drive):
+            # A PDO is disabled before it is mapped; only its final value is compared.
+            if sdo_write.check:
+                yield _object(axis, sdo_write)
 
 
 def _state(axis: CanopenAxis) -> Iterator[CheckResult]:
@@ -99,7 +99,7 @@ def _mode(axis: CanopenAxis) -> CheckResult:
     bit = _MODE_BITS[axis.drive.mode]
     what = f"supports {axis.drive.mode} position (6502 bit {bit})"
     if modes is None:
-        return CheckResult(axis.name, what, "yes", "the drive does not say", "fine")
+        return CheckResult(axis.name, what, "yes", "not reported by the drive", "fine")
     able = bool(modes >> bit & 1)
     return CheckResult(axis.name, what, "yes", "yes" if able else f"no (0x{modes:X})", "fine" if able else "problem")
 
@@ -117,11 +117,11 @@ def _voltage(axis: CanopenAxis) -> CheckResult:
     return CheckResult(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
 
 
-def _entry(axis: CanopenAxis, entry: setup.SdoWrite) -> CheckResult:
-    meaning = _MEANINGS.get(entry.index, "PDO")
-    what = f"{format_address(entry.index, entry.sub)} {meaning}"
-    found = axis.sdo.read_optional(entry.index, entry.sub, entry.layout)
+def _object(axis: CanopenAxis, sdo_write: setup.SdoWrite) -> CheckResult:
+    meaning = _MEANINGS.get(sdo_write.index, "PDO")
+    what = f"{format_address(sdo_write.index, sdo_write.sub)} {meaning}"
+    found = axis.sdo.read_optional(sdo_write.index, sdo_write.sub, sdo_write.layout)
     if found is None:
-        return CheckResult(axis.name, what, str(entry.value), "no such object", "problem")
-    shown = (f"0x{entry.value:X}", f"0x{found:X}") if meaning == "PDO" else (str(entry.value), str(found))
-    return CheckResult(axis.name, what, *shown, "fine" if found == entry.value else "will be written")
+        return CheckResult(axis.name, what, str(sdo_write.value), "no such object", "problem")
+    shown = (f"0x{sdo_write.value:X}", f"0x{found:X}") if meaning == "PDO" else (str(sdo_write.value), str(found))
+    return CheckResult(axis.name, what, *shown, "fine" if found == sdo_write.value else "will be written")

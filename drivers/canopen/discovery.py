@@ -1,4 +1,4 @@
-"""Finding the drives of a rig on a CAN bus, and nobody else who would lead them."""
+"""Find the drives of a rig on a CAN bus, and check that no other master controls them."""
 
 import time
 from collections.abc import Sequence
@@ -11,8 +11,8 @@ from recordings.errors import RunFailed
 
 _SIMULATED_NAME = "delta-workbench simulated drive"
 _PACE_OBJECT = 0x2F00
-_LISTEN_FIRST = 0.2
-"""How long the bus is listened to for another master before anything is sent [s]."""
+_LISTENING_TIME = 0.2
+"""Time to listen for another master before anything is sent [s]."""
 
 
 def is_master_frame(arbitration_id: int) -> bool:
@@ -22,9 +22,9 @@ def is_master_frame(arbitration_id: int) -> bool:
 
 
 def check_no_other_master(link: Link) -> None:
-    """Raise RunFailed where somebody else leads the drives already."""
-    # In lockstep all is simulated, and silent until it is spoken to.
-    deadline = time.monotonic() + (_LISTEN_FIRST if link.clock is None else 0.0)
+    """Raise RunFailed if another master controls the drives."""
+    # In lockstep all drives are simulated and send nothing before they receive something.
+    deadline = time.monotonic() + (_LISTENING_TIME if link.clock is None else 0.0)
     while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
         if is_master_frame(frame[0]):
             raise RunFailed(
@@ -34,7 +34,7 @@ def check_no_other_master(link: Link) -> None:
 
 
 def check_one_drive_per_node(axes: Sequence[CanopenAxis]) -> None:
-    """Raise RunFailed where not exactly one drive answers under each node id."""
+    """Raise RunFailed unless exactly one drive answers under each node id."""
     answers = {axis.name: axis.sdo.count_answers() for axis in axes}
     silent = [name for name, count in answers.items() if count == 0]
     if silent:
@@ -44,14 +44,14 @@ def check_one_drive_per_node(axes: Sequence[CanopenAxis]) -> None:
         )
     for name, count in answers.items():
         if count > 1:
-            raise RunFailed(f"{name}: two drives answer under this node id; give each its own")
+            raise RunFailed(f"{name}: two drives answer under this node id; give each drive its own node id")
 
 
 def identify(axis: CanopenAxis) -> Identity:
-    """What the drive says it is.
+    """Read the identity of a drive.
 
     Raises:
-        RunFailed: it is no CiA 402 drive, or stops answering.
+        RunFailed: the device is no CiA 402 drive, or stops answering.
     """
     profile = axis.sdo.read(0x1000, 0, "<I") & 0xFFFF
     if profile != 402:

@@ -1,7 +1,6 @@
 """The CANopen driver: CiA 402 drives that follow position targets, with PDOs on SYNC.
 
-Single-threaded: whoever calls also receives. Nothing is sent or read behind the caller's back, so the order of
-frames is the order of calls.
+Single-threaded: frames are sent and received only within calls, so the order of frames is the order of calls.
 """
 
 import struct
@@ -29,31 +28,33 @@ _POSITION = struct.Struct("<i")
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
-"""After this time without a heartbeat a drive counts as lost [s]."""
-_STOP_BY_SDO = 0.3
-"""How long a drive may take to come to rest when the cycle does not reach it [s]."""
-_PATIENCE = 0.1
-"""How long an enabled drive may take to begin to follow its target [s]."""
+"""Time without a heartbeat after which a drive counts as lost [s]."""
+_SDO_STOP_TIMEOUT = 0.3
+"""Time that a drive may take to stop when it is commanded by SDO [s]."""
+_FOLLOWING_TIMEOUT = 0.1
+"""Time that an enabled drive may take to begin to follow its target [s]."""
 
 
 class CanopenDrives:
     """`drivers.protocol.Amplifiers` for CANopen."""
 
     def __init__(self, rig: Rig, link: Link, report: Report, kernel_sync: KernelSync | None = None) -> None:
-        """With `kernel_sync`, the kernel sends SYNC, and `exchange` waits for it."""
+        """With `kernel_sync`, the kernel sends SYNC and `exchange` waits for it."""
         self.goal = Goal.DISABLED
         self._rig = rig
         self._link = link
         self._report = report
         self._kernel_sync = kernel_sync
         self._cycle = 0
-        self._heartbeat_every = self._cycles(setup.MASTER_HEARTBEAT)
+        self._heartbeat_interval = self._cycles(setup.MASTER_HEARTBEAT)
         self._operational = False
         self._bus_trouble: str | None = None
         self._bus_warnings: set[str] = set()
         link.on_error_frame = self._on_error_frame
         self._axes = [
-            CanopenAxis(i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch))
+            CanopenAxis(
+                i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch)
+            )
             for i, drive in enumerate(rig.drives)
         ]
         self._poll = VoltagePoll([axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"], link)
@@ -62,14 +63,14 @@ class CanopenDrives:
             self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
             self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take_response, axis)
             self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
-        self._answers = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
+        self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
 
     # Before the cycle
 
     def discover(self) -> tuple[Identity, ...]:
         """See `Amplifiers`."""
         discovery.check_no_other_master(self._link)
-        self._nmt(0x80)
+        self._send_nmt(0x80)
         discovery.check_one_drive_per_node(self._axes)
         return tuple(discovery.identify(axis) for axis in self._axes)
 
@@ -80,16 +81,16 @@ class CanopenDrives:
     def configure(self) -> None:
         """See `Amplifiers`."""
         for axis in self._axes:
-            for entry in setup.sdo_writes(self._rig, axis.drive):
-                axis.sdo.write(entry.index, entry.sub, entry.layout, entry.value, check=entry.check)
+            for write in setup.sdo_writes(self._rig, axis.drive):
+                axis.sdo.write(write.index, write.sub, write.layout, write.value, check=write.check)
             axis.counts = axis.sdo.read(0x6064, 0, "<i")
             self._read_state(axis)
             if axis.state is cia402.DriveState.FAULT:
                 self._reset_fault(axis)
-            # What was wrong before (such as the loss of the last master) is told, but does not end this run.
+            # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
             axis.error_code, axis.error_text = 0, ""
-            self._refuse_unhomed(axis)
-        self._nmt(0x01)
+            self._check_homed(axis)
+        self._send_nmt(0x01)
         self._operational = True
 
     def _read_state(self, axis: CanopenAxis) -> None:
@@ -97,19 +98,24 @@ class CanopenDrives:
         axis.decode_status()
 
     def _reset_fault(self, axis: CanopenAxis) -> None:
-        # Fault reset acts on its rising edge only.
-        for command in (cia402.Controlword.DISABLE_VOLTAGE, cia402.Controlword.FAULT_RESET, cia402.Controlword.DISABLE_VOLTAGE):
+        # Fault reset acts only on its rising edge.
+        for command in (
+            cia402.Controlword.DISABLE_VOLTAGE,
+            cia402.Controlword.FAULT_RESET,
+            cia402.Controlword.DISABLE_VOLTAGE,
+        ):
             axis.sdo.write(0x6040, 0, "<H", command, check=False)
         self._read_state(axis)
         if axis.state is cia402.DriveState.FAULT:
             code = axis.sdo.read(0x603F, 0, "<H")
-            raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive first")
+            raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive")
 
-    def _refuse_unhomed(self, axis: CanopenAxis) -> None:
+    def _check_homed(self, axis: CanopenAxis) -> None:
         homed = axis.drive.homed
         if homed is not None and not axis.sdo.read(homed.index, homed.sub, "<B") & homed.mask:
             raise RunFailed(
-                f"{axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}); home the drive first"
+                f"{axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}); "
+                "home the drive first"
             )
 
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
@@ -136,8 +142,8 @@ class CanopenDrives:
         self._poll.request(self._cycle)
         for j, axis in enumerate(self._axes):
             target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
-            self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._command(axis)) + target)
-        if self._cycle % self._heartbeat_every == 0 or self._enabling:
+            self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._controlword(axis)) + target)
+        if self._cycle % self._heartbeat_interval == 0 or self._enabling:
             self._link.send(0x700 + setup.MASTER_ID, b"\x05")
         number = None
         if self._kernel_sync is None:
@@ -151,11 +157,11 @@ class CanopenDrives:
 
     @property
     def _enabling(self) -> bool:
-        """A drive's watchdog is armed by the first heartbeat that reaches it, which must not be the one that is lost:
-        until all drives are enabled, every cycle has one."""
+        """Whether every cycle sends a heartbeat: the first one that arrives arms a drive's watchdog, and one may be
+        lost, so they are sent until all drives are enabled."""
         return self.goal is Goal.ENABLED and any(axis.power is not Power.ON for axis in self._axes)
 
-    def _command(self, axis: CanopenAxis) -> int:
+    def _controlword(self, axis: CanopenAxis) -> int:
         if axis.state is None:
             return cia402.Controlword.DISABLE_VOLTAGE
         command = cia402.next_controlword(self.goal, axis.state)
@@ -164,7 +170,7 @@ class CanopenDrives:
         return command
 
     def _drain(self) -> None:
-        """Take in what arrived since the last exchange; an answer that came too late must not pass for the next."""
+        """Process the frames since the last exchange, so that a late answer is not taken for the next one."""
         while (frame := self._link.receive(0.0)) is not None:
             self._dispatch(*frame)
 
@@ -174,7 +180,7 @@ class CanopenDrives:
             frame = self._link.receive(max(0.0, deadline - time.perf_counter()))
             if frame is None:
                 break
-            axis = self._answers.get(frame[0])
+            axis = self._axis_of_tpdo.get(frame[0])
             if axis is None or not axis.take_tpdo(*frame):
                 self._dispatch(*frame)
 
@@ -196,10 +202,17 @@ class CanopenDrives:
     def _trouble(self) -> str | None:
         if self._bus_trouble is not None:
             return self._bus_trouble
-        silence, patience = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_PATIENCE)
-        return next((text for axis in self._axes if (text := axis.trouble(self._cycle, silence, patience))), None)
+        heartbeat_timeout, following_timeout = self._cycles(_HEARTBEAT_TIMEOUT), self._cycles(_FOLLOWING_TIMEOUT)
+        return next(
+            (
+                text
+                for axis in self._axes
+                if (text := axis.trouble(self._cycle, heartbeat_timeout, following_timeout))
+            ),
+            None,
+        )
 
-    # What comes unasked
+    # Unsolicited frames
 
     def _dispatch(self, arbitration_id: int, data: bytes) -> None:
         handler = self._handlers.get(arbitration_id)
@@ -224,22 +237,22 @@ class CanopenDrives:
             self._bus_warnings.add(text)
             self._report("error" if text == can_errors.BUS_OFF else "warning", "bus", text)
 
-    # The end
+    # Shutdown
 
     def power_off(self) -> tuple[Power, ...]:
-        """See `Amplifiers`: quick stop by SDO, then Disable voltage. Pre-operational nodes answer SDO, too."""
+        """See `Amplifiers`: quick stop by SDO, then Disable voltage. Pre-operational nodes answer SDO as well."""
         try:
-            self._nmt(0x80)
+            self._send_nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while taking the power: {error}")
         for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
             for axis in self._axes:
-                self._order_by_sdo(axis, command)
+                self._write_controlword_by_sdo(axis, command)
         return tuple(axis.power for axis in self._axes)
 
-    def _order_by_sdo(self, axis: CanopenAxis, command: int) -> None:
+    def _write_controlword_by_sdo(self, axis: CanopenAxis, command: int) -> None:
         axis.state = None
-        deadline = time.monotonic() + _STOP_BY_SDO
+        deadline = time.monotonic() + _SDO_STOP_TIMEOUT
         try:
             axis.sdo.write(0x6040, 0, "<H", command, check=False)
             self._read_state(axis)
@@ -249,14 +262,14 @@ class CanopenDrives:
             self._report("error", axis.name, f"while taking the power: {error}")
 
     def close(self) -> None:
-        """See `Amplifiers`: Disable voltage once more by SDO, watchdog off, pre-operational."""
+        """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
         if self._kernel_sync is not None:
             self._kernel_sync.close()
         try:
             if self._operational:
                 for axis in self._axes:
                     self._release(axis)
-            self._nmt(0x80)
+            self._send_nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()
@@ -268,7 +281,7 @@ class CanopenDrives:
         except RunFailed as error:
             self._report("error", axis.name, f"while closing: {error}")
 
-    def _nmt(self, command: int) -> None:
+    def _send_nmt(self, command: int) -> None:
         for axis in self._axes:
             self._link.send(0x000, bytes([command, axis.drive.node_id]))
 

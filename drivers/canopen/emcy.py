@@ -1,4 +1,4 @@
-"""Emergency messages (EMCY, CiA 301) in words."""
+"""Texts for emergency messages (EMCY, CiA 301)."""
 
 import struct
 
@@ -6,7 +6,7 @@ from canopen.emcy import EmcyError
 
 _LAYOUT = struct.Struct("<HB5s")
 
-# CiA 301 and CiA 402 codes seen most at a bench; other codes fall back to their class.
+# Frequent codes of CiA 301 and CiA 402; other codes fall back to their class.
 _TEXTS: dict[int, str] = {
     0x2310: "continuous over-current",
     0x3210: "DC link over-voltage",
@@ -21,7 +21,7 @@ _TEXTS: dict[int, str] = {
 
 
 def decode(data: bytes) -> tuple[int, str]:
-    """Error code and text of an EMCY frame; code 0 means that the error is reset. A short frame reads as zeros."""
+    """Error code and text of an EMCY frame; code 0: error reset. A short frame is padded with zeros."""
     code, register, extra = _LAYOUT.unpack(data[:8].ljust(8, b"\0"))
     text = _TEXTS.get(code) or EmcyError(code, register, extra, 0.0).get_desc() or "unknown error"
     return code, text

@@ -1,8 +1,8 @@
-"""SYNC sent by the kernel: SocketCAN's broadcast manager (BCM) sends it, however busy this program is.
+"""SYNC sent by the kernel: SocketCAN's broadcast manager (BCM) sends it at any load of this program.
 
-The kernel counts every period from the moment at which it got round to the frame before, so on its own it would run
-slow by some microseconds per SYNC. Its period is therefore adjusted after every SYNC, by the kernel's own time stamp
-of it. The socket belongs to this process: if it dies, SYNC ends.
+The kernel counts every period from the time at which it sent the previous frame, so SYNC would be late by some more
+microseconds each time. A phase-locked loop therefore adjusts the period after every SYNC, by the kernel's time stamp.
+The socket belongs to this process: SYNC ends with it.
 """
 
 import socket
@@ -15,18 +15,18 @@ from drivers.canopen.setup import SYNC_ID
 from recordings.errors import BadInput, RunFailed
 
 LEAD = 0.3
-"""Share of the period by which the targets are sent before their SYNC."""
+"""Time by which the targets are sent before their SYNC, as a fraction of the period."""
 
 # struct bcm_msg_head (linux/can/bcm.h) with two struct bcm_timeval: first interval, period; then struct can_frame.
 _HEAD = struct.Struct("@IIIllllII")
 _SYNC_FRAME = struct.pack("=IB3x8s", SYNC_ID, 0, b"")
 _PROPORTIONAL, _INTEGRAL = 0.2, 0.02
-_MOST = 0.1
-"""Share of the period by which one period may be shortened or prolonged."""
+_MAX_CORRECTION = 0.1
+"""Greatest correction of one period, as a fraction of it."""
 
 
 class Pacer:
-    """Numbers SYNCs by the time they were sent, and tells how long the next period must be to stay on time."""
+    """PI phase-locked loop: numbers SYNCs by the time they were sent, and computes the next period."""
 
     def __init__(self, period: float, first: float) -> None:
         """`period` [s]; `first`: when SYNC 0 is due [s]."""
@@ -40,23 +40,23 @@ class Pacer:
         late = sent - (self._first + number * self._period)
         self._bias += _INTEGRAL * late
         change = self._bias + _PROPORTIONAL * late
-        most = _MOST * self._period
-        return number, self._period - min(max(change, -most), most)
+        limit = _MAX_CORRECTION * self._period
+        return number, self._period - min(max(change, -limit), limit)
 
 
 class KernelSync:
-    """SYNC on the SocketCAN interface `channel`, seen through `link`; begins with the first `wait`."""
+    """SYNC on the SocketCAN interface `channel`, received through `link`; begins with the first `wait`."""
 
     def __init__(self, link: Link, channel: str, period: float) -> None:
         """`period` [s].
 
         Raises:
-            BadInput: the kernel has no broadcast manager, or not this interface.
+            BadInput: the kernel has no broadcast manager, or the interface does not exist.
         """
         self._link = link
         self._period = period
         self._pacer: Pacer | None = None
-        self._set = 0
+        self._period_us = 0
         self._number = -1
         try:
             self._socket = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_BCM)
@@ -65,12 +65,12 @@ class KernelSync:
             raise BadInput(
                 f"the kernel does not time SYNC on '{channel}': {error}; set bus.sync = \"host\""
             ) from None
-        link.cyclic[SYNC_ID] = self._on_sync
+        link.cyclic[SYNC_ID] = self._on_sync_frame
 
     def wait(self, dispatch: Callable[[int, bytes], None], timeout: float) -> int | None:
-        """Until the next SYNC is on the bus; returns its number, from 0 and by its time, or None after `timeout` [s].
+        """Wait for the next SYNC; returns its number, from 0 and by its time, or None after `timeout` [s].
 
-        Whatever else arrives meanwhile goes to `dispatch`.
+        Other frames go to `dispatch`.
 
         Raises:
             RunFailed: the bus is lost.
@@ -94,30 +94,30 @@ class KernelSync:
             if frame is not None:
                 dispatch(*frame)
         self._pacer = Pacer(self._period, first)
-        # The kernel sends the first frame at once.
-        self._order(self._period, socket.CAN_BCM_SETTIMER | socket.CAN_BCM_STARTTIMER)
+        # The kernel sends the first frame immediately.
+        self._set_period(self._period, socket.CAN_BCM_SETTIMER | socket.CAN_BCM_STARTTIMER)
 
-    def _on_sync(self, stamp: float) -> None:
+    def _on_sync_frame(self, stamp: float) -> None:
         if self._pacer is None:
             return
-        # The stamp is wall clock time, which may be set meanwhile.
+        # The stamp is wall clock time, which may be adjusted meanwhile.
         sent = stamp - (time.time() - time.perf_counter())
         self._number, period = self._pacer.on_sync(sent)
-        self._order(period, socket.CAN_BCM_SETTIMER)
+        self._set_period(period, socket.CAN_BCM_SETTIMER)
 
-    def _order(self, period: float, flags: int) -> None:
+    def _set_period(self, period: float, flags: int) -> None:
         microseconds = round(period * 1e6)
-        if microseconds == self._set:
+        if microseconds == self._period_us:
             return
-        self._set = microseconds
-        seconds, rest = divmod(microseconds, 1_000_000)
-        head = _HEAD.pack(socket.CAN_BCM_TX_SETUP, flags, 0, 0, 0, seconds, rest, SYNC_ID, 1)
+        self._period_us = microseconds
+        seconds, remainder_us = divmod(microseconds, 1_000_000)
+        head = _HEAD.pack(socket.CAN_BCM_TX_SETUP, flags, 0, 0, 0, seconds, remainder_us, SYNC_ID, 1)
         try:
             self._socket.send(head + _SYNC_FRAME)
         except OSError as error:
             raise RunFailed(f"the kernel does not send SYNC: {error}") from None
 
     def close(self) -> None:
-        """No more SYNC. One that is still to be received sets no further period."""
+        """Stop SYNC. A SYNC that is received later sets no period."""
         self._pacer = None
         self._socket.close()

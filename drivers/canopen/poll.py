@@ -1,4 +1,4 @@
-"""Reading voltages by SDO beside the cycle, for drives that cannot map theirs into a PDO."""
+"""Read voltages by SDO, for drives that cannot map them into a PDO."""
 
 import struct
 from collections.abc import Sequence
@@ -6,39 +6,39 @@ from collections.abc import Sequence
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 
-_GIVE_UP = 50
-"""Cycles after which an unanswered request is forgotten."""
+_REQUEST_TIMEOUT = 50
+"""Number of cycles after which an unanswered request is dropped."""
 _UPLOAD = struct.Struct("<BHB4x")
-_ANSWER = struct.Struct("<BHBh2x")
+_RESPONSE = struct.Struct("<BHBh2x")
 
 
 class VoltagePoll:
-    """One request under way at a time, round and round the drives; the cycle never waits for an answer."""
+    """Polls the drives in turn, one pending request at a time; the cycle never waits for a response."""
 
     def __init__(self, axes: Sequence[CanopenAxis], link: Link) -> None:
         self.axes = axes
         self._link = link
         self._next = 0
-        self._asked: CanopenAxis | None = None
-        self._since = 0
+        self._pending: CanopenAxis | None = None
+        self._request_cycle = 0
 
     def request(self, cycle: int) -> None:
-        """Ask the next drive, unless the last one has yet to answer."""
-        if not self.axes or (self._asked is not None and cycle - self._since < _GIVE_UP):
+        """Send a request to the next drive, unless one is pending."""
+        if not self.axes or (self._pending is not None and cycle - self._request_cycle < _REQUEST_TIMEOUT):
             return
-        self._asked = self.axes[self._next % len(self.axes)]
+        self._pending = self.axes[self._next % len(self.axes)]
         self._next += 1
-        self._since = cycle
-        voltage = self._asked.drive.voltage
-        self._link.send(0x600 + self._asked.drive.node_id, _UPLOAD.pack(0x40, voltage.index, voltage.sub))
+        self._request_cycle = cycle
+        voltage = self._pending.drive.voltage
+        self._link.send(0x600 + self._pending.drive.node_id, _UPLOAD.pack(0x40, voltage.index, voltage.sub))
 
     def take_response(self, axis: CanopenAxis, data: bytes) -> None:
-        """An SDO response of `axis`, if it is the one that is waited for; an abort ends the wait."""
-        if axis is not self._asked or len(data) != _ANSWER.size:
+        """Process an SDO response of `axis` if it answers the pending request; an abort ends the request."""
+        if axis is not self._pending or len(data) != _RESPONSE.size:
             return
-        command, index, sub, raw = _ANSWER.unpack(data)
+        command, index, sub, raw = _RESPONSE.unpack(data)
         if (index, sub) != (axis.drive.voltage.index, axis.drive.voltage.sub):
             return
-        self._asked = None
+        self._pending = None
         if command & 0xE0 == 0x40:
             axis.take_polled_voltage(raw, self._link.now())

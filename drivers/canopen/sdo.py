@@ -1,4 +1,4 @@
-"""SDO access to one drive without a receiver thread: typed, with errors a person can act on."""
+"""SDO access to one drive without a receiver thread: typed, with actionable error messages."""
 
 import logging
 import struct
@@ -13,15 +13,15 @@ from canopen.sdo.constants import REQUEST_DOWNLOAD, REQUEST_UPLOAD, RESPONSE_ABO
 from drivers.canopen.bus import Link
 from recordings.errors import RunFailed
 
-_SECOND_ANSWER = 0.01
-"""How long a second drive under the same node id may take longer than the first [s]."""
+_SECOND_RESPONSE_TIMEOUT = 0.01
+"""Time that a second drive under the same node id may answer after the first [s]."""
 _ABORT_CODE = struct.Struct("<4xL")
-_ABORT_OF_ANYTHING = b"\x80\0\0\0"
-"""Some drives name no object when they refuse one."""
+_ABORT_WITHOUT_ADDRESS = b"\x80\0\0\0"
+"""Some drives omit the object's address in an abort."""
 
 
 class _Sender:
-    """What canopen's SDO client needs of a network."""
+    """The part of a network that canopen's SDO client uses."""
 
     def __init__(self, link: Link) -> None:
         self._link = link
@@ -31,94 +31,96 @@ class _Sender:
 
 
 class _PumpedClient(SdoClient):  # type: ignore[misc]
-    """canopen's client, which gets its responses by reading the link itself instead of from another thread."""
+    """canopen's client, reading its responses from the link instead of receiving them from another thread."""
 
-    def __init__(self, node_id: int, link: Link, others: Callable[[int, bytes], None]) -> None:
+    def __init__(self, node_id: int, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
         super().__init__(0x600 + node_id, 0x580 + node_id, ObjectDictionary())
         self.network = _Sender(link)
         self._link = link
-        self._others = others
+        self._on_other_frame = on_other_frame
         self._request = b""
 
     def send_request(self, request: bytes) -> None:
-        # What is there already answers nothing that is yet to be asked: canopen would take the second of two equal
-        # responses for that to the next request, be it lost or not.
+        # Frames that have already arrived do not answer this request. canopen would take a repeated response for the
+        # answer to the next request, even if that request was lost.
         while (frame := self._link.receive(0.0)) is not None:
-            self._others(*frame)
+            self._on_other_frame(*frame)
         self._request = bytes(request)
         super().send_request(request)
 
-    def _answered_by(self, data: bytes) -> bool:
-        """Whether a response is that to the last request. Those to segments carry no address."""
+    def _is_response(self, data: bytes) -> bool:
+        """Whether a response answers the last request. Responses to segments carry no address."""
         begins = self._request[0] & 0xE0 in (REQUEST_DOWNLOAD, REQUEST_UPLOAD)
-        return not begins or data[1:4] == self._request[1:4] or data[:4] == _ABORT_OF_ANYTHING
+        return not begins or data[1:4] == self._request[1:4] or data[:4] == _ABORT_WITHOUT_ADDRESS
 
     def read_response(self) -> bytes:
         deadline = time.monotonic() + self.RESPONSE_TIMEOUT
         while (frame := self._link.receive(deadline - time.monotonic())) is not None:
             arbitration_id, data = frame
-            if arbitration_id != self.tx_cobid or len(data) != 8 or not self._answered_by(data):
-                self._others(arbitration_id, data)
+            if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
+                self._on_other_frame(arbitration_id, data)
                 continue
             if data[0] == RESPONSE_ABORTED:
                 raise SdoAbortedError(_ABORT_CODE.unpack(data)[0])
             return data
         raise SdoCommunicationError("no SDO response received")
 
-    def further_responses(self, duration: float) -> int:
-        """Responses that nobody asked for within `duration` [s]."""
+    def count_further_responses(self, duration: float) -> int:
+        """Number of unrequested responses within `duration` [s]."""
         count = 0
         deadline = time.monotonic() + duration
         while (frame := self._link.receive(deadline - time.monotonic())) is not None:
             if frame[0] == self.tx_cobid:
                 count += 1
             else:
-                self._others(*frame)
+                self._on_other_frame(*frame)
         return count
 
 
 class Sdo:
-    """The object dictionary of one drive."""
+    """Access to the object dictionary of one drive."""
 
     def __init__(self, node_id: int, name: str, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
-        """`name` is what errors call the drive; `others` gets the frames that arrive meanwhile."""
-        # canopen logs every abort and time-out that it also raises.
+        """`name` of the drive in errors; `on_other_frame` receives the other frames that arrive meanwhile."""
+        # canopen logs every abort and timeout that it also raises.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
         self._client: Any = _PumpedClient(node_id, link, on_other_frame)
         self._name = name
 
     def count_answers(self) -> int:
-        """How many drives answer under this node id: the device type (object 1000) is asked for."""
+        """Number of drives that answer under this node id when the device type (object 1000) is read."""
         try:
             self._client.upload(0x1000, 0)
         except SdoAbortedError:
             pass
         except SdoCommunicationError:
             return 0
-        further: int = self._client.further_responses(_SECOND_ANSWER)
+        further: int = self._client.count_further_responses(_SECOND_RESPONSE_TIMEOUT)
         return 1 + further
 
     def read(self, index: int, sub: int, layout: str) -> int:
         """Read an integer object; `layout` is its struct format, e.g. "<I".
 
         Raises:
-            RunFailed: no answer, or the drive refuses.
+            RunFailed: no answer, or the drive refuses the request.
         """
         data = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
         size = struct.calcsize(layout)
         if len(data) < size:
-            raise RunFailed(f"{self._name}: object {format_address(index, sub)} has {len(data)} bytes, {size} expected")
+            raise RunFailed(
+                f"{self._name}: object {format_address(index, sub)} has {len(data)} bytes, {size} expected"
+            )
         value: int = struct.unpack(layout, data[:size])[0]
         return value
 
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
-        """As `read`, but None where the drive has no such object or does not let it be read."""
+        """As `read`, but None where the drive has no such object or refuses to read it."""
         try:
             data = self._client.upload(index, sub)
         except SdoAbortedError:
             return None
         except SdoCommunicationError:
-            raise self._silent("read", index, sub) from None
+            raise self._no_response("read", index, sub) from None
         size = struct.calcsize(layout)
         return None if len(data) < size else int(struct.unpack(layout, data[:size])[0])
 
@@ -131,14 +133,14 @@ class Sdo:
         """Write an integer object and, with `check`, read it back.
 
         Raises:
-            RunFailed: no answer, the drive refuses, or it reads back something else.
+            RunFailed: no answer, the drive refuses, or it reads back another value.
         """
         data = struct.pack(layout, value)
         self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
-        if check and (found := self.read(index, sub, layout)) != value:
+        if check and (actual := self.read(index, sub, layout)) != value:
             raise RunFailed(
-                f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back {found:#x}; "
-                "check what the drive supports"
+                f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back "
+                f"{actual:#x}; check what the drive supports"
             )
 
     def _transfer(self, verb: str, index: int, sub: int, transfer: Callable[[], Any]) -> Any:
@@ -147,9 +149,9 @@ class Sdo:
         except SdoAbortedError as error:
             raise RunFailed(f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}") from None
         except SdoCommunicationError:
-            raise self._silent(verb, index, sub) from None
+            raise self._no_response(verb, index, sub) from None
 
-    def _silent(self, verb: str, index: int, sub: int) -> RunFailed:
+    def _no_response(self, verb: str, index: int, sub: int) -> RunFailed:
         return RunFailed(
             f"{self._name} does not answer (SDO {verb} of object {format_address(index, sub)}); "
             "check its power, its node id and the bus"
@@ -157,5 +159,5 @@ class Sdo:
 
 
 def format_address(index: int, sub: int) -> str:
-    """An object's address as manuals print it."""
+    """Address of an object as printed in manuals."""
     return f"{index:04X}:{sub:02X}"

@@ -1,4 +1,4 @@
-"""What a CiA 402 drive is told before it moves: one table of objects, computed from the rig."""
+"""Configuration of a CiA 402 drive: the objects to write before it moves, computed from the rig."""
 
 import struct
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ MASTER_ID = 127
 MASTER_HEARTBEAT = 0.05
 """Seconds between the master's heartbeats."""
 MASTER_TIMEOUT_MS = 250
-"""After this silence of the master a drive stops by itself (object 1016)."""
+"""Time without a master heartbeat after which a drive stops (object 1016)."""
 DRIVE_HEARTBEAT_MS = 100
 
 _CYCLIC_SYNC_POSITION, _INTERPOLATED_POSITION = 8, 7
@@ -23,7 +23,7 @@ _TARGET = {"cyclic": 0x607A_00_20, "interpolated": 0x60C1_01_20}
 
 @dataclass(frozen=True)
 class SdoWrite:
-    """One object to write; `layout` is the struct format of its type."""
+    """One SDO download; `layout` is the struct format of its type."""
 
     index: int
     sub: int
@@ -43,24 +43,24 @@ class PdoField:
 
 
 def sdo_writes(rig: Rig, drive: Drive) -> list[SdoWrite]:
-    """The objects of one drive, in the order in which they are written.
+    """The SDO downloads that configure one drive, in order.
 
     Raises:
-        BadInput: the rate or a limit cannot be told to the drive, or its DCF cannot be read.
+        BadInput: the rate or a limit does not fit its object, or the DCF cannot be read.
     """
-    entries = [*_configuration_file(drive), *_behaviour(rig, drive), *_watchdogs(), *_rpdo(drive), *_tpdo(drive)]
-    for entry in entries:
+    writes = [*_configuration_file(drive), *_motion_objects(rig, drive), *_watchdogs(), *_rpdo(drive), *_tpdo(drive)]
+    for write in writes:
         try:
-            struct.pack(entry.layout, entry.value)
+            struct.pack(write.layout, write.value)
         except struct.error:
             raise BadInput(
-                f"node {drive.node_id}: {entry.value:.6g} does not fit object {entry.index:04X}:{entry.sub:02X}; "
+                f"node {drive.node_id}: {write.value:.6g} does not fit object {write.index:04X}:{write.sub:02X}; "
                 "check counts_per_turn, gear, zero_offset and the limits in the rig file"
             ) from None
-    return entries
+    return writes
 
 
-def _behaviour(rig: Rig, drive: Drive) -> list[SdoWrite]:
+def _motion_objects(rig: Rig, drive: Drive) -> list[SdoWrite]:
     counts = abs(drive.counts_per_radian)
     low, high = sorted(round(joint_to_counts(drive, angle)) for angle in (rig.limits.joint_min, rig.limits.joint_max))
     period, exponent = interpolation_period(rig.rate)
@@ -79,7 +79,7 @@ def _behaviour(rig: Rig, drive: Drive) -> list[SdoWrite]:
 
 def _watchdogs() -> list[SdoWrite]:
     return [
-        SdoWrite(0x605A, 0, "<h", 2),  # quick stop: slow down on its ramp, then switch on disabled
+        SdoWrite(0x605A, 0, "<h", 2),  # quick stop: decelerate on its ramp, then switch on disabled
         SdoWrite(0x605E, 0, "<h", 2),  # fault: likewise
         SdoWrite(0x6007, 0, "<h", 3),  # master lost: quick stop
         SdoWrite(0x1017, 0, "<H", DRIVE_HEARTBEAT_MS),
@@ -88,7 +88,7 @@ def _watchdogs() -> list[SdoWrite]:
 
 
 def tpdos(drive: Drive) -> list[list[PdoField]]:
-    """What the drive answers to SYNC, one list per TPDO."""
+    """Objects that the drive sends after SYNC, one list per TPDO."""
     fields = [PdoField("status", 0x6041_00_10, "H"), PdoField("position", 0x6064_00_20, "i")]
     if drive.voltage.transfer == "pdo":
         fields.append(PdoField("voltage", drive.voltage.index << 16 | drive.voltage.sub << 8 | 16, "h"))
@@ -99,12 +99,12 @@ def tpdos(drive: Drive) -> list[list[PdoField]]:
 
 
 def tpdo_id(drive: Drive, number: int) -> int:
-    """Arbitration id of TPDO `number`, 0 or 1: the predefined connection set."""
+    """Arbitration id of TPDO `number` (0 or 1) in the predefined connection set."""
     return 0x180 + 0x100 * number + drive.node_id
 
 
 def pdo_sizes(drive: Drive) -> list[int]:
-    """Data bytes of all PDOs of one drive and cycle."""
+    """Data bytes of each PDO of one drive in a cycle."""
     answers = [sum(field.mapped & 0xFF for field in fields) // 8 for fields in tpdos(drive)]
     return [6, *answers]
 
@@ -115,16 +115,16 @@ def _rpdo(drive: Drive) -> list[SdoWrite]:
 
 def _tpdo(drive: Drive) -> list[SdoWrite]:
     return [
-        entry
+        write
         for number, fields in enumerate(tpdos(drive))
-        for entry in _pdo(
+        for write in _pdo(
             0x1800 + number, 0x1A00 + number, tpdo_id(drive, number), [field.mapped for field in fields]
         )
     ]
 
 
 def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list[SdoWrite]:
-    # The order CiA 301 asks for: switch the PDO off, empty the map, fill it, name its length, switch it on.
+    # Order required by CiA 301: disable the PDO, clear the mapping, write it, set its length, enable the PDO.
     return [
         SdoWrite(parameters, 1, "<I", 0x8000_0000 | cob_id, check=False),
         SdoWrite(parameters, 2, "<B", 1),  # synchronous, every SYNC
@@ -136,7 +136,7 @@ def _pdo(parameters: int, mapping: int, cob_id: int, objects: list[int]) -> list
 
 
 def _configuration_file(drive: Drive) -> list[SdoWrite]:
-    """The parameter values of the drive's DCF, in the order of their addresses."""
+    """Parameter values of the drive's DCF, in the order of their addresses."""
     if drive.dcf is None:
         return []
     from canopen.objectdictionary import ODVariable, import_od
@@ -145,12 +145,12 @@ def _configuration_file(drive: Drive) -> list[SdoWrite]:
         raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} does not exist; check the rig file")
     try:
         dictionary = import_od(drive.dcf, drive.node_id)
-    except Exception as error:  # the library raises whatever its parsers raise
+    except Exception as error:  # the library passes on any exception of its parsers
         raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} cannot be read: {error}") from None
     variables: list[Any] = []
     for item in dictionary.values():
         variables += [item] if isinstance(item, ODVariable) else list(item.values())
-    return [entry for variable in variables if (entry := _parameter(variable)) is not None]
+    return [write for variable in variables if (write := _parameter(variable)) is not None]
 
 
 def _parameter(variable: Any) -> SdoWrite | None:
@@ -164,12 +164,12 @@ def _parameter(variable: Any) -> SdoWrite | None:
 
 
 def joint_to_counts(drive: Drive, angle: float) -> float:
-    """Encoder counts (not rounded) at a joint angle [rad]."""
+    """Encoder counts (not rounded) for a joint angle [rad]."""
     return (angle - drive.zero_offset) * drive.counts_per_radian
 
 
 def counts_to_joint(drive: Drive, counts: float) -> float:
-    """Joint angle [rad] at an encoder position."""
+    """Joint angle [rad] for an encoder position."""
     return drive.zero_offset + counts / drive.counts_per_radian
 
 
@@ -177,13 +177,13 @@ def interpolation_period(rate: float) -> tuple[int, int]:
     """Object 60C2 for a rate [Hz]: period = value * 10**exponent seconds, value in 1 ... 255.
 
     Raises:
-        BadInput: the period cannot be written that way.
+        BadInput: the period has no such representation.
     """
     for exponent in range(-3, -7, -1):
         value = 10.0**-exponent / rate
         if 0.5 < value < 255.5 and abs(value - round(value)) < 1e-6 * value:
             return round(value), exponent
     raise BadInput(
-        f"a period of 1/{rate:g} s cannot be told to the drives (object 60C2 holds 1 ... 255 times a power of ten); "
+        f"a period of 1/{rate:g} s cannot be written to object 60C2 (1 ... 255 times a power of ten); "
         "choose a rate such as 200, 250, 400, 500 or 1000 Hz"
     )

@@ -1,4 +1,4 @@
-"""One drive on a serial line: what it is told in each situation, and what is known of it."""
+"""One drive on a serial line: its commands in each situation, and its last known state."""
 
 import math
 import time
@@ -30,9 +30,9 @@ _FAULTS = (
 """Meaning of the fault register's bits, Copley-style, lowest first."""
 COMMAND_LOST, FOLLOWING_ERROR = 1 << 12, 1 << 9
 LATCH = "latch"
-"""A command that only drives know that are simulated in lockstep."""
+"""A command known only to drives simulated in lockstep."""
 
-# The protocol has no statusword: recorded is what a CiA 402 drive in the same state would say.
+# The protocol has no statusword: the one of a CiA 402 drive in the same state is recorded.
 _STATE = {
     Power.ON: cia402.DriveState.ENABLED,
     Power.OFF: cia402.DriveState.SWITCH_ON_DISABLED,
@@ -42,7 +42,7 @@ _STATE = {
 
 
 class SerialAxis:
-    """One drive. The raw values are the last ones received."""
+    """Commands and state of one drive. The raw values are the last ones received."""
 
     def __init__(self, rig: Rig, joint: int) -> None:
         """`joint`: 1 ... n."""
@@ -60,17 +60,17 @@ class SerialAxis:
         self.raw_voltage = 0
         self.position_stamp = self.voltage_stamp = 0
         """When they were measured [ns]."""
-        # The wall clock may be set meanwhile.
+        # The wall clock may be adjusted meanwhile.
         self._epoch = time.time_ns() - time.perf_counter_ns()
         self.fault = 0
         self.answered = False
-        """In this cycle, or the last one between two."""
-        self._known = False
+        """Whether this cycle (between cycles: the last one) was answered."""
+        self._answered_before = False
         self.trouble: str | None = None
         self.lockstep = False
         """Simulated, and its time advances only with a latch."""
         self.disable_acknowledged = False
-        """Told to take power off, and acknowledged; no longer so once it is told to enable."""
+        """Whether the drive has acknowledged the disable command since the last enable command."""
         self._stopping = False
         self._moving = False
 
@@ -91,32 +91,32 @@ class SerialAxis:
     # Before the cycles
 
     def identify(self) -> Generator[str, Reply, str]:
-        """Part of a script: what the drive says it is."""
+        """Subscript: the device name."""
         names = self._bus.registers
         text = yield from ask(self.get(names.device or names.status))
         return text if names.device else "serial drive"
 
     def check(self) -> Generator[str, Reply, list[CheckResult]]:
-        """Part of a script: state and settings compared with the rig file."""
-        yield from self._look()
+        """Subscript: compare state and settings with the rig file."""
+        yield from self._read_status()
         state = CheckResult(self.name, "state", "off", self.power.value, "fine")
         if self.power is Power.FAULT:
             state = CheckResult(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
-        findings = [state]
+        results = [state]
         for setting in settings(self._rig, self.drive):
             found = yield from ask_integer(self.get(setting.register))
             verdict: Literal["fine", "will be written"] = "fine" if found == setting.value else "will be written"
             what = f"{setting.register}: {setting.meaning}"
-            findings.append(CheckResult(self.name, what, str(setting.value), str(found), verdict))
-        return findings
+            results.append(CheckResult(self.name, what, str(setting.value), str(found), verdict))
+        return results
 
     def configure(self) -> Script:
-        """Power off, faults cleared, settings written and read back.
+        """Switch power off, clear faults, write the settings and read them back.
 
         Raises:
-            RunFailed: a setting reads back as something else, or a fault stays.
+            RunFailed: a setting reads back as another value, or a fault remains.
         """
-        yield from self._release()
+        yield from self._disable()
         yield from self._clear_faults()
         for setting in settings(self._rig, self.drive):
             yield from tell(self.set(setting.register, setting.value))
@@ -126,7 +126,7 @@ class SerialAxis:
                     f"{self.name}: {setting.register} ({setting.meaning}) reads back as {found}, {setting.value} was "
                     "written; check the register names and limits in the rig file"
                 )
-        yield from self._look()
+        yield from self._read_status()
 
     def _clear_faults(self) -> Script:
         register = self._bus.registers.fault
@@ -137,27 +137,25 @@ class SerialAxis:
             yield from tell(self.set(register, latched))
         self.fault = yield from ask_integer(self.get(register))
         if self.fault:
-            raise RunFailed(
-                f"{self.name}: {self._fault_text()}, cannot be reset; remove its cause at the drive first"
-            )
+            raise RunFailed(f"{self.name}: {self._fault_text()}, cannot be reset; remove its cause at the drive")
 
     # One cycle
 
     def begin_cycle(self) -> None:
-        """What was received before is no longer of this cycle."""
-        self._known, self.answered = self.answered, False
+        """Mark the values of the previous cycle as old."""
+        self._answered_before, self.answered = self.answered, False
 
     def cycle(self, goal: Goal, target: str | None, read_status: bool) -> Script:
-        """One exchange with this drive: what `goal` asks for, status if it is its turn to `look`, position, voltage.
+        """One exchange with this drive: the command for `goal`, the status if `read_status`, position, voltage.
 
-        What it is told comes first, so that a disturbance does not keep it from the drive.
+        The command comes first, so that a disturbed reply does not prevent it.
         """
         try:
-            yield from self._steer(goal, target, read_status)
+            yield from self._write_command(goal, target, read_status)
             if read_status:
-                yield from self._look()
+                yield from self._read_status()
         except CommandRefused as refusal:
-            yield from self._look()  # what ails it says more than what it refused
+            yield from self._read_status()  # a fault is a better reason than the refused command
             self.trouble = self.trouble or f"{self.name}: {refusal}"
         names = self._bus.registers
         counts, self.position_stamp = yield from self._measure(names.position)
@@ -166,93 +164,93 @@ class SerialAxis:
         self.answered = True
 
     def _measure(self, register: str) -> Generator[str, Reply, tuple[int, int]]:
-        """Part of a script: a value, and when it was measured [ns].
+        """Subscript: a value, and when it was measured [ns].
 
-        The drive did so after the last character of the command and before the first one of its reply: taken is the
-        middle, with which the host's own lateness before and after goes by halves.
+        The drive measures between the last character of the command and the first one of its reply. The middle of
+        this interval is taken, so that delays of the host before and after count by half.
         """
         command = self.get(register)
         asked = time.perf_counter_ns()
         value = yield from ask_integer(command)
-        latest = time.perf_counter_ns() - self._on_the_wire(f"v {value}")
-        # The command may have had to wait for the line.
-        earliest = max(asked + self._on_the_wire(command), latest - round(1e9 * self._bus.reply_timeout))
+        latest = time.perf_counter_ns() - self._wire_time(f"v {value}")
+        # The command may have waited for the line.
+        earliest = max(asked + self._wire_time(command), latest - round(1e9 * self._bus.reply_timeout))
         return value, self._epoch + (earliest + latest) // 2
 
-    def _on_the_wire(self, text: str) -> int:
-        """[ns], its end included."""
+    def _wire_time(self, text: str) -> int:
+        """Transmission time with the end character [ns]."""
         return round(1e9 * (len(text) + 1) * self._bus.character)
 
-    def _steer(self, goal: Goal, target: str | None, look: bool) -> Script:
+    def _write_command(self, goal: Goal, target: str | None, look: bool) -> Script:
         if goal is Goal.ENABLED:
             if self.power is Power.ON:
-                yield from self._move(target)
-            elif look and self.power is Power.OFF and self._known and self.counts is not None:
+                yield from self._write_target(target)
+            elif look and self.power is Power.OFF and self._answered_before and self.counts is not None:
                 yield from self._enable(self.counts)
-        elif goal is Goal.STOPPED and not (self.disable_acknowledged or self._off or self._stands):
+        elif goal is Goal.STOPPED and not (self.disable_acknowledged or self._off or self._at_rest):
             yield from self._stop()
         elif not (self.disable_acknowledged and self._off):
-            yield from self._release()
+            yield from self._disable()
 
     @property
     def _off(self) -> bool:
         return self.power in (Power.OFF, Power.FAULT)
 
     @property
-    def _stands(self) -> bool:
-        """Whether a quick stop is seen to be over."""
+    def _at_rest(self) -> bool:
+        """Whether the status has shown the end of a quick stop."""
         return self._stopping and not self._moving
 
-    def _move(self, target: str | None) -> Script:
-        if target is None:  # it stays where it was last told to be
+    def _write_target(self, target: str | None) -> Script:
+        if target is None:  # the drive holds its last target
             return
         yield from tell(target)
         if self._bus.update:
             yield from tell(self.prefix + self._bus.update)
 
     def _enable(self, counts: int) -> Script:
-        """Power on, with the measured position as target."""
+        """Switch power on, with the measured position as target."""
         yield from tell(self.target(counts))
         self.disable_acknowledged = self._stopping = False
-        self.power = Power.UNKNOWN  # until it tells, not off
+        self.power = Power.UNKNOWN  # no longer off, until the status is read
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
     def _stop(self) -> Script:
         try:
             yield from tell(self.prefix + self._bus.quick_stop)
         except CommandRefused:
-            yield from self._release()
-        self._stopping = self._moving = True  # until it is seen to stand
+            yield from self._disable()
+        self._stopping = self._moving = True  # until the status shows standstill
 
-    def _release(self) -> Script:
+    def _disable(self) -> Script:
         yield from tell(self.set(self._bus.registers.state, self._bus.disable))
         self.disable_acknowledged = True
 
     def stop(self) -> Script:
-        """Nothing but the quick stop."""
+        """Quick stop only."""
         yield from self._stop()
 
-    def switch_off(self, patience: float) -> Script:
-        """Power off, waiting for it for at most `patience` [s]."""
-        deadline = time.perf_counter() + patience
-        yield from self._release()
-        yield from self._look()
+    def switch_off(self, timeout: float) -> Script:
+        """Switch power off and wait for it for at most `timeout` [s]."""
+        deadline = time.perf_counter() + timeout
+        yield from self._disable()
+        yield from self._read_status()
         while not self._off and time.perf_counter() < deadline:
             yield from self.latch()
-            yield from self._look()
+            yield from self._read_status()
 
     def latch(self) -> Script:
-        """What plays the role of SYNC for drives that are simulated in lockstep: a period passes."""
+        """Let a period pass for drives simulated in lockstep, as SYNC does on CANopen."""
         if self.lockstep:
             yield from tell(self.prefix + LATCH)
 
     def shut_down(self) -> Script:
-        """Power off, watchdog off."""
-        yield from self._release()
+        """Switch power and watchdog off."""
+        yield from self._disable()
         if self._bus.registers.watchdog:
             yield from tell(self.set(self._bus.registers.watchdog, 0))
 
-    def _look(self) -> Script:
+    def _read_status(self) -> Script:
         """Read the status."""
         names, bits = self._bus.registers, self._bus.status
         status = yield from ask_integer(self.get(names.status))
@@ -274,17 +272,17 @@ class SerialAxis:
 
     @property
     def position(self) -> float:
-        """Joint position [rad]; NaN where the last cycle was not answered."""
+        """Joint position [rad]; NaN if the last cycle was not answered."""
         if not self.answered or self.counts is None:
             return math.nan
         return self.drive.zero_offset + self.counts / self.drive.counts_per_radian
 
     @property
     def voltage(self) -> float:
-        """Signed operating voltage [V]; NaN likewise."""
+        """Signed operating voltage [V]; NaN if the last cycle was not answered."""
         return self.raw_voltage * self.drive.voltage.scale * self.drive.sign if self.answered else math.nan
 
     @property
     def statusword(self) -> int:
-        """0 where the last cycle was not answered."""
+        """CiA 402 statusword; 0 if the last cycle was not answered."""
         return cia402.STATUS_BITS[_STATE[self.power]] if self.answered and self.power in _STATE else 0

@@ -1,15 +1,15 @@
-"""The serial driver: drives that speak the ASCII protocol, on one line or on one line each.
+"""The serial driver: drives with the ASCII protocol, on one line or on one line each.
 
-There is no SYNC: a cycle is one exchange with every drive, in which each is given its target and asked for position
-and voltage; the lines run at the same time, the drives of one line one after the other. The status of one drive per
-line is read in each cycle, in turn.
+There is no SYNC. A cycle is one exchange with every drive: the target is written, position and voltage are read. The
+lines run in parallel, the drives of one line one after the other. Each cycle reads the status of one drive per
+line, in turn.
 
-Where a reply is lost or disturbed, the drive's answer to this cycle is a gap; the line goes on with the next drive as
-soon as it is in step again, if there is time.
+Where a reply is lost or disturbed, the drive's answer to this cycle is missing; the line continues with the next
+drive as soon as it is synchronized again, if there is time.
 
-What cannot be guaranteed: nothing in this protocol makes a drive notice that the host is gone. After SIGKILL, or with
-the cable pulled, a drive ends the move it was told and then holds its position, with power on, unless the rig names a
-watchdog register. It is then armed before power and fed by every command.
+Limitation: the protocol does not let a drive detect the loss of the host. After SIGKILL, or with the cable pulled, a
+drive completes its last move and then holds its position, with power on, unless the rig names a watchdog register.
+The watchdog is armed before power is switched on and reset by every command.
 """
 
 import time
@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
 from drivers.serial.axis import SerialAxis
 from drivers.serial.line import SerialLine, converse
-from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, Script, ReplyTimeout
+from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, ReplyTimeout, Script
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
@@ -31,13 +31,13 @@ SIMULATED = "delta-workbench simulated drive"
 SIMULATED_LOCKSTEP = f"{SIMULATED} in lockstep"
 
 _ATTEMPTS = 3
-"""At what is said before and after the cycles; saying it twice does no harm."""
-_PATIENCE = 3.0
-"""For one drive's set-up [s]."""
-_STOPPING_TIME = 1.0
-"""In which a drive that was told to switch off must have come to rest [s]."""
-_FAREWELL = 0.5
-"""For the last commands on all lines [s]."""
+"""Number of attempts for scripts outside the cycles; repeating them is harmless."""
+_SETUP_TIMEOUT = 3.0
+"""Time for the configuration of one drive [s]."""
+_STOP_TIMEOUT = 1.0
+"""Time that a drive may take to stop after the disable command [s]."""
+_LAST_COMMANDS_TIMEOUT = 0.5
+"""Time for the last commands on all lines [s]."""
 
 T = TypeVar("T")
 
@@ -46,13 +46,13 @@ class SerialDrives:
     """`drivers.protocol.Amplifiers` for the ASCII protocol on serial lines."""
 
     def __init__(self, rig: Rig, lines: dict[str, SerialLine], report: Report, *, stamped: bool) -> None:
-        """`lines` by port; `stamped`: values carry the time of measurement (not where time is simulated)."""
+        """`lines` by port; `stamped`: values have a time of measurement (not with simulated time)."""
         self.goal = Goal.DISABLED
         self._report = report
         self._stamped = stamped
         self._axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
         self._lines = {line: [axis for axis in self._axes if axis.port == port] for port, line in lines.items()}
-        self._turn = 0
+        self._status_turn = 0
         self._disturbances = 0
         self._configured = False
 
@@ -78,7 +78,7 @@ class SerialDrives:
         return tuple(identities)
 
     def _identity(self, axis: SerialAxis) -> Identity:
-        device = self._ask(axis, axis.identify)
+        device = self._run_script(axis, axis.identify)
         axis.lockstep = device == SIMULATED_LOCKSTEP
         return Identity(
             joint=axis.joint,
@@ -93,34 +93,34 @@ class SerialDrives:
 
     def check(self) -> Sequence[CheckResult]:
         """See `Amplifiers`."""
-        return [finding for axis in self._axes for finding in self._insist(axis, axis.check)]
+        return [result for axis in self._axes for result in self._require(axis, axis.check)]
 
     def configure(self) -> None:
         """See `Amplifiers`."""
         self._configured = True
         for axis in self._axes:
-            self._insist(axis, axis.configure)
+            self._require(axis, axis.configure)
 
-    def _insist(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+    def _require(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
         try:
-            return self._ask(axis, script)
+            return self._run_script(axis, script)
         except LineError as error:
             raise RunFailed(f"{axis.name}: {error}") from None
 
-    def _ask(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
-        """Run a script with one drive; again if the line was disturbed.
+    def _run_script(self, axis: SerialAxis, script: Callable[[], Generator[str, Reply, T]]) -> T:
+        """Run a script with one drive; repeat it if the line was disturbed.
 
         Raises:
-            LineError: what went wrong the last time.
+            LineError: the error of the last attempt.
         """
         line = next(line for line, axes in self._lines.items() if axis in axes)
         result: list[T] = []
 
-        def keep() -> Script:
+        def store() -> Script:
             result.append((yield from script()))
 
         for _ in range(_ATTEMPTS):
-            failure = converse({line: keep()}, time.perf_counter() + _PATIENCE).get(line)
+            failure = converse({line: store()}, time.perf_counter() + _SETUP_TIMEOUT).get(line)
             if not isinstance(failure, InvalidReply | ReplyTimeout):
                 break
         if isinstance(failure, LineLost):
@@ -142,30 +142,30 @@ class SerialDrives:
         return [[axis.target(count) for axis, count in zip(self._axes, row, strict=True)] for row in rows]
 
     def exchange(self, setpoint: list[str] | None, timeout: float) -> Sample:
-        """See `Amplifiers`. When a line is lost, the drives on the others are stopped before this is told; the
-        next exchanges go on with those."""
+        """See `Amplifiers`. When a line is lost, the drives on the others are stopped before the error is raised;
+        the next exchanges continue with them."""
         deadline = time.perf_counter() + timeout
-        alive = self._alive()
-        if not alive:
-            raise RunFailed("no serial line is left")
+        usable = self._usable_lines()
+        if not usable:
+            raise RunFailed("all serial lines are lost")
         for axis in self._axes:
             axis.begin_cycle()
-        failures = converse({line: self._cycle(line, setpoint) for line in alive}, deadline)
-        self._turn += 1
+        failures = converse({line: self._cycle(line, setpoint) for line in usable}, deadline)
+        self._status_turn += 1
         self._latch()
         for line, failure in failures.items():
-            self._note(line, failure)
+            self._report_disturbance(line, failure)
         lost = [failure for failure in failures.values() if isinstance(failure, LineLost)]
         if lost:
-            self._stop_the_rest()
+            self._stop_other_lines()
             raise RunFailed(str(lost[0]))
         return self._sample()
 
     def _latch(self) -> None:
-        for line in self._alive()[:1]:
-            converse({line: self._lines[line][0].latch()}, time.perf_counter() + _PATIENCE)
+        for line in self._usable_lines()[:1]:
+            converse({line: self._lines[line][0].latch()}, time.perf_counter() + _SETUP_TIMEOUT)
 
-    def _alive(self) -> list[SerialLine]:
+    def _usable_lines(self) -> list[SerialLine]:
         return [line for line in self._lines if not line.lost]
 
     def _cycle(self, line: SerialLine, setpoint: list[str] | None) -> Script:
@@ -173,20 +173,23 @@ class SerialDrives:
         for i, axis in enumerate(axes):
             target = None if setpoint is None else setpoint[axis.joint - 1]
             try:
-                yield from axis.cycle(self.goal, target, read_status=i == self._turn % len(axes))
+                yield from axis.cycle(self.goal, target, read_status=i == self._status_turn % len(axes))
             except (InvalidReply, ReplyTimeout) as disturbance:
-                self._note(line, disturbance)
+                self._report_disturbance(line, disturbance)
 
-    def _note(self, line: SerialLine, failure: LineError) -> None:
-        # The first, second, fourth, eighth ...: a bad line would fill the log.
+    def _report_disturbance(self, line: SerialLine, failure: LineError) -> None:
+        # Only the first, second, fourth, eighth ...: a bad line would fill the log.
         self._disturbances += 1
         if self._disturbances & (self._disturbances - 1) == 0:
             self._report("warning", line.name, f"{failure} (disturbance {self._disturbances})")
 
-    def _stop_the_rest(self) -> None:
-        """Quick stop on the lines that are left."""
+    def _stop_other_lines(self) -> None:
+        """Quick stop on the remaining lines."""
         self.goal = Goal.STOPPED
-        converse({line: self._all(line, SerialAxis.stop) for line in self._alive()}, time.perf_counter() + _FAREWELL)
+        converse(
+            {line: self._all(line, SerialAxis.stop) for line in self._usable_lines()},
+            time.perf_counter() + _LAST_COMMANDS_TIMEOUT,
+        )
 
     def _all(self, line: SerialLine, script: Callable[[SerialAxis], Script]) -> Script:
         for axis in self._lines[line]:
@@ -206,17 +209,17 @@ class SerialDrives:
             position_stamp=tuple(axis.position_stamp for axis in axes) if self._stamped else None,
         )
 
-    # The end
+    # Shutdown
 
     def power_off(self) -> tuple[Power, ...]:
-        """See `Amplifiers`: one drive after the other, each with the patience of the set-up."""
+        """See `Amplifiers`: one drive after the other, each with the timeout of the configuration."""
         for axis in self._axes:
             axis.power = Power.UNKNOWN
-        self._each("while taking the power", lambda axis: axis.switch_off(_STOPPING_TIME))
+        self._each("while taking the power", lambda axis: axis.switch_off(_STOP_TIMEOUT))
         return tuple(axis.power for axis in self._axes)
 
     def close(self) -> None:
-        """See `Amplifiers`: power off once more, watchdog off, ports released."""
+        """See `Amplifiers`: power off again, watchdog off, ports released."""
         if self._configured:
             self._each("while closing", SerialAxis.shut_down)
         for line in self._lines:
@@ -225,6 +228,6 @@ class SerialDrives:
     def _each(self, when: str, script: Callable[[SerialAxis], Script]) -> None:
         for axis in self._axes:
             try:
-                self._ask(axis, partial(script, axis))
+                self._run_script(axis, partial(script, axis))
             except (LineError, RunFailed) as error:
                 self._report("error", axis.name, f"{when}: {error}")

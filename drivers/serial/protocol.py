@@ -1,7 +1,7 @@
-"""The words of the ASCII drive protocol: commands, replies, error codes.
+"""The ASCII drive protocol: commands, replies, error codes.
 
-A command ends with a carriage return, the reply is `ok`, `v VALUE` or `e CODE`. What is to be said on a line is a
-script: a generator that yields commands and is sent their replies.
+A command ends with a carriage return; the reply is `ok`, `v VALUE` or `e CODE`. A script is a generator that yields
+commands and receives their replies. A subscript is a part of one, called by `yield from`.
 """
 
 import re
@@ -11,7 +11,7 @@ from typing import Literal
 
 END = b"\r"
 LONGEST_REPLY = 14
-"""Characters of `v -2147483648` with its end."""
+"""Number of characters of `v -2147483648` with its end."""
 _INTEGER = re.compile(r"-?[0-9]{1,10}")
 _CODE = re.compile(r"[0-9]{1,4}")
 
@@ -38,16 +38,16 @@ _ERRORS = {
     33: "command not understood",
 }
 """Copley-style error codes."""
-_MISHEARD = (3, 33)
-"""Codes that a correct command gets only where it was disturbed on its way."""
+_TRANSMISSION_ERRORS = (3, 33)
+"""Error codes of a correct command that was disturbed on the line."""
 
 
 class LineError(Exception):
-    """Something went wrong between a command and its reply."""
+    """Error between a command and its reply."""
 
 
 class InvalidReply(LineError):
-    """What came is not the reply to the command."""
+    """The characters received are not a reply to the command."""
 
 
 class ReplyTimeout(LineError):
@@ -55,7 +55,7 @@ class ReplyTimeout(LineError):
 
 
 class LineLost(LineError):
-    """The port is gone."""
+    """The port no longer exists."""
 
 
 class CommandRefused(LineError):
@@ -68,7 +68,7 @@ class CommandRefused(LineError):
 
 @dataclass(frozen=True)
 class Reply:
-    """One reply; `text` is the value of `v`, the code of `e`, nothing with `ok`."""
+    """One reply; `text` is the value of `v` or the code of `e`, and empty with `ok`."""
 
     kind: Literal["ok", "v", "e"]
     text: str = ""
@@ -78,10 +78,10 @@ Script = Generator[str, Reply, None]
 
 
 def parse(line: bytes) -> Reply:
-    """One reply without its end.
+    """Parse one reply without its end.
 
     Raises:
-        Garbage: it is none.
+        InvalidReply: the line is no reply.
     """
     text = line.decode("ascii", "replace")
     kind, _, rest = text.partition(" ")
@@ -95,21 +95,21 @@ def parse(line: bytes) -> Reply:
 
 
 def ask(command: str) -> Generator[str, Reply, str]:
-    """Part of a script: the value that a command is answered with.
+    """Subscript: the value in the reply to a command.
 
     Raises:
-        Refused: by the drive.
-        Garbage: something else came.
+        CommandRefused: the drive replied with an error.
+        InvalidReply: the reply has no value.
     """
     reply = yield command
-    _refuse_error(command, reply)
+    _check_error(command, reply)
     if reply.kind != "v":
         raise InvalidReply(f"a value expected in reply to '{command}', 'ok' found")
     return reply.text
 
 
 def ask_integer(command: str) -> Generator[str, Reply, int]:
-    """Part of a script: `ask`, where the value is a whole number."""
+    """Subscript: `ask` for an integer."""
     text = yield from ask(command)
     if not _INTEGER.fullmatch(text):
         raise InvalidReply(f"a whole number expected in reply to '{command}', {text!r} found")
@@ -117,18 +117,18 @@ def ask_integer(command: str) -> Generator[str, Reply, int]:
 
 
 def tell(command: str) -> Generator[str, Reply, None]:
-    """Part of a script: a command that is answered with `ok`. Raises as `ask`."""
+    """Subscript: a command whose reply is `ok`. Raises as `ask`."""
     reply = yield command
-    _refuse_error(command, reply)
+    _check_error(command, reply)
     if reply.kind != "ok":
         raise InvalidReply(f"'ok' expected in reply to '{command}', the value {reply.text!r} found")
 
 
-def _refuse_error(command: str, reply: Reply) -> None:
+def _check_error(command: str, reply: Reply) -> None:
     if reply.kind == "e":
         code = int(reply.text)
         raise (
             InvalidReply(f"'{command}' reached the drive disturbed (e {code})")
-            if code in _MISHEARD
+            if code in _TRANSMISSION_ERRORS
             else CommandRefused(command, code)
         )

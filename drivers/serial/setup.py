@@ -1,4 +1,4 @@
-"""What a drive on a serial line is told before it moves: one table of registers, computed from the rig."""
+"""Configuration of a drive on a serial line: the registers to write before it moves, computed from the rig."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from recordings.rig import Drive, Rig
 
 @dataclass(frozen=True)
 class Setting:
-    """One register as it shall be before power."""
+    """Required value of one register before power is switched on."""
 
     register: str
     meaning: str
@@ -15,7 +15,7 @@ class Setting:
 
 
 def settings(rig: Rig, drive: Drive) -> list[Setting]:
-    """What one drive is told before it moves, in the order in which it is written."""
+    """The settings of one drive, in the order in which they are written."""
     bus, names = rig.serial, rig.serial.registers
     counts = abs(drive.counts_per_radian)
     low, high = position_limits(rig, drive)

@@ -1,11 +1,11 @@
-"""The voltages between the torque that a drive's loops want and the torque that its motor gives."""
+"""Voltages between the torque command of a drive's loops and the torque of its motor."""
 
 import math
 from collections.abc import Callable, Sequence
 
 
 class Amplifier:
-    """One amplifier with its motor, of which torque = gain |volts|^exponent sgn volts."""
+    """One amplifier with its motor: torque = gain |volts|^exponent sgn volts."""
 
     def __init__(
         self,
@@ -16,35 +16,35 @@ class Amplifier:
         faults: Sequence[Callable[[float], float]] = (),
         reports_command: bool = False,
     ) -> None:
-        """`back_emf`: voltage per speed of the joint [V s/rad]; `faults`: from commanded volts to those of the motor,
-        one after the other; `reports_command`: the drive reports the former, not the latter."""
+        """`back_emf`: voltage per joint speed [V s/rad]; `faults`: functions from commanded to motor voltage, applied
+        in order; `reports_command`: the drive reports the commanded voltage, not the motor's."""
         self._gain, self._exponent, self._back_emf = gain, exponent, back_emf
         self._faults = faults
         self._reports_command = reports_command
 
-    def torque(self, wanted: float) -> float:
-        """What the motor gives [N m]; the loops know its map, but nothing of faults."""
-        return torque(self._through(self._command(wanted)), self._gain, self._exponent)
+    def torque(self, command: float) -> float:
+        """Torque of the motor [N m]; the loops invert its torque map, but not the faults."""
+        return torque(self._apply_faults(self._commanded_voltage(command)), self._gain, self._exponent)
 
-    def voltage(self, wanted: float, speed: float) -> float:
-        """What the drive reports [V], at that speed of the joint [rad/s]."""
-        volts = self._command(wanted)
+    def voltage(self, command: float, speed: float) -> float:
+        """Voltage that the drive reports [V] at a joint speed [rad/s]."""
+        volts = self._commanded_voltage(command)
         if not self._reports_command:
-            volts = self._through(volts)
+            volts = self._apply_faults(volts)
         return volts + self._back_emf * speed
 
-    def _command(self, wanted: float) -> float:
-        share = wanted / self._gain
-        volts: float = math.copysign(abs(share) ** (1 / self._exponent), share)
+    def _commanded_voltage(self, command: float) -> float:
+        ratio = command / self._gain
+        volts: float = math.copysign(abs(ratio) ** (1 / self._exponent), ratio)
         return volts
 
-    def _through(self, volts: float) -> float:
+    def _apply_faults(self, volts: float) -> float:
         for fault in self._faults:
             volts = fault(volts)
         return volts
 
 
 def torque(volts: float, gain: float, exponent: float) -> float:
-    """Torque [N m] of a motor at that voltage [V]."""
+    """Torque [N m] of a motor at a voltage [V]."""
     power: float = abs(volts) ** exponent
     return gain * math.copysign(power, volts)

@@ -1,6 +1,6 @@
-"""What a fit of the base model with `rod_inertia` leaves of a torque.
+"""Residual of a least-squares fit of the base model with `rod_inertia`.
 
-This regressor is a second one, written independently of `ident`: the two share nothing but the kinematics.
+The regressor is written independently of `ident`: the two share only the kinematics.
 """
 
 from dataclasses import dataclass
@@ -14,13 +14,13 @@ from recordings.rig import Geometry
 from trajectories import kinematics
 
 BANDWIDTH = 30.0
-"""Of the analysis: -3 dB, zero-phase [Hz]."""
+"""Bandwidth of the analysis: -3 dB, zero-phase [Hz]."""
 _ORDER = 2
 
 
 @dataclass(frozen=True, eq=False)
 class JointMotion:
-    """What was measured at the motors, evenly sampled, n times, without noise."""
+    """Motor positions, their derivatives and torques: n samples, evenly spaced, without noise."""
 
     position: Floats
     """(n, 3) [rad]."""
@@ -29,25 +29,27 @@ class JointMotion:
     acceleration: Floats
     """(n, 3) [rad/s^2]."""
     torque: Floats
-    """(n, 3) as the voltages report it [N m]."""
+    """(n, 3) torque of the reported voltages [N m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class BaseModelResidual:
-    """Where the fit was made, below the bandwidth: (m, 3) each."""
+    """Low-passed samples of the fit: (m, 3) each."""
 
     residual: Floats
-    """What it leaves of the torque [N m]."""
+    """Residual of the fit [N m]."""
     torque: Floats
     """[N m]."""
     acceleration: Floats
     """[rad/s^2]."""
 
 
-def base_model_residual(geometry: Geometry, motion: JointMotion, dt: float, window: slice, decimation: int) -> BaseModelResidual:
-    """Fit the base model to `motion`, sampled with `dt` [s]; torque and columns go through the same low-pass.
+def base_model_residual(
+    geometry: Geometry, motion: JointMotion, dt: float, window: slice, decimation: int
+) -> BaseModelResidual:
+    """Fit the base model to `motion`, sampled with `dt` [s]; torque and regressor pass the same low-pass filter.
 
-    `window` says which samples count, of which only one in `every` is fitted.
+    `window` selects the samples; every `decimation`-th of them is fitted.
     """
     low_pass = _low_pass(1 / dt)
     y: Floats = sosfiltfilt(low_pass, motion.torque, axis=0)[window][::decimation]
@@ -62,7 +64,7 @@ def base_model_residual(geometry: Geometry, motion: JointMotion, dt: float, wind
 
 
 def base_columns(geometry: Geometry, motion: JointMotion) -> Floats:
-    """(n, 3, 12) torque per unit of I_1..3, T_g, m_p, c_v1..3, c_c1..3 and m_d (`rod_inertia`); positive opposes."""
+    """Regressor (n, 3, 12): torque per unit of I_1..3, T_g, m_p, c_v1..3, c_c1..3 and m_d (`rod_inertia`)."""
     theta, rate, acceleration = motion.position, motion.velocity, motion.acceleration
     P = kinematics.forward(geometry, theta)
     J = kinematics.jacobian(geometry, theta, P)
@@ -81,7 +83,7 @@ def base_columns(geometry: Geometry, motion: JointMotion) -> Floats:
 
 
 def _rod_inertia(geometry: Geometry, motion: JointMotion, J: Floats, P_ddot: Floats) -> Floats:
-    """(n, 3) torque per unit mass of a uniform rod, beyond that of the same mass in two halves at its ends.
+    """(n, 3) torque per unit mass of a uniform rod, minus that of the same mass in two halves at its ends.
 
     The kinetic energy of a uniform rod is m (b.b + b.c + c.c) / 6 in the velocities b and c of its ends, that of the
     halves m (b.b + c.c) / 4.
@@ -99,7 +101,7 @@ def _rod_inertia(geometry: Geometry, motion: JointMotion, J: Floats, P_ddot: Flo
 
 
 def _low_pass(rate: float) -> Floats:
-    # Filtered forwards and backwards: the corner lies where one pass is down by 1.5 dB.
+    # Filtered forwards and backwards: one pass attenuates by 1.5 dB at the bandwidth.
     corner = BANDWIDTH / (np.sqrt(2) - 1) ** (1 / (2 * _ORDER))
     sections: Floats = butter(_ORDER, corner, fs=rate, output="sos")
     return sections

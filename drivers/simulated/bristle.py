@@ -1,4 +1,4 @@
-"""Dry friction that bends before it slides."""
+"""Presliding friction: Dahl's bristle model."""
 
 import math
 
@@ -6,17 +6,17 @@ import math
 class Bristle:
     """Dahl's law: z' = v - |v| z / z_s; friction is its level times z / z_s. At rest it is a spring."""
 
-    def __init__(self, reach: float) -> None:
+    def __init__(self, displacement: float) -> None:
         """`reach`: z_s [rad]."""
-        self._reach = reach
-        self._bend = 0.0
+        self._displacement = displacement
+        self._deflection = 0.0
 
     def step(self, v: float, dt: float) -> float:
-        """Share of the level that opposes motion, after `dt` [s] at the speed v [rad/s]; exact for constant speed."""
+        """Friction over its level after `dt` [s] at the speed v [rad/s], opposing v; exact for constant speed."""
         end = math.copysign(1.0, v)
-        self._bend = end + (self._bend - end) * math.exp(-abs(v) * dt / self._reach)
-        return self._bend
+        self._deflection = end + (self._deflection - end) * math.exp(-abs(v) * dt / self._displacement)
+        return self._deflection
 
     def relax(self) -> None:
-        """Straight again."""
-        self._bend = 0.0
+        """Remove the deflection."""
+        self._deflection = 0.0

@@ -1,4 +1,4 @@
-"""The sim file: what the simulated machine really is, which the rig file does not know."""
+"""The sim file: true properties of the simulated machine, which the rig file does not contain."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +9,7 @@ from pydantic import Field
 from recordings.config import Section, read_toml
 
 ROBOTS = Path(__file__).with_name("robots")
-"""Sim files of further robots."""
+"""Folder with sim files of further robots."""
 Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Joint = Annotated[int, Field(ge=1, le=3)]
@@ -17,10 +17,10 @@ PerJoint = tuple[NotNegative, NotNegative, NotNegative]
 
 
 class Links(Section):
-    """Masses [kg] and inertias [kg m^2] of the robot: Table 1, read so that it is physically consistent.
+    """Masses [kg] and inertias [kg m^2] of the robot: Table 1 in a physically consistent reading.
 
-    Table 1's I_L1 is smaller than m_a L1c^2, so it can only be about the arm's centre of mass. The shoulder then
-    carries I_L1 + m_a L1c^2 + the motor's inertia = 0.2156 kg m^2.
+    Table 1's I_L1 is smaller than m_a L1c^2, so it can only be about the arm's centre of mass. The inertia at the
+    shoulder is then I_L1 + m_a L1c^2 + the motor's inertia = 0.2156 kg m^2.
     """
 
     arm_mass: Positive = 3.977
@@ -29,20 +29,20 @@ class Links(Section):
     arm_inertia: Positive = 191.9e-4
     """About the arm's centre of mass."""
     motor_inertia: Annotated[float, Field(ge=0.02)] = 21**2 * 2.25e-4
-    """Rotor and gear seen at the joint."""
+    """Rotor and gear, reflected to the joint."""
     rod_mass: Positive = 0.402
-    """Of the two rods of one forearm together, spread evenly over the length."""
+    """Of the two rods of one limb together, distributed evenly over the length."""
     platform_mass: Positive = 2.033
     payload: NotNegative = 0.0
 
 
 class Friction(Section):
-    """Friction of each joint, on the motor's side."""
+    """Friction of each joint, on the motor side."""
 
     viscous: PerJoint = (0.35, 0.32, 0.38)
     """[N m s/rad]."""
     coulomb: PerJoint = (0.9, 1.0, 0.85)
-    """Sliding and holding alike [N m]."""
+    """Sliding and static friction [N m]."""
 
 
 class Servo(Section):
@@ -59,7 +59,7 @@ class Servo(Section):
     current_lag: Positive = 4e-4
     """Time constant of the current loop [s]."""
     brake_torque: Positive = 45.0
-    """What the holding brake withstands [N m]."""
+    """Holding torque of the brake [N m]."""
 
 
 class EffectSpec(Section):
@@ -68,9 +68,9 @@ class EffectSpec(Section):
     name: str
     joints: tuple[Joint, ...] = (1, 2, 3)
     size: Annotated[float, Field(gt=0, lt=1)] | None = None
-    """Share of the torque that the base model cannot absorb (see sizing); fixes the effect's first parameter."""
+    """Unexplained residual over torque (see sizing); determines the effect's first parameter."""
     parameters: Mapping[str, float] = Field(default_factory=dict)
-    """By the names of the effect's file; those left out have their defaults."""
+    """By the names in the effect's file; the others have their defaults."""
 
 
 class SimConfig(Section):
@@ -80,7 +80,7 @@ class SimConfig(Section):
     friction: Friction = Friction()
     servo: Servo = Servo()
     torque_gain: tuple[Positive, Positive, Positive] | None = None
-    """True torque gains of the motors, in the rig's torque map; None: as the rig file says."""
+    """True torque gains of the motors, in the rig's torque map; None: those of the rig file."""
     voltage_noise: NotNegative = 0.01
     """Standard deviation of the measured voltage [V]."""
     park: tuple[float, float, float] = (0.0, 0.0, -0.75)

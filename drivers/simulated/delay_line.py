@@ -1,24 +1,24 @@
-"""A signal that comes later."""
+"""Delay of a sampled signal."""
 
 import math
 from collections import deque
 
 
 class DelayLine:
-    """Delays a sampled signal by any time, straight lines between its samples."""
+    """Delays a sampled signal by any time, with linear interpolation between samples."""
 
     def __init__(self, delay: float, dt: float) -> None:
         """`delay` and sampling period `dt` [s]."""
         steps = math.floor(delay / dt)
-        self._late = delay / dt - steps
+        self._fraction = delay / dt - steps
         self._samples: deque[float] = deque([0.0] * (steps + 2), maxlen=steps + 2)
 
     def push(self, value: float) -> float:
-        """Take the newest sample, give the delayed one."""
+        """Add the newest sample; returns the delayed one."""
         samples = self._samples
         samples.append(value)
-        return samples[1] + self._late * (samples[0] - samples[1])
+        return samples[1] + self._fraction * (samples[0] - samples[1])
 
     def clear(self) -> None:
-        """Forget: all samples are zero."""
+        """Set all samples to zero."""
         self._samples.extend([0.0] * len(self._samples))

@@ -1,6 +1,6 @@
 """One simulated CiA 402 drive on CANopen: SDO server, NMT, heartbeat both ways, EMCY, PDOs on SYNC.
 
-canopen's LocalNode serves the object dictionary; the rest (PDOs, NMT states, boot-up, watchdog) it does not do.
+canopen's LocalNode serves the object dictionary; PDOs, NMT states, boot-up and watchdog are implemented here.
 """
 
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from recordings.rig import Drive
 
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 _VOLTAGE_ENABLED, _REMOTE = 0x10, 0x200
-_NOT_MAPPABLE, _DATA_STATE = 0x06040041, 0x08000022
+_NOT_MAPPABLE, _WRONG_STATE = 0x06040041, 0x08000022
 _PDO_MAPS = (0x1600, 0x1A00, 0x1A01)
 _PDO_INVALID = 0x8000_0000
 _INTERPOLATED_POSITION, _INTERPOLATE = 7, 0x10
@@ -25,7 +25,7 @@ _UNLIMITED = 2**32 - 1
 
 
 class SimulatedCanopenDrive:
-    """One drive. `powered` and `setpoints` tell the machine what to do; `update` tells the drive how it fares."""
+    """One drive. `powered` and `generator` command the machine; `update` returns its state to the drive."""
 
     def __init__(
         self, drive: Drive, dt: float, send: Send, read_voltage: Callable[[], int], *, lockstep: bool
@@ -52,24 +52,24 @@ class SimulatedCanopenDrive:
         self._counts = 0
         self._voltage = 0
         self._torque = 0
-        self._master_seen: float | None = None
+        self._last_master_heartbeat: float | None = None
         self._heartbeat_due = now
-        self._followed_badly_since: float | None = None
+        self._following_error_since: float | None = None
         self._after_stop = DriveState.SWITCH_ON_DISABLED
         self._disable(DriveState.SWITCH_ON_DISABLED)
         self._send(0x700 + self.drive.node_id, bytes([_BOOT_UP]))
 
-    # What the machine asks
+    # Command to the machine
 
     @property
     def powered(self) -> bool:
         """True while the position loop is closed."""
         return self.state in (DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
 
-    # What comes from the bus
+    # Frames from the bus
 
     def receive(self, arbitration_id: int, data: bytes, now: float) -> None:
-        """Take one frame; SYNC is not for here but for `synchronise`."""
+        """Process one frame; SYNC is processed by `synchronise`."""
         node_id = self.drive.node_id
         if arbitration_id == 0x000 and len(data) >= 2 and data[1] in (0, node_id):
             self._on_nmt(data[0], now)
@@ -78,12 +78,12 @@ class SimulatedCanopenDrive:
                 self._voltage = self._read_voltage()
                 self._node.sdo.on_request(arbitration_id, data, now)
         elif arbitration_id == 0x700 + MASTER_ID:
-            self._master_seen = now
+            self._last_master_heartbeat = now
         elif arbitration_id == self._object(0x1400, 1) and self._nmt == _OPERATIONAL:
             self._on_rpdo(data)
 
     def synchronise(self, counts: int, voltage: int, torque: float) -> None:
-        """SYNC: answer with what is measured now (torque in N m), act on the target received before."""
+        """Process SYNC: send the values measured now (torque in N m), apply the target received before."""
         self._counts, self._voltage = counts, voltage
         self._torque = round(self.drive.sign * torque / self.drive.rated_torque * 1000)
         if self._nmt != _OPERATIONAL:
@@ -105,7 +105,7 @@ class SimulatedCanopenDrive:
 
     @property
     def _follows(self) -> bool:
-        """In interpolated position, the controlword must ask for it."""
+        """Whether the target is followed: in interpolated position mode the controlword must enable it."""
         return self._object(0x6060) != _INTERPOLATED_POSITION or bool(self._object(0x6040) & _INTERPOLATE)
 
     def _on_nmt(self, command: int, now: float) -> None:
@@ -118,13 +118,13 @@ class SimulatedCanopenDrive:
                 self._lose_connection()
 
     def _on_rpdo(self, data: bytes) -> None:
-        """Take the values; the controlword acts with the next SYNC."""
+        """Store the values; the controlword takes effect at the next SYNC."""
         self._in_rpdo = True
         offset = 0
         for index, sub, size in self._mapping(0x1600):
-            part = data[offset : offset + size]
-            if len(part) == size:
-                self._node.set_data(index, sub, part)
+            field = data[offset : offset + size]
+            if len(field) == size:
+                self._node.set_data(index, sub, field)
             offset += size
         self._in_rpdo = False
 
@@ -138,7 +138,7 @@ class SimulatedCanopenDrive:
     # The object dictionary
 
     def _object(self, index: int, sub: int = 0) -> int:
-        """Value of a stored object; decoding takes microseconds, so it is remembered until the next write."""
+        """Value of a stored object. Decoding takes microseconds, so the value is cached until the next write."""
         value = self._decoded.get((index, sub))
         if value is None:
             variable = self._node.object_dictionary.get_variable(index, sub)
@@ -165,15 +165,15 @@ class SimulatedCanopenDrive:
         self._decoded.pop((index, subindex), None)
         if index in _PDO_MAPS:
             if self._nmt == _OPERATIONAL:
-                raise SdoAbortedError(_DATA_STATE)
+                raise SdoAbortedError(_WRONG_STATE)
             entry = int.from_bytes(data, "little")
             if subindex and entry:
                 variable = self._node.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
                 if variable is None or not variable.pdo_mappable or len(variable) != entry & 0xFF:
                     raise SdoAbortedError(_NOT_MAPPABLE)
         elif index == 0x1016:
-            # Watching begins with the first heartbeat after this, whatever was heard before.
-            self._master_seen = None
+            # The watchdog is armed by the first heartbeat after this write.
+            self._last_master_heartbeat = None
         elif index == 0x6040 and not self._in_rpdo:
             self._apply_controlword(int.from_bytes(data, "little"))
 
@@ -185,7 +185,7 @@ class SimulatedCanopenDrive:
             word |= _VOLTAGE_ENABLED
         if self.state is DriveState.ENABLED and self._follows:
             word |= cia402.TARGET_FOLLOWED
-        if self._followed_badly_since is not None:
+        if self._following_error_since is not None:
             word |= cia402.FOLLOWING_ERROR
         return word
 
@@ -201,7 +201,7 @@ class SimulatedCanopenDrive:
         if state is self.state:
             return
         if state is DriveState.ENABLED:
-            # A target from before the power was on must not move the axis.
+            # A target received before power-on must not move the axis.
             self.generator.hold(self.joint_angle(self._counts))
         if state is DriveState.QUICK_STOP:
             self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
@@ -224,7 +224,7 @@ class SimulatedCanopenDrive:
         self.generator.hold(self.generator.position)
 
     def fail(self, code: int) -> None:
-        """A fault: EMCY, stop on the quick stop ramp (object 605E = 2), then Fault."""
+        """Enter a fault: EMCY, stop on the quick stop ramp (object 605E = 2), then Fault."""
         if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
             return
         self._error_code = code
@@ -234,10 +234,10 @@ class SimulatedCanopenDrive:
         else:
             self._disable(DriveState.FAULT)
 
-    # Time passes
+    # Simulated time
 
     def update(self, counts: int, now: float) -> None:
-        """Encoder and clock [s] after the machine has moved: supervision, heartbeat, end of a stop."""
+        """Update encoder and clock [s] after the machine has moved: supervision, heartbeat, end of a stop."""
         self._counts = counts
         if self.state in (DriveState.QUICK_STOP, DriveState.FAULT_REACTION) and self.generator.at_rest:
             self._disable(self._after_stop)
@@ -252,24 +252,24 @@ class SimulatedCanopenDrive:
         window = self._object(0x6065)
         error = abs(self.generator.position - self.joint_angle(self._counts)) * abs(self.drive.counts_per_radian)
         if not self.powered or window == _UNLIMITED or error <= window:
-            self._followed_badly_since = None
+            self._following_error_since = None
             return
-        if self._followed_badly_since is None:
-            self._followed_badly_since = now
-        if (now - self._followed_badly_since) * 1000 >= self._object(0x6066):
+        if self._following_error_since is None:
+            self._following_error_since = now
+        if (now - self._following_error_since) * 1000 >= self._object(0x6066):
             self.fail(0x8611)
 
     def _watch_master(self, now: float) -> None:
         timeout = (self._object(0x1016, 1) & 0xFFFF) / 1000
-        if not timeout or self._master_seen is None or now - self._master_seen <= timeout:
+        if not timeout or self._last_master_heartbeat is None or now - self._last_master_heartbeat <= timeout:
             return
-        self._master_seen = None
+        self._last_master_heartbeat = None
         self._error_code = 0x8130
         self._node.emcy.send(0x8130, 0x11)
         self._nmt = _PRE_OPERATIONAL
         self._lose_connection()
 
     def _lose_connection(self) -> None:
-        """The process data have ended: object 6007 = 3 means quick stop."""
+        """Process the end of the process data: object 6007 = 3 means quick stop."""
         if self.state is DriveState.ENABLED and self._object(0x6007) == 3:
             self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)

@@ -1,4 +1,4 @@
-"""The drive's side of the CiA 402 power state machine: what a controlword does in each state."""
+"""The CiA 402 power state machine in the drive: effect of a controlword in each state."""
 
 from drivers.cia402 import DriveState
 
@@ -26,7 +26,7 @@ _FAULT_RESET_BIT = 0x80
 
 
 def next_state(state: DriveState, controlword: int, previous: int) -> DriveState:
-    """The state after a controlword, given the controlword before it (fault reset acts on its rising edge)."""
+    """State after a controlword, given the previous controlword (fault reset acts on its rising edge)."""
     if state is DriveState.FAULT:
         rising = controlword & _FAULT_RESET_BIT and not previous & _FAULT_RESET_BIT
         return DriveState.SWITCH_ON_DISABLED if rising else DriveState.FAULT  # 15

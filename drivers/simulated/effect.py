@@ -1,9 +1,9 @@
-"""What a hidden effect is, and where all of them are found.
+"""Base class and discovery of the hidden effects.
 
-One effect is one file holding one subclass of `Effect`: its parameters as fields, and its physics in the hooks it
-overrides. Those in `drivers/simulated/effects/` are named as in the list of effects; those in
-`drivers/simulated/out_of_library/` stand in no library, so that no model can name them. Hooks are pure functions of the
-machine's state, so that effects add up. These are laws of nature, written independently of the models in `ident`.
+One file defines one effect, as a subclass of `HiddenEffect`: its parameters are fields, its physics is in the hooks
+it overrides. The effects in `drivers/simulated/effects/` are named as in the list of effects; those in
+`drivers/simulated/out_of_library/` are in no library, so that no model can name them. Hooks are pure functions of the
+machine's state, so that effects add up. The laws are written independently of the models in `ident`.
 """
 
 import importlib
@@ -28,7 +28,7 @@ _FOLDERS = ("drivers.simulated.effects", "drivers.simulated.out_of_library")
 
 @dataclass(slots=True)
 class JointState:
-    """The machine at the beginning of a step, as the hooks see it; lists have one number per joint."""
+    """State of the joints at the beginning of a step, argument of the hooks; lists have one number per joint."""
 
     t: float = 0.0
     """[s]."""
@@ -37,41 +37,41 @@ class JointState:
     v: list[float] = field(default_factory=list)
     """Their speeds [rad/s]."""
     a: Sequence[float] = (0.0, 0.0, 0.0)
-    """Their accelerations in the step before [rad/s^2]; kept up only if an effect's `variables` name it."""
+    """Their accelerations in the previous step [rad/s^2]; updated only if an effect's `variables` name it."""
     load: Sequence[float] = (0.0, 0.0, 0.0)
-    """Torque that went through friction to the rigid robot in the step before [N m]; likewise."""
+    """Torque transmitted to the rigid robot, after friction, in the previous step [N m]; likewise."""
 
 
 class HiddenEffect(Section):
-    """Base of all hidden effects; as it stands, one that does nothing.
+    """Base class of all hidden effects; on its own it has no effect.
 
-    The first field that a subclass adds is its *strength*: the effect grows with it and vanishes at zero. It acts on
-    each of `joints` alike, on what lies between them, or on the whole robot.
+    The first field that a subclass adds is its *strength*: the effect grows with it and vanishes at zero. It acts
+    equally on each of `joints`, between them, or on the whole robot.
     """
 
     variables: ClassVar[tuple[Variable, ...]] = ()
-    """What it depends on."""
+    """Variables that the effect depends on."""
     whole_robot: ClassVar[bool] = False
-    """True where the effect has no joints of its own."""
+    """True if the effect acts on the whole robot rather than on joints."""
     between_joints: ClassVar[bool] = False
-    """True where it acts between its joints, of which it then needs two at least."""
+    """True if the effect acts between its joints; it then needs at least two."""
     cycles: ClassVar[int] = 1
-    """Repetitions of a motion that it takes to see how large it is."""
+    """Number of repetitions of a motion needed to measure its size."""
 
     joints: tuple[Joint, ...] = (1, 2, 3)
 
     @classmethod
     def name(cls) -> str:
-        """Name in the list of effects: that of its file."""
+        """Name in the list of effects: the name of its file."""
         return cls.__module__.rpartition(".")[2]
 
     @classmethod
     def in_library(cls) -> bool:
-        """True where it is one of the list of effects."""
+        """True if the effect is in the list of effects."""
         return cls.__module__.startswith(_FOLDERS[0])
 
     @model_validator(mode="after")
-    def _joints_make_sense(self) -> Self:
+    def _check_joints(self) -> Self:
         if self.whole_robot and self.joints != (1, 2, 3):
             raise ValueError(f"it acts on the whole robot; joints {list(self.joints)} found, leave them out")
         if not self.joints or len(set(self.joints)) < len(self.joints):
@@ -82,12 +82,12 @@ class HiddenEffect(Section):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        """Parameters as they might be found on a real robot; of the strength only the sign matters."""
+        """Draw realistic parameters; only the sign of the strength matters."""
         return {}
 
     @classmethod
     def draw_joints(cls, rng: np.random.Generator) -> tuple[int, ...]:
-        """Joints on which it might be found."""
+        """Draw the joints of the effect."""
         if cls.whole_robot:
             return 1, 2, 3
         return draw_joints(rng, 2 if cls.between_joints else int(rng.integers(1, 4)))
@@ -99,7 +99,7 @@ class HiddenEffect(Section):
 
     @classmethod
     def largest(cls) -> float:
-        """The greatest strength that is still the same robot."""
+        """Upper bound of the strength."""
         bounds = cls.model_fields[cls.strength()].metadata
         return float(next(bound.le for bound in bounds if hasattr(bound, "le")))
 
@@ -108,30 +108,30 @@ class HiddenEffect(Section):
         return self.model_copy(update={self.strength(): strength})
 
     def at(self, t: float) -> Self:
-        """The same effect, happening at the time t [s] if it happens at one."""
+        """The same effect; if it happens at an instant, then at the time t [s]."""
         return self
 
     def depends_on(self) -> tuple[str, ...]:
-        """The variables that it depends on, and the joints on whose motion that of other joints depends."""
-        others = tuple(f"joint_{joint}" for joint in self.joints) if self.between_joints else ()
-        return (*self.variables, *others)
+        """Variables that the effect depends on, and the joints that it couples."""
+        coupled = tuple(f"joint_{joint}" for joint in self.joints) if self.between_joints else ()
+        return (*self.variables, *coupled)
 
     def reads_state(self) -> bool:
-        """Whether it has hooks that take the machine's state."""
+        """Whether the effect has hooks with the machine's state as argument."""
         return overrides(self, "torque") or overrides(self, "friction")
 
     def spec(self) -> EffectSpec:
-        """What a sim file would say."""
+        """The effect as in a sim file."""
         return EffectSpec(name=self.name(), joints=self.joints, parameters=self.model_dump(exclude={"joints"}))
 
-    # Hooks: torques and friction of the joint i (from 0)
+    # Hooks: torque and friction of the joint i (from 0)
 
     def torque(self, i: int, now: JointState) -> float:
-        """Torque that the motor must give in addition [N m]."""
+        """Additional torque required from the motor [N m]."""
         return 0.0
 
     def friction(self, i: int, now: JointState) -> float:
-        """Further level of dry friction [N m]."""
+        """Additional level of dry friction [N m]."""
         return 0.0
 
     def bristle(self) -> float:
@@ -141,11 +141,11 @@ class HiddenEffect(Section):
     # Hooks: the mechanism
 
     def added_mass(self, t: float) -> float:
-        """Further mass on the platform [kg], at time t [s]."""
+        """Additional mass on the platform [kg] at time t [s]."""
         return 0.0
 
     def drag(self, speed: float) -> float:
-        """Force against the platform's motion at its speed [m/s], over that speed [N s/m]."""
+        """Force opposing the platform's motion divided by its speed [N s/m], at that speed [m/s]."""
         return 0.0
 
     def tilt(self) -> tuple[float, float]:
@@ -153,79 +153,79 @@ class HiddenEffect(Section):
         return 0.0, 0.0
 
     def geometry(self, geometry: Geometry) -> Geometry:
-        """What the lengths really are."""
+        """True lengths of the robot."""
         return geometry
 
     def arm(self, arm: Arm) -> Arm:
-        """What the arm really is."""
+        """True mass properties of the arm."""
         return arm
 
     def couplings(self) -> tuple[Coupling, ...]:
-        """What stands between motor and arm, in series."""
+        """Couplings between motor and arm, in series."""
         return ()
 
     # Hooks: drive and sensors
 
     def lag(self) -> float:
-        """Time by which the torque follows the voltage [s]."""
+        """Delay from voltage to torque [s]."""
         return 0.0
 
     def amplify(self, volts: float) -> float:
-        """Voltage across the motor for the commanded one [V]."""
+        """Motor voltage for a commanded voltage [V]."""
         return volts
 
     def back_emf(self) -> float:
-        """Voltage reported in addition, per speed [V s/rad]."""
+        """Additional reported voltage per joint speed [V s/rad]."""
         return 0.0
 
     def gain(self) -> float:
-        """By which factor the torque gain differs from the rig's."""
+        """Torque gain divided by the rig's."""
         return 1.0
 
     def exponent(self) -> float:
-        """By how much the exponent of the torque map differs from the rig's."""
+        """Exponent of the torque map minus the rig's."""
         return 0.0
 
     def encoder(self, q: float) -> tuple[float, float]:
-        """By how much the encoder is wrong at the angle q [rad], and the derivative of that."""
+        """Encoder error at the angle q [rad], and its derivative with respect to q."""
         return 0.0, 0.0
 
 
 def parameter(default: float, unit: str, meaning: str, *, ge: float | None = None, le: float) -> Any:
-    """A field of an effect, with unit and bounds; `le` of the strength is the greatest that can be drawn."""
+    """Define a field of an effect, with unit and bounds; `le` of the strength is the greatest that can be drawn."""
     return Field(default=default, description=meaning, ge=ge, le=le, json_schema_extra={"unit": unit})
 
 
 def draw_joints(rng: np.random.Generator, count: int) -> tuple[int, ...]:
-    """So many of the joints."""
+    """Draw `count` joints (from 1)."""
     return tuple(sorted((rng.permutation(3)[:count] + 1).tolist()))
 
 
 def draw_sign(rng: np.random.Generator, strength: float) -> float:
-    """The strength or its opposite."""
+    """Draw the strength with either sign."""
     return float(rng.choice((-strength, strength)))
 
 
 @cache
 def discover() -> dict[str, type[HiddenEffect]]:
-    """All effects by name, those of the library and those outside."""
+    """All effects by name, in the library and out of it."""
     kinds = [kind for folder in _FOLDERS for kind in _kinds(folder)]
     return {kind.name(): kind for kind in kinds}
 
 
 def library() -> tuple[str, ...]:
-    """Names of the effects that stand in the list of effects, in alphabetical order."""
+    """Names of the effects in the list of effects, in alphabetical order."""
     return tuple(sorted(name for name, kind in discover().items() if kind.in_library()))
 
 
 def out_of_library() -> tuple[str, ...]:
-    """Names of the others, in alphabetical order."""
+    """Names of the effects out of the library, in alphabetical order."""
     return tuple(sorted(set(discover()) - set(library())))
 
 
 def _kinds(folder: str) -> list[type[HiddenEffect]]:
     package = importlib.import_module(folder)
-    modules = [importlib.import_module(f"{folder}.{found.name}") for found in pkgutil.iter_modules(package.__path__)]
+    modules = [importlib.import_module(f"{folder}.{file.name}") for file in pkgutil.iter_modules(package.__path__)]
     kinds = []
     for module in modules:
         (kind,) = (
@@ -238,7 +238,7 @@ def _kinds(folder: str) -> list[type[HiddenEffect]]:
 
 
 def build(spec: EffectSpec) -> HiddenEffect:
-    """The effect that a sim file asks for.
+    """Build the effect of a sim file.
 
     Raises:
         BadInput: no such effect, an unknown parameter, or one out of its bounds.
@@ -250,5 +250,5 @@ def build(spec: EffectSpec) -> HiddenEffect:
 
 
 def overrides(effect: HiddenEffect, hook: str) -> bool:
-    """Whether the effect has something of its own to say there."""
+    """Whether the effect overrides a hook."""
     return getattr(type(effect), hook) is not getattr(HiddenEffect, hook)

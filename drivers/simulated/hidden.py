@@ -1,4 +1,4 @@
-"""Hidden effects drawn by lot: effect, size, joints and shape."""
+"""Random hidden effects: effect, size, joints and shape."""
 
 import math
 from collections.abc import Sequence
@@ -12,10 +12,10 @@ from recordings.errors import BadInput
 from recordings.rig import Rig
 
 SMALLEST, LARGEST = 0.005, 0.10
-"""Share of the torque that the base model cannot absorb."""
-_CLOSE = 0.1
-"""How far a size may miss what was wanted, relative."""
-_DRAWS = 12
+"""Bounds of the sizes: unexplained residual over torque."""
+_SIZE_TOLERANCE = 0.1
+"""Tolerance of a size, relative to the one requested."""
+_MAX_DRAWS = 12
 
 
 def draw(
@@ -28,52 +28,56 @@ def draw(
     joints: Sequence[int] | None = None,
     sizer: EffectSizer | None = None,
 ) -> tuple[EffectSpec, ...]:
-    """Different effects, each sized alone on the machine of `config` along fig5a; the same for the same seed.
+    """Draw different effects, each sized alone on the machine of `config` along fig5a; reproducible by the seed.
 
-    Takes a second or two for each. What cannot have its size on this robot with the joints and shape drawn is drawn
-    again.
+    Takes one or two seconds for each. An effect that cannot have its size on this robot with the joints and shape
+    drawn is drawn again.
 
     Args:
-        names: from which to draw; None: the library.
-        sizes: one per effect to hide, so that () hides nothing; None: drawn between SMALLEST and LARGEST.
-        joints: on which all of them act that have joints of their own; None: drawn.
-        ruler: one made for this machine before, to save time.
+        names: effects to draw from; None: the library.
+        sizes: one per effect to hide; () hides nothing. None: drawn between SMALLEST and LARGEST.
+        joints: of all effects that do not act on the whole robot; None: drawn.
+        sizer: an existing one for this machine, to save time.
 
     Raises:
-        BadInput: an unknown name, too few names, or nothing that can be had was drawn.
+        BadInput: an unknown name, too few names, or no effect that can have its size was drawn.
     """
     rng = np.random.default_rng(seed)
-    left = sorted(library() if names is None else names)
-    if len(left) < len(sizes):
-        raise BadInput(f"at least {len(sizes)} effects to draw from expected, {len(left)} found; name more")
-    for name in left:
+    candidates = sorted(library() if names is None else names)
+    if len(candidates) < len(sizes):
+        raise BadInput(f"at least {len(sizes)} effects to draw from expected, {len(candidates)} found; name more")
+    for name in candidates:
         build(EffectSpec(name=name))
     sizer = sizer or EffectSizer(rig, config)
-    found: list[EffectSpec] = []
+    result: list[EffectSpec] = []
     for size in sizes:
-        effect = _draw_sized(rng, sizer, left, size, joints)
-        left.remove(effect.name)
-        found.append(effect)
-    return tuple(found)
+        effect = _draw_sized(rng, sizer, candidates, size, joints)
+        candidates.remove(effect.name)
+        result.append(effect)
+    return tuple(result)
 
 
 def _draw_sized(
-    rng: np.random.Generator, ruler: EffectSizer, names: Sequence[str], size: float | None, joints: Sequence[int] | None
+    rng: np.random.Generator,
+    ruler: EffectSizer,
+    names: Sequence[str],
+    size: float | None,
+    joints: Sequence[int] | None,
 ) -> EffectSpec:
-    for _ in range(_DRAWS):
+    for _ in range(_MAX_DRAWS):
         effect = draw_effect(rng, names, joints)
         wanted = math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST))) if size is None else size
-        found, reached = ruler.nearest(effect, wanted)
-        enough = reached >= (1 - _CLOSE) * (SMALLEST if size is None else size)
-        if enough and reached <= (1 + _CLOSE) * wanted:
-            return found.spec()
+        result, reached = ruler.nearest(effect, wanted)
+        enough = reached >= (1 - _SIZE_TOLERANCE) * (SMALLEST if size is None else size)
+        if enough and reached <= (1 + _SIZE_TOLERANCE) * wanted:
+            return result.spec()
     raise BadInput(f"a size that one of {', '.join(names)} can have on this robot expected, {wanted:g} found")
 
 
 def draw_effect(
     rng: np.random.Generator, names: Sequence[str] | None = None, joints: Sequence[int] | None = None
 ) -> HiddenEffect:
-    """An effect with joints and shape as they might be found; of its strength only the sign means something.
+    """Draw an effect with realistic joints and shape; only the sign of its strength is meaningful.
 
     `names` and `joints` as for `draw`.
 

@@ -1,4 +1,4 @@
-"""The machine behind the bus: plant, joints with their drives, brakes, sensors and hidden effects."""
+"""The simulated machine: plant, joints with their drives, brakes, sensors and hidden effects."""
 
 import math
 from collections.abc import Sequence
@@ -14,26 +14,28 @@ from recordings.errors import BadInput
 from recordings.rig import Rig
 
 MAX_STEP = 2e-4
-"""Of the plant [s]; stiff joints need it this short."""
+"""Longest step of the plant [s]; stiff joints require it."""
 Counts = tuple[int, int, int]
 
 
 class Machine:
-    """Three servo axes on the plant. The same generator state and the same calls give the same bits."""
+    """Three servo axes on the plant. The same generator state and the same calls give bit-identical results."""
 
     def __init__(self, rig: Rig, config: SimConfig, rng: np.random.Generator) -> None:
-        """`rng` makes the noise.
+        """`rng` generates the noise.
 
         Raises:
-            BadInput: an effect is unknown, has a bad parameter or a size not yet turned into parameters (see
-                `sizing.resolve`); or the platform cannot be at its park position.
+            BadInput: an effect is unknown, has a bad parameter or a size not yet converted to parameters (see
+                `sizing.resolve`); or the platform cannot reach its park position.
         """
         self._rig, self._config, self._rng = rig, config, rng
         effects = _effects(config)
         self.dt = plant_step(rig.rate)
-        """Of plant and servo loops [s]."""
+        """Time step of plant and servo loops [s]."""
         on_joint = [[effect for effect in effects if i + 1 in effect.joints] for i in range(3)]
-        self._joints = [Joint(i, own, rig, config, self.dt) for i, own in enumerate(on_joint)]
+        self._joints = [
+            Joint(i, effects_of_joint, rig, config, self.dt) for i, effects_of_joint in enumerate(on_joint)
+        ]
         self.plant = _plant(rig, config, effects, on_joint, self.dt)
         self._elastic = any(effect.couplings() for effect in effects)
         read = {variable for effect in effects if effect.reads_state() for variable in effect.variables}
@@ -45,21 +47,21 @@ class Machine:
         self.reset(config.park)
 
     def reset(self, platform: Sequence[float]) -> None:
-        """At rest with the platform there [m], power off, brakes on, time zero.
+        """Put the platform [m] there at rest, power off, brakes on, time zero.
 
         Raises:
-            trajectories.kinematics.Unreachable: the platform cannot be there.
+            trajectories.kinematics.Unreachable: the platform cannot reach the position.
         """
         self.enabled = [False, False, False]
-        """Power on and position loop closed, per joint; free to be set between two calls of `advance`."""
+        """Power on and position loop closed, per joint; may be set between two calls of `advance`."""
         self.brake = [True, True, True]
-        """Holding brake engaged, per joint; free to be set likewise."""
+        """Holding brake engaged, per joint; may be set likewise."""
         self._steps = 0
         self._added_mass = 0.0
         self.plant.set_added_mass(0.0)
         self.plant.place(platform)
         self._friction = [self._config.servo.brake_torque] * 3
-        self._bent = [0.0, 0.0, 0.0]
+        self._presliding = [0.0, 0.0, 0.0]
         self.plant.set_friction(self._friction)
         if self._elastic:
             self.plant.settle()
@@ -68,7 +70,7 @@ class Machine:
             joint.reset()
 
     def advance(self, setpoints: Sequence[Sequence[float]]) -> None:
-        """Run one step per row of three joint positions [rad], at least one row; axes without power ignore them."""
+        """Run one step per row of three joint setpoints [rad], at least one row; axes without power ignore them."""
         for joint, enabled, setpoint in zip(self._joints, self.enabled, setpoints[0], strict=True):
             joint.switch(enabled, setpoint)
         self._sense()
@@ -79,23 +81,23 @@ class Machine:
 
     @property
     def time(self) -> float:
-        """[s]."""
+        """Simulated time [s]."""
         return self._steps * self.dt
 
     def position(self) -> list[float]:
-        """Joint angles as the encoders read them, unquantised [rad]."""
+        """Joint angles read by the encoders, unquantised [rad]."""
         return [q for q, _ in self._readings()]
 
     def velocity(self) -> list[float]:
-        """Joint speeds as the encoders see them [rad/s]."""
+        """Joint speeds read by the encoders [rad/s]."""
         return [v for _, v in self._readings()]
 
     def torque(self) -> list[float]:
-        """What the motors give at the joints [N m]."""
+        """Motor torques at the joints [N m]."""
         return [joint.torque for joint in self._joints]
 
     def reported_torque(self) -> list[float]:
-        """What the reported voltages stand for by the rig's torque map, without noise [N m]."""
+        """Torques of the reported voltages by the rig's torque map, without noise [N m]."""
         return [joint.reported_torque(v) for joint, v in zip(self._joints, self.plant.motor_speeds(), strict=True)]
 
     def following_error(self) -> list[float]:
@@ -103,13 +105,13 @@ class Machine:
         return [wanted - q for wanted, q in zip(self._setpoint, self.position(), strict=True)]
 
     def encoder_counts(self) -> Counts:
-        """The encoders as the drives report them, the rig's sign and zero offset included."""
+        """Encoder counts reported by the drives, with the rig's sign and zero offset."""
         drives = zip(self._rig.drives, self.position(), strict=True)
         first, second, third = (round((q - drive.zero_offset) * drive.counts_per_radian) for drive, q in drives)
         return first, second, third
 
     def voltage_counts(self) -> Counts:
-        """The operating voltages as the drives report them: noise drawn anew, the rig's sign, scale and 16 bits."""
+        """Operating voltages reported by the drives, with new noise and the rig's sign, scale and 16 bits."""
         speeds, noise = self.plant.motor_speeds(), self._noise()
         first, second, third = (self._voltage_count(i, speeds[i], noise[i]) for i in range(3))
         return first, second, third
@@ -127,13 +129,13 @@ class Machine:
             self._load_platform()
         if self._drags:
             self._drag_platform()
-        now, bent = self._now, self._bent
+        now, presliding = self._now, self._presliding
         first, second, third = self._joints
         self.plant.step(
             (
-                first.step(setpoint[0], now, bent[0]),
-                second.step(setpoint[1], now, bent[1]),
-                third.step(setpoint[2], now, bent[2]),
+                first.step(setpoint[0], now, presliding[0]),
+                second.step(setpoint[1], now, presliding[1]),
+                third.step(setpoint[2], now, presliding[2]),
             )
         )
         self._steps += 1
@@ -160,8 +162,8 @@ class Machine:
 
     def _set_friction(self) -> None:
         levels = [joint.friction(brake, self._now) for joint, brake in zip(self._joints, self.brake, strict=True)]
-        friction = [sticks for sticks, _ in levels]
-        self._bent = [bends for _, bends in levels]
+        friction = [dry for dry, _ in levels]
+        self._presliding = [presliding_level for _, presliding_level in levels]
         if friction != self._friction:
             self._friction = friction
             self.plant.set_friction(friction)
@@ -178,28 +180,35 @@ class Machine:
 
 
 def plant_step(rate: float) -> float:
-    """Longest step [s] up to LONGEST_STEP of which the cycles at `rate` [Hz] are whole multiples."""
+    """Longest step [s] up to MAX_STEP such that a cycle at `rate` [Hz] is a whole number of steps."""
     return 1 / (rate * math.ceil(1 / (rate * MAX_STEP) - 1e-9))
 
 
 def _effects(config: SimConfig) -> list[HiddenEffect]:
     for spec in config.effects:
         if spec.size is not None:
-            raise BadInput(f"effect {spec.name}: its size must be turned into parameters first (sizing.resolve)")
+            raise BadInput(f"effect {spec.name}: its size must be converted to parameters first (sizing.resolve)")
     return [build(spec) for spec in config.effects]
 
 
 def _plant(
-    rig: Rig, config: SimConfig, effects: Sequence[HiddenEffect], on_joint: Sequence[Sequence[HiddenEffect]], dt: float
+    rig: Rig,
+    config: SimConfig,
+    effects: Sequence[HiddenEffect],
+    on_joint: Sequence[Sequence[HiddenEffect]],
+    dt: float,
 ) -> Plant:
-    """The mechanism as it really is."""
+    """The plant with the true properties of the mechanism."""
     geometry, arms = rig.geometry, [Arm.of(config.links)] * 3
     for effect in effects:
         geometry = effect.geometry(geometry)
-    for i, own in enumerate(on_joint):
-        for effect in own:
+    for i, effects_of_joint in enumerate(on_joint):
+        for effect in effects_of_joint:
             arms[i] = effect.arm(arms[i])
-    couplings = [tuple(part for effect in own for part in effect.couplings()) for own in on_joint]
+    couplings = [
+        tuple(coupling for effect in effects_of_joint for coupling in effect.couplings())
+        for effects_of_joint in on_joint
+    ]
     plant = Plant(
         geometry,
         config.links,

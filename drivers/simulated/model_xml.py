@@ -1,8 +1,8 @@
 """The robot as a MuJoCo model: a closed chain of three arms, three rods and a platform that only translates.
 
-Each limb stands in its own frame, turned by phi about z: x points outwards, the arm's hinge lies along -y so that a
-positive angle lifts the elbow. A rod hangs on the elbow by a universal joint, and its tip is held to the platform
-by a `connect` constraint between two sites.
+Each limb has its own frame, rotated by phi about z: x points outwards, the arm's hinge is along -y so that a
+positive angle lifts the elbow. A universal joint connects the rod to the elbow, and a `connect` constraint between
+two sites connects its tip to the platform.
 """
 
 import math
@@ -16,20 +16,20 @@ from recordings.rig import Geometry
 GRAVITY = 9.81
 """[m/s^2]"""
 
-# A body must have some inertia of its own; these are far below what the torque could show.
+# MuJoCo requires an inertia of every body; this one has no visible effect on the torque.
 _SPIN_INERTIA = 1e-6
 
 
 @dataclass(frozen=True)
 class Coupling:
-    """A torsional joint between the motor's shaft and the arm: play of +-`gap`, or a spring."""
+    """A torsional joint between the motor's shaft and the arm: backlash of +-`gap`, or a spring."""
 
     stiffness: float = 0.0
     """[N m/rad]; 0: no spring."""
     damping: float = 0.0
     """[N m s/rad]."""
     gap: float | None = None
-    """Half of the play [rad]; None: not limited."""
+    """Half of the backlash [rad]; None: not limited."""
 
 
 Couplings = tuple[Sequence[Coupling], Sequence[Coupling], Sequence[Coupling]]
@@ -38,26 +38,26 @@ RIGID: Couplings = ((), (), ())
 
 @dataclass(frozen=True)
 class Arm:
-    """A rigid arm: its mass [kg], where its centre of mass is [m], and its inertia about that [kg m^2]."""
+    """A rigid arm: mass [kg], centre of mass [m], and inertia about it [kg m^2]."""
 
     mass: float
     com: float
-    """Along the line from shoulder to elbow."""
+    """Distance of the centre of mass from the shoulder, along the line to the elbow."""
     inertia: float
     across: float = 0.0
-    """Beside that line; positive is up while the arm is level."""
+    """Distance of the centre of mass from that line; positive is up while the arm is horizontal."""
 
     @classmethod
     def of(cls, links: Links) -> Self:
-        """As the sim file says."""
+        """The arm of the sim file."""
         return cls(mass=links.arm_mass, com=links.arm_com, inertia=links.arm_inertia)
 
     def moved(self, across: float) -> Self:
-        """The same with the centre of mass further to the side [m]."""
+        """The same arm with the centre of mass shifted sideways [m]."""
         return replace(self, across=self.across + across)
 
     def loaded(self, mass: float) -> Self:
-        """The same with a point mass [kg] at the centre of mass."""
+        """The same arm with an added point mass [kg] at the centre of mass."""
         return replace(self, mass=self.mass + mass)
 
 
@@ -72,7 +72,7 @@ def model_xml(
 ) -> str:
     """The MJCF text. Joints are named motor_i, twist_i_k, swing_i, sway_i (i from 0), x, y, z.
 
-    `arms`: one per limb; None: all as in `links`. Joint friction is left out: the plant sets and changes it.
+    `arms`: one per limb; None: all as in `links`. Joint friction is omitted: the plant sets it.
     """
     arms = arms or [Arm.of(links)] * 3
     limbs = "".join(_limb(i, geometry, links, arms[i], couplings[i], dt) for i in range(3))
@@ -107,8 +107,8 @@ def model_xml(
 def _limb(i: int, geometry: Geometry, links: Links, arm: Arm, couplings: Sequence[Coupling], dt: float) -> str:
     """One limb: motor, couplings in series, arm, rod.
 
-    n couplings stand between n pieces of shaft, which share the motor's inertia, and the arm. Where there is none,
-    the inertia is the armature of the arm's own joint.
+    n couplings connect n pieces of shaft, which share the motor's inertia, and the arm. Without couplings the
+    motor's inertia is the armature of the arm's joint.
     """
     frame = f'pos="{_xyz(geometry.R, geometry.phi[i])}" euler="0 0 {geometry.phi[i]}"'
     armature = 0.0 if couplings else links.motor_inertia
@@ -131,7 +131,7 @@ def _arm(arm: Arm) -> str:
 
 
 def _rod(i: int, geometry: Geometry, links: Links) -> str:
-    """The rod on the elbow."""
+    """The rod, connected to the elbow."""
     across = links.rod_mass * geometry.L2**2 / 12
     return f"""
 <body pos="{geometry.L1} 0 0">
@@ -151,7 +151,7 @@ def _coupling(coupling: Coupling, dt: float) -> str:
 
 
 def _friction(dt: float) -> str:
-    """A friction constraint as stiff as the time step allows: a softer one creeps while the joint should stick."""
+    """The stiffest friction constraint that the time step allows: a softer one creeps while the joint sticks."""
     return f'solreffriction="{2 * dt} 1" solimpfriction="0.9999 0.9999 1"'
 
 

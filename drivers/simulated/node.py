@@ -14,7 +14,7 @@ Send = Callable[[int, bytes], None]
 
 
 class _SendOnly:
-    """What LocalNode's parts need of a network."""
+    """The part of a network that LocalNode uses."""
 
     def __init__(self, send: Send) -> None:
         self._send = send
@@ -25,18 +25,18 @@ class _SendOnly:
 
 @cache
 def _dictionary(node_id: int) -> Any:
-    """Read once: a drive boots faster than its EDS is parsed. Values live in the node, not here."""
+    """Object dictionary, parsed once because parsing is slow. The values are stored in the node."""
     return canopen.import_od(str(EDS), node_id)
 
 
 def local_node(node_id: int, send: Send) -> Any:
-    """A node with the values of its EDS, which answers through `send` and in nobody's thread."""
-    # canopen logs every request that it also refuses over the bus.
+    """A node with the values of its EDS, which answers through `send` without a thread."""
+    # canopen logs every request that it also refuses on the bus.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
     node: Any = canopen.LocalNode(node_id, _dictionary(node_id))
     node.sdo.network = node.emcy.network = _SendOnly(send)
-    # canopen's server cannot refuse a segment that no transfer has announced unless these are numbers.
+    # canopen's server can refuse a segment without a transfer only if these are numbers.
     node.sdo._index = node.sdo._subindex = 0
-    # canopen's heartbeat runs on the host's clock; the drive's on simulated time.
+    # canopen's heartbeat runs on the host's clock, the drive's on simulated time.
     node.nmt.start_heartbeat = lambda milliseconds: None
     return node

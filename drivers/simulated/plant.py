@@ -1,4 +1,4 @@
-"""The plant: MuJoCo steps of the robot, with joint friction that really sticks."""
+"""The plant: MuJoCo simulation of the robot, with static joint friction."""
 
 import math
 from collections.abc import Sequence
@@ -16,17 +16,17 @@ from trajectories.kinematics import inverse
 _CLOSURE_ROWS = 9
 """Rows of the three `connect` constraints; MuJoCo lists the friction of the joints right after them."""
 _LEAST_FRICTION = 1e-9
-"""Keeps the friction row of every joint in that list, whatever its level [N m]."""
+"""Least friction [N m]; it keeps the friction row of every joint in that list."""
 _SOFTNESS = 0.01
-"""Of the friction constraint, as a share of the least that MuJoCo offers."""
-_SETTLING = 0.5
-"""Time that elastic joints, critically damped for once, get to come to rest [s]."""
-_SWINGING = 0.2
-"""Inertia that swings on them, roughly [kg m^2]."""
+"""Softness of the friction constraint, relative to the least that MuJoCo offers."""
+_SETTLING_TIME = 0.5
+"""Time for elastic joints, critically damped meanwhile, to come to rest [s]."""
+_OSCILLATING_INERTIA = 0.2
+"""Approximate inertia that oscillates on elastic joints [kg m^2]."""
 
 
 class Plant:
-    """Three motors and the robot that hangs on them. Friction acts on the motors' side of the couplings."""
+    """Three motors and the robot connected to them. Friction acts on the motor side of the couplings."""
 
     def __init__(
         self,
@@ -47,21 +47,21 @@ class Plant:
         self._motor = np.array([self.model.joint(f"motor_{i}").dofadr[0] for i in range(3)])
         self._slides = slice(self.model.nv - 3, self.model.nv)
         self.model.dof_damping[self._motor] = viscous
-        # MuJoCo softens a friction constraint in proportion to this number, and a soft one creeps under load.
+        # MuJoCo softens a friction constraint in proportion to this number; a soft one creeps under load.
         self.model.dof_invweight0[self._motor] *= _SOFTNESS
-        # MuJoCo's arrays stay where they are; fetching them anew in every step would cost more than using them.
+        # MuJoCo's arrays keep their addresses; fetching them in every step would cost more than using them.
         self._qpos, self._qvel, self._qacc = self.data.qpos, self.data.qvel, self.data.qacc
         self._applied, self._passive = self.data.qfrc_applied, self.data.qfrc_passive
         self._frictionloss = self.model.dof_frictionloss
-        # Indexing by an array costs more than by three numbers.
+        # Indexing by an array costs more than by three integers.
         self._motors: tuple[int, int, int] = tuple(self._motor.tolist())
         self.set_friction((0.0, 0.0, 0.0))
 
     def place(self, platform: Sequence[float]) -> None:
-        """Put the platform [m] somewhere, at rest, couplings relaxed, time zero.
+        """Put the platform at a position [m], at rest, couplings relaxed, time zero.
 
         Raises:
-            trajectories.kinematics.Unreachable: the platform cannot be there.
+            trajectories.kinematics.Unreachable: the platform cannot reach the position.
         """
         P = np.array(platform, dtype=np.float64)
         theta = inverse(self.geometry, P[None])[0]
@@ -75,39 +75,39 @@ class Plant:
         mujoco.mj_forward(self.model, self.data)
 
     def step(self, torque: Sequence[float]) -> None:
-        """One time step with these torques of the motors [N m]."""
+        """One time step with the motor torques `torque` [N m]."""
         applied, (first, second, third) = self._applied, self._motors
         applied[first], applied[second], applied[third] = torque
         mujoco.mj_step(self.model, self.data)
 
     def settle(self) -> None:
-        """Let elastic joints come to rest under the friction that is set, without torque."""
+        """Let elastic joints come to rest under the present friction, without torque."""
         damping = self.model.dof_damping.copy()
-        self.model.dof_damping += 2 * np.sqrt(_SWINGING * self.model.jnt_stiffness)
-        for _ in range(round(_SETTLING / self.model.opt.timestep)):
+        self.model.dof_damping += 2 * np.sqrt(_OSCILLATING_INERTIA * self.model.jnt_stiffness)
+        for _ in range(round(_SETTLING_TIME / self.model.opt.timestep)):
             self.step((0.0, 0.0, 0.0))
         self.model.dof_damping[:] = damping
 
     def motor_angles(self) -> list[float]:
-        """[rad]."""
+        """Motor angles [rad]."""
         angles: list[float] = self._qpos.tolist()
         first, second, third = self._motors
         return [angles[first], angles[second], angles[third]]
 
     def motor_speeds(self) -> list[float]:
-        """[rad/s]."""
+        """Motor speeds [rad/s]."""
         speeds: list[float] = self._qvel.tolist()
         first, second, third = self._motors
         return [speeds[first], speeds[second], speeds[third]]
 
     def motor_accelerations(self) -> list[float]:
-        """In the step just made [rad/s^2]."""
+        """Motor accelerations in the last step [rad/s^2]."""
         accelerations: list[float] = self._qacc.tolist()
         first, second, third = self._motors
         return [accelerations[first], accelerations[second], accelerations[third]]
 
     def arm_angles(self) -> Floats:
-        """(3,) angles of the arms, which couplings let differ from the motors' [rad]."""
+        """(3,) angles of the arms [rad], which differ from the motors' by the couplings."""
         angles: Floats = self._qpos[self._motor]
         for joint in range(self.model.njnt):
             name = self.model.joint(joint).name
@@ -116,43 +116,43 @@ class Plant:
         return angles
 
     def platform(self) -> Floats:
-        """(3,) position [m]."""
+        """(3,) position of the platform [m]."""
         position: Floats = self._qpos[self._slides].copy()
         return position
 
     def platform_velocity(self) -> list[float]:
-        """[m/s]."""
+        """Velocity of the platform [m/s]."""
         velocity: list[float] = self._qvel[self._slides].tolist()
         return velocity
 
     def push(self, force: Sequence[float]) -> None:
-        """Force on the platform [N], from the next step on."""
+        """Apply a force to the platform [N], from the next step on."""
         self._applied[self._slides] = force
 
     def set_friction(self, level: Sequence[float]) -> None:
-        """Torque up to which each joint sticks, and against which it slides [N m]."""
+        """Set static and sliding friction of each joint [N m]."""
         loss = self._frictionloss
         for motor, torque in zip(self._motors, level, strict=True):
             loss[motor] = torque if torque > _LEAST_FRICTION else _LEAST_FRICTION
 
     def rigid_torque(self) -> list[float]:
-        """Torque that went through friction to the rigid robot in the step just made, per joint [N m]."""
+        """Torque transmitted to the rigid robot, after friction, in the last step, per joint [N m]."""
         applied, passive, dry = self._applied, self._passive, self.data.efc_force
         return [float(applied[j] + passive[j] + dry[_CLOSURE_ROWS + i]) for i, j in enumerate(self._motors)]
 
     def set_added_mass(self, mass: float) -> None:
-        """Load on the platform beyond its own mass and the payload of the sim file [kg]."""
+        """Set the mass on the platform in addition to its own and the payload of the sim file [kg]."""
         total = self._platform_mass + mass
         self.model.body_mass[-1] = total
-        # MuJoCo takes the inertia of three slides from here, where the compiler left it.
+        # MuJoCo reads the inertia of the three slides from here.
         self.model.dof_M0[self._slides] = total
 
     def set_tilt(self, g_x: float, g_y: float) -> None:
-        """Horizontal components of gravity [m/s^2]; its magnitude stays."""
+        """Set the horizontal components of gravity [m/s^2]; its magnitude is unchanged."""
         self.model.opt.gravity = (g_x, g_y, -math.sqrt(GRAVITY**2 - g_x**2 - g_y**2))
 
     def _rod_angles(self, i: int, theta: float, P: Floats) -> tuple[float, float]:
-        """Angles of the universal joint that bring rod i from the elbow to the platform [rad]."""
+        """Angles of the universal joint of rod i between elbow and platform [rad]."""
         geometry, phi = self.geometry, self.geometry.phi[i]
         x = P[0] * math.cos(phi) + P[1] * math.sin(phi) + geometry.r - geometry.R - geometry.L1 * math.cos(theta)
         y = P[1] * math.cos(phi) - P[0] * math.sin(phi)

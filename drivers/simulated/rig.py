@@ -1,7 +1,7 @@
 """The simulated rig: three simulated drives around one machine, on a real CAN bus interface.
 
-Two paces. Lockstep: simulated time stands still until a SYNC lets it advance by one period, as fast as the computer
-can, and the same seed gives the same frames in the same order. Real time: the machine follows the host's clock.
+Two paces. Lockstep: each SYNC advances simulated time by one period, as fast as the computer can; the same seed gives
+the same frames in the same order. Real time: the machine follows the host's clock.
 """
 
 import time
@@ -19,7 +19,7 @@ from drivers.simulated.service import FALLING_BEHIND, Pace, Service, advance_mac
 from recordings.rig import Rig
 
 _CHUNK = 0.001
-"""Real time: the machine is advanced at least this often [s], so that little is left to do when SYNC comes."""
+"""Real time: longest interval between two advances of the machine [s], so that SYNC is answered quickly."""
 
 
 class SimulatedRig(Service):
@@ -41,7 +41,7 @@ class SimulatedRig(Service):
         self._last_sync: float | None = None
         self._update()
 
-    # Life
+    # Life cycle
 
     def leave(self) -> None:
         """See `Service`."""
@@ -85,17 +85,17 @@ class SimulatedRig(Service):
             drive.synchronise(counts, voltage, torque)
         self._flush()
         if self._lockstep:
-            # What happens on the way to the next SYNC is told with the next answer, so that the order of frames
-            # does not depend on which thread is faster.
+            # Events before the next SYNC are sent with the next answer, so that the order of frames does not depend
+            # on thread scheduling.
             self._advance(self._period)
 
     def _measure_voltage(self, joint: int) -> int:
         return self.machine.voltage_counts()[joint]
 
-    # Time
+    # Simulated time
 
     def _catch_up(self) -> None:
-        """Real time: bring the machine to the host's present, but not past the next SYNC that is due."""
+        """Real time: advance the machine to the host's time, but not beyond the next expected SYNC."""
         now = time.perf_counter() - self._clock_zero
         if now - self.machine.time > FALLING_BEHIND:
             self._clock_zero += now - self.machine.time
@@ -107,8 +107,8 @@ class SimulatedRig(Service):
         self._flush()
 
     def _lock_to_sync(self) -> None:
-        """Real time: real drives sample on SYNC with microseconds of jitter, by a phase-locked loop on its period.
-        This thread wakes up with much more, so the machine's time follows the SYNC count where SYNC is regular."""
+        """Real time: advance the machine to SYNC. Real drives sample with microseconds of jitter, by a phase-locked
+        loop. This thread has much more, so the machine's time follows the SYNC count where SYNC is regular."""
         now = time.perf_counter() - self._clock_zero
         if self._last_sync is not None:
             periods = round((now - self._last_sync) / self._period)

@@ -1,4 +1,4 @@
-"""The truth about a simulated recording, in a file of its own that nobody reads by accident."""
+"""The true properties of a simulated recording, in a separate file that is not read by accident."""
 
 import base64
 import hashlib
@@ -18,29 +18,29 @@ _NOTE = "sealed: what was hidden in the simulated robot of the recording beside 
 
 
 def sealed_path(recording: Path) -> Path:
-    """Where the truth about a recording lies."""
+    """Path of the sealed file of a recording."""
     return recording.with_suffix(".sealed.json")
 
 
 def truth(rig: Rig, config: SimConfig, seed: int | None, sizer: EffectSizer | None = None) -> dict[str, Any]:
-    """What the machine really is: effects (SI) with their sizes along fig5a, seed of --hidden, plant.
+    """True properties of the machine: effects (SI) with their sizes along fig5a, seed of --hidden, plant.
 
-    Of each effect also whether it is one of the list of effects, and on what it depends. `ruler`: one made for this
-    machine before.
+    Each effect has the variables it depends on and whether it is in the list of effects. `sizer`: an existing one for
+    this machine.
     """
     sizer = sizer or EffectSizer(rig, config)
     return {
         "schema": 1,
         "seed": seed,
-        "effects": [_described(build(spec), sizer) for spec in config.effects],
+        "effects": [_describe(build(spec), sizer) for spec in config.effects],
         "plant": config.model_dump(mode="json", exclude={"effects"}),
     }
 
 
-def _described(effect: HiddenEffect, ruler: EffectSizer) -> dict[str, Any]:
+def _describe(effect: HiddenEffect, ruler: EffectSizer) -> dict[str, Any]:
     size = ruler.size(effect)
     if not math.isfinite(size):
-        raise BadInput(f"effect {effect.name()} keeps the robot from following fig5a; choose a smaller one")
+        raise BadInput(f"effect {effect.name()} prevents the robot from following fig5a; choose a smaller one")
     return {
         **effect.spec().model_dump(mode="json", exclude={"size"}),
         "size": size,
@@ -50,7 +50,7 @@ def _described(effect: HiddenEffect, ruler: EffectSizer) -> dict[str, Any]:
 
 
 def seal(path: Path, content: dict[str, Any]) -> None:
-    """Write `content`, legible only through `unseal`.
+    """Write `content`, readable only through `unseal`.
 
     Raises:
         BadInput: the file exists.
@@ -70,10 +70,10 @@ def seal(path: Path, content: dict[str, Any]) -> None:
 
 
 def unseal(path: Path) -> dict[str, Any]:
-    """Read what `seal` wrote.
+    """Read a file written by `seal`.
 
     Raises:
-        BadInput: the file is missing, is not a sealed one, or was changed.
+        BadInput: the file is missing, is not a sealed file, or was changed.
     """
     try:
         wrapper = json.loads(path.read_text(encoding="utf-8"))
@@ -82,7 +82,9 @@ def unseal(path: Path) -> dict[str, Any]:
     except FileNotFoundError:
         raise BadInput(f"sealed file {path} does not exist; check the path") from None
     except (OSError, ValueError, KeyError, TypeError):
-        raise BadInput(f"{path} is not a sealed file; expected what `daq record` put beside a recording") from None
+        raise BadInput(
+            f"{path} is not a sealed file; a file that `daq record` wrote beside a recording expected"
+        ) from None
     if hashlib.sha256(packed).hexdigest() != digest:
         raise BadInput(f"{path} was changed after it was sealed; its checksum does not fit")
     content: dict[str, Any] = json.loads(zlib.decompress(packed))

@@ -1,4 +1,4 @@
-"""One simulated drive that speaks the ASCII protocol, with the registers that the rig file names."""
+"""One simulated drive with the ASCII protocol and the registers that the rig file names."""
 
 import re
 from collections.abc import Callable
@@ -8,8 +8,8 @@ from drivers.serial.drive import SIMULATED, SIMULATED_LOCKSTEP
 from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Rig
 
-_FOLLOWING_TIME = 0.01
-"""A following error must last this long to be a fault [s]."""
+_FOLLOWING_ERROR_TIME = 0.01
+"""Duration of a following error after which it is a fault [s]."""
 _SET = re.compile(r"s (\S+) (-?[0-9]{1,10})")
 _GET = re.compile(r"g (\S+)")
 
@@ -17,7 +17,7 @@ UNKNOWN_COMMAND, UNKNOWN_REGISTER, OUT_OF_RANGE, READ_ONLY, WRONG_STATE = "e 3",
 
 
 class SimulatedSerialDrive:
-    """One drive. `powered` and `generator` tell the machine what to do; `update` tells the drive how it fares."""
+    """One drive. `powered` and `generator` command the machine; `update` returns its state to the drive."""
 
     def __init__(
         self,
@@ -29,7 +29,7 @@ class SimulatedSerialDrive:
         *,
         lockstep: bool,
     ) -> None:
-        """`joint`: 1 ... n; `dt`: plant step [s]; `position`, `voltage`: of this instant [counts]."""
+        """`joint`: 1 ... n; `dt`: plant step [s]; `position`, `voltage`: present values [counts]."""
         self.powered = False
         """Position loop closed."""
         self.generator = SetpointGenerator(dt)
@@ -54,8 +54,8 @@ class SimulatedSerialDrive:
             names.status: lambda: str(self.status),
         }
         self._stopping = False
-        self._heard = 0.0
-        self._followed_badly_since: float | None = None
+        self._last_command = 0.0
+        self._following_error_since: float | None = None
 
     @property
     def status(self) -> int:
@@ -68,19 +68,19 @@ class SimulatedSerialDrive:
     def _value(self, register: str) -> int:
         return self._registers.get(register, 0)
 
-    # What comes on the line
+    # Commands from the line
 
     def handle(self, command: str, now: float) -> str:
-        """The reply to a command, without prefix and ends, that arrives at `now` [s]."""
-        self._heard = now
+        """Reply to a command, both without prefix and end, that arrives at `now` [s]."""
+        self._last_command = now
         if command == self._bus.quick_stop:
             return self._quick_stop()
         if self._bus.update and command == self._bus.update:
             return self._follow()
-        if found := _GET.fullmatch(command):
-            return self._get(found[1])
-        if found := _SET.fullmatch(command):
-            return self._set(found[1], int(found[2]))
+        if match := _GET.fullmatch(command):
+            return self._get(match[1])
+        if match := _SET.fullmatch(command):
+            return self._set(match[1], int(match[2]))
         return UNKNOWN_COMMAND
 
     def _get(self, register: str) -> str:
@@ -105,15 +105,15 @@ class SimulatedSerialDrive:
         return "ok"
 
     def _switch(self, state: int) -> str:
-        wanted = state == self._bus.enable
-        if wanted and self._value(self._names.fault):
+        enabling = state == self._bus.enable
+        if enabling and self._value(self._names.fault):
             return WRONG_STATE
-        if wanted and not self.powered:
-            # A target from before the power was on must not move the axis.
+        if enabling and not self.powered:
+            # A target received before power-on must not move the axis.
             self.generator.hold(self._angle(self._position()))
             self._stopping = False
             self.powered = True
-        elif not wanted and self.powered:
+        elif not enabling and self.powered:
             self._begin_stop()
         return "ok"
 
@@ -129,7 +129,7 @@ class SimulatedSerialDrive:
         return "ok"
 
     def _begin_stop(self) -> None:
-        """Come to rest, then power off."""
+        """Decelerate to rest, then switch power off."""
         self.generator.stop(self._deceleration)
         self._stopping = True
 
@@ -141,19 +141,19 @@ class SimulatedSerialDrive:
     def _angle(self, counts: int) -> float:
         return self.drive.zero_offset + counts / self.drive.counts_per_radian
 
-    # Time passes
+    # Simulated time
 
     def update(self, now: float) -> None:
-        """After the machine has moved, `now` [s]: end of a stop, supervision."""
+        """Update after the machine has moved, at `now` [s]: end of a stop, supervision."""
         if self._stopping and self.generator.at_rest:
             self.powered = self._stopping = False
         self._watch_following_error(now)
         timeout = self._value(self._names.watchdog) / 1000
-        if timeout and self.powered and now - self._heard > timeout:
+        if timeout and self.powered and now - self._last_command > timeout:
             self.fail(COMMAND_LOST)
 
     def fail(self, fault: int) -> None:
-        """A fault: stop on the quick stop ramp, then power off."""
+        """Enter a fault: stop on the quick stop ramp, then power off."""
         if self._value(self._names.fault) & fault:
             return
         self._registers[self._names.fault] = self._value(self._names.fault) | fault
@@ -164,8 +164,8 @@ class SimulatedSerialDrive:
         limit = self._value(self._names.following_error)
         error = abs(self.generator.position - self._angle(self._position())) * abs(self.drive.counts_per_radian)
         if not (self.powered and limit and error > limit):
-            self._followed_badly_since = None
-        elif self._followed_badly_since is None:
-            self._followed_badly_since = now
-        elif now - self._followed_badly_since >= _FOLLOWING_TIME:
+            self._following_error_since = None
+        elif self._following_error_since is None:
+            self._following_error_since = now
+        elif now - self._following_error_since >= _FOLLOWING_ERROR_TIME:
             self.fail(FOLLOWING_ERROR)

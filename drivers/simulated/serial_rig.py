@@ -1,9 +1,9 @@
 """The simulated rig on serial lines: three simulated drives around one machine, behind pseudo-terminals.
 
-Two paces. Lockstep: simulated time stands still while the drives are spoken to, and advances by one period with the
-command `latch` to any of them, which plays the role of SYNC. The same seed gives the same replies.
-Real time: the machine follows the host's clock, and commands and replies take the time that their characters take on
-a wire; a pseudo-terminal has none.
+Two paces. Lockstep: the command `latch` to any drive advances simulated time by one period, as SYNC does on CANopen;
+other commands take no time. The same seed gives the same replies.
+Real time: the machine follows the host's clock; commands and replies take the transmission time of their characters,
+which a pseudo-terminal does not have.
 """
 
 import heapq
@@ -30,11 +30,11 @@ from recordings.errors import BadInput
 from recordings.rig import Rig
 
 _CHUNK = 0.001
-"""Real time: the machine is advanced at least this often [s], so that little is left to do when a command comes."""
+"""Real time: longest interval between two advances of the machine [s], so that commands are answered quickly."""
 _REACTION = 0.0001
-"""Real time: what a drive takes to begin its reply [s]; the rest of the rig's turn-around is the host's."""
+"""Real time: delay of a drive before its reply [s]; the rest of the rig's turnaround is the host's."""
 _IDLE = 0.05
-"""Lockstep: how often the loop looks whether it shall end [s]."""
+"""Lockstep: interval at which the loop checks whether to end [s]."""
 
 
 class SerialRig(Service):
@@ -43,12 +43,12 @@ class SerialRig(Service):
     def __init__(self, rig: Rig, config: SimConfig, *, pace: Pace, seed: int) -> None:
         """
         Raises:
-            BadInput: a port's name is taken by something else.
+            BadInput: the name of a port is in use.
         """
         super().__init__()
         self.machine = Machine(rig, config, np.random.default_rng(seed))
         self.disturb: Callable[[str, bytes], bytes] = lambda port, reply: reply
-        """What becomes of a reply on its way, for experiments with a bad line."""
+        """Changes a reply on the line, for tests with disturbances."""
         self._bus = rig.serial
         self._character = rig.serial.character
         self._period = 1.0 / rig.rate
@@ -56,7 +56,7 @@ class SerialRig(Service):
         self._voltages: Counts | None = None
         self._clock_zero = 0.0
         self._events: list[tuple[float, int, Callable[[], None]]] = []
-        self._order = count()
+        self._event_number = count()
         self.drives = [
             SimulatedSerialDrive(
                 rig,
@@ -76,7 +76,7 @@ class SerialRig(Service):
             self.leave()
             raise
 
-    # Life
+    # Life cycle
 
     def run(self) -> None:
         """See `Service`."""
@@ -86,15 +86,15 @@ class SerialRig(Service):
                 for command in port.read():
                     self._receive(port, command)
             if not self._lockstep:
-                self._work_off()
+                self._run_events()
 
     def leave(self) -> None:
-        """See `Service`: the pseudo-terminals are gone, and the links to them."""
+        """See `Service`: remove the pseudo-terminals and the links to them."""
         for port in self._ports:
             port.close()
 
     def unplug(self, name: str) -> None:
-        """Take a line away, as by pulling its cable."""
+        """Remove a line, as by pulling its cable."""
         next(port for port in self._ports if port.name == name).unplugged = True
 
     def _readable(self) -> list["_Port"]:
@@ -110,31 +110,31 @@ class SerialRig(Service):
         due = self._events[0][0] - time.perf_counter() if self._events else _CHUNK
         return min(max(0.0, due), _CHUNK)
 
-    # The wire
+    # The line
 
     def _receive(self, port: "_Port", command: str) -> None:
-        """A command has been written to the pseudo-terminal; on a wire its last character comes later."""
+        """Process a command written to the pseudo-terminal; on a real line its last character arrives later."""
         if self._lockstep:
-            self._answer(port, command)
+            self._reply_to(port, command)
             return
-        # A whole command is written at once, so the line is free or still busy with the one before.
+        # A whole command is written at once, so the line is free or still busy with the previous command.
         port.busy_until = max(time.perf_counter(), port.busy_until) + (len(command) + 1) * self._character
-        self._at(port.busy_until, lambda: self._hear(port, command))
+        self._at(port.busy_until, lambda: self._process(port, command))
 
-    def _hear(self, port: "_Port", command: str) -> None:
+    def _process(self, port: "_Port", command: str) -> None:
         self._catch_up(port.busy_until)
-        self._answer(port, command)
+        self._reply_to(port, command)
 
-    def _answer(self, port: "_Port", command: str) -> None:
+    def _reply_to(self, port: "_Port", command: str) -> None:
         if self._bus.echo:
             port.write(command.encode() + END)
         drive = next((drive for drive in port.drives if command.startswith(drive.prefix)), None)
         if drive is None:
             return
-        said = command.removeprefix(drive.prefix)
-        latch = self._lockstep and said == LATCH
-        text = "ok" if latch else drive.handle(said, self.machine.time)
-        reply = self.disturb(port.name, text.encode() + END)
+        text = command.removeprefix(drive.prefix)
+        latch = self._lockstep and text == LATCH
+        answer = "ok" if latch else drive.handle(text, self.machine.time)
+        reply = self.disturb(port.name, answer.encode() + END)
         if not self._lockstep:
             on_the_wire = len(reply) * self._character
             self._at(port.busy_until + _REACTION + on_the_wire, lambda: port.write(reply))
@@ -145,10 +145,10 @@ class SerialRig(Service):
             self._advance(self._period)
 
     def _at(self, due: float, action: Callable[[], None]) -> None:
-        heapq.heappush(self._events, (due, next(self._order), action))
+        heapq.heappush(self._events, (due, next(self._event_number), action))
 
-    def _work_off(self) -> None:
-        """Real time: what is due, each at its time."""
+    def _run_events(self) -> None:
+        """Real time: run the events that are due, in order."""
         while self._events and self._events[0][0] <= time.perf_counter():
             heapq.heappop(self._events)[-1]()
         self._catch_up(time.perf_counter())
@@ -159,13 +159,13 @@ class SerialRig(Service):
         return self.machine.encoder_counts()[joint]
 
     def _voltage(self, joint: int) -> int:
-        # In lockstep drawn once per period, so that it does not matter which line is served first.
+        # In lockstep the noise is drawn once per period, so that the order of the lines does not matter.
         if self._voltages is None or not self._lockstep:
             self._voltages = self.machine.voltage_counts()
         return self._voltages[joint]
 
     def _catch_up(self, now: float) -> None:
-        """Real time: bring the machine to `now` [s] on the host's clock."""
+        """Real time: advance the machine to `now` [s] on the host's clock."""
         behind = now - self._clock_zero - self.machine.time
         if behind > FALLING_BEHIND:
             self._clock_zero += behind
@@ -179,7 +179,7 @@ class SerialRig(Service):
 
 
 class _Port:
-    """One pseudo-terminal under a name: a link in the file system, or known inside this program only."""
+    """One pseudo-terminal with a name: a link in the file system, or a name known only inside this program."""
 
     def __init__(self, name: str, drives: list[SimulatedSerialDrive]) -> None:
         self.name = name
@@ -189,7 +189,7 @@ class _Port:
         self._buffer = b""
         self._link: Path | None = None
         self._controller, device = os.openpty()
-        # The recorder's end is kept open here too, so that a recorder may come and go.
+        # The recorder's end is kept open here as well, so that recorders may connect and disconnect.
         self._open = [self._controller, device]
         tty.setraw(device)
         os.set_blocking(self._controller, False)
@@ -200,7 +200,7 @@ class _Port:
             self._make_link(Path(name), path)
 
     def _make_link(self, link: Path, path: str) -> None:
-        if link.is_symlink() and not link.exists():  # left over from a simulated rig that was killed
+        if link.is_symlink() and not link.exists():  # of a simulated rig that was killed
             link.unlink()
         try:
             link.symlink_to(path)
@@ -217,19 +217,19 @@ class _Port:
         return self._controller
 
     def read(self) -> list[str]:
-        """Commands that are complete, without their ends; empty ones are none."""
+        """Complete commands without their ends; empty ones are skipped."""
         with suppress(OSError):
             self._buffer += os.read(self._controller, 4096)
         *commands, self._buffer = self._buffer.split(END)
         return [command.decode("ascii", "replace") for command in commands if command]
 
     def write(self, data: bytes) -> None:
-        """What nobody reads is lost, as on a wire."""
+        """Write characters; they are lost if nobody reads them, as on a real line."""
         with suppress(OSError):
             os.write(self._controller, data)
 
     def close(self) -> None:
-        """Hang up; a second time nothing happens."""
+        """Close the pseudo-terminal; may be repeated."""
         if self._link is not None:
             self._link.unlink(missing_ok=True)
             self._link = None

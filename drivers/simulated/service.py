@@ -1,4 +1,4 @@
-"""What simulated rigs have in common: a loop that serves the drives, in a thread of its own or in the caller's."""
+"""Base of the simulated rigs: a loop that serves the drives, in its own thread or in the caller's."""
 
 import threading
 from abc import ABC, abstractmethod
@@ -12,11 +12,11 @@ from drivers.simulated.setpoint_generator import SetpointGenerator
 Pace = Literal["lockstep", "realtime"]
 
 FALLING_BEHIND = 0.5
-"""Real time: if the host cannot follow, simulated time slips rather than piling up [s]."""
+"""Real time: lag of the host above which simulated time is delayed instead of caught up [s]."""
 
 
 class SimulatedDrive(Protocol):
-    """What the machine needs of a drive."""
+    """The part of a simulated drive that the machine uses."""
 
     @property
     def powered(self) -> bool: ...
@@ -26,7 +26,7 @@ class SimulatedDrive(Protocol):
 
 
 def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration: float) -> bool:
-    """Let time pass [s] as the drives have it; False where it is less than half a step of the plant."""
+    """Advance the machine by `duration` [s] with the drives' setpoints; False if less than half a plant step."""
     for j, drive in enumerate(drives):
         if machine.enabled[j] != drive.powered:
             machine.enabled[j] = drive.powered
@@ -40,13 +40,13 @@ def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration
 
 
 class Service(ABC):
-    """Runs in a thread of its own between `start` and `close`, or in the caller's with `run`."""
+    """Runs in its own thread between `start` and `close`, or in the caller's with `run`."""
 
     def __init__(self) -> None:
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.error: BaseException | None = None
-        """What ended the thread before its time."""
+        """Error that ended the thread."""
 
     @abstractmethod
     def run(self) -> None:
@@ -58,15 +58,15 @@ class Service(ABC):
 
     @abstractmethod
     def leave(self) -> None:
-        """Leave the bus; the loop has ended."""
+        """Leave the bus, after the loop has ended."""
 
     def start(self) -> None:
-        """Serve from a thread."""
+        """Start the thread."""
         self._thread = threading.Thread(target=self._run_guarded, name="simulated rig", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Let `run` return."""
+        """Make `run` return."""
         self._stopping.set()
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """The position loop of one drive, running at the plant's step rate.
 
-It closes on the drive's fine internal angle, not on the counts that the drive reports: real drives interpolate their
-encoders' signals, and so quantisation does not rattle through the gains.
+Its feedback is the drive's fine internal angle, not the reported counts: real drives interpolate the signals of their
+encoders, so that the gains do not amplify quantisation noise.
 """
 
 from collections import deque
@@ -13,8 +13,8 @@ class PositionLoop:
     """Position P, velocity PI with feed-forward, current limit and current loop of one joint."""
 
     def __init__(self, servo: Servo, dt: float, smoothing: int) -> None:
-        """`smoothing`: steps over which setpoints are averaged; one SYNC period, so that straight lines between the
-        targets of two SYNCs give a velocity without corners at the SYNC rate."""
+        """`smoothing`: number of steps of the moving average of the setpoints; one SYNC period, so that linear
+        interpolation between the targets of two SYNCs gives a continuous velocity."""
         self._position_gain = servo.position_gain
         self._velocity_gain = servo.velocity_gain
         self._integral_gain = servo.velocity_gain / servo.integral_time * dt
@@ -25,10 +25,10 @@ class PositionLoop:
         self._sum = 0.0
         self._integral = 0.0
         self.torque = 0.0
-        """What the current gives [N m]."""
+        """Torque of the current [N m]."""
 
     def restart(self, position: float) -> None:
-        """Begin to hold `position` [rad]: what the loop remembers is forgotten."""
+        """Clear the memory of the loop and hold `position` [rad]."""
         self._setpoints.extend([position] * self._smoothing)
         self._sum = position * self._smoothing
         self._integral = 0.0
@@ -39,14 +39,14 @@ class PositionLoop:
         oldest = setpoints[0]
         setpoints.append(setpoint)
         self._sum += setpoint - oldest
-        # The derivative of a moving average is the difference over its window; half a window ahead of the average
-        # lies the present.
+        # The derivative of a moving average is the difference over its window; the present lies half a window ahead
+        # of the average.
         v_reference = (setpoint - oldest) / self._window
         reference = self._sum / self._smoothing + 0.5 * self._window * v_reference
         v_error = v_reference + self._position_gain * (reference - q) - v
         wanted = self._velocity_gain * v_error + self._integral
         limit = self._limit
-        # Comparisons, where min and max would cost more than the rest of this line.
+        # Comparisons are much faster than min and max.
         limited = limit if wanted > limit else -limit if wanted < -limit else wanted
         if wanted == limited:
             self._integral += self._integral_gain * v_error
@@ -54,6 +54,6 @@ class PositionLoop:
         return self.torque
 
     def idle(self) -> float:
-        """One step without power: the current dies away."""
+        """One step without power: the current decays."""
         self.torque -= self._current_step * self.torque
         return self.torque

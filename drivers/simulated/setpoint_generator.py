@@ -1,4 +1,4 @@
-"""The setpoint that a drive gives its position loop: interpolation between targets, and the quick stop ramp."""
+"""Setpoints of a drive's position loop: interpolation between targets, and the quick stop ramp."""
 
 
 class SetpointGenerator:
@@ -14,25 +14,25 @@ class SetpointGenerator:
         self._steps_left = 0
 
     def hold(self, position: float) -> None:
-        """Stand at `position` [rad]."""
+        """Hold `position` [rad]."""
         self.position = position
         self._velocity = 0.0
         self._deceleration = None
         self._steps_left = 0
 
     def interpolate(self, target: float, period: float) -> None:
-        """Go to `target` [rad] in a straight line within `period` [s]; then wait there."""
+        """Move linearly to `target` [rad] within `period` [s], then hold it."""
         self._steps_left = max(1, round(period / self._dt))
         self._velocity = (target - self.position) / (self._steps_left * self._dt)
         self._deceleration = None
 
     def stop(self, deceleration: float) -> None:
-        """Come to rest with `deceleration` [rad/s^2] from the present speed."""
+        """Decelerate to rest with `deceleration` [rad/s^2] from the present speed."""
         self._deceleration = deceleration
 
     @property
     def at_rest(self) -> bool:
-        """True where nothing more will move."""
+        """True when the motion has ended."""
         return self._velocity == 0.0
 
     def step(self) -> float:

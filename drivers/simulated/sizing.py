@@ -1,9 +1,9 @@
-"""How large a hidden effect is: what a fit of the base model leaves of it, as a share of the torque.
+"""Size of a hidden effect: its residual after a fit of the base model, relative to the torque.
 
-The machine runs along a trajectory, without bus, noise or quantisation, with and without the effect, and the base
-model is fitted to what it reports both times: positions as its encoders read them, torques as its voltages say by the
-rig's map. The difference of the two residuals over the torque, both as RMS over the joints concerned, is the size. So
-effects of the drives and the sensors are measured by the torque that they make the model miss, like all others.
+The machine runs along a trajectory, without bus, noise or quantisation, with and without the effect. The base model
+is fitted to its reported values both times: positions of the encoders, torques of the voltages by the rig's map. The
+size is the RMS of the difference of the two residuals over the RMS of the torque, on the joints of the effect.
+Effects of drives and sensors are thus measured, like all others, by the torque error that they cause in the model.
 """
 
 import math
@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from drivers.simulated.base_model_residual import BaseModelResidual, JointMotion, base_model_residual
 from drivers.simulated.config import EffectSpec, SimConfig
 from drivers.simulated.effect import HiddenEffect, build
 from drivers.simulated.machine import Machine, plant_step
-from drivers.simulated.base_model_residual import JointMotion, BaseModelResidual, base_model_residual
 from drivers.simulated.secant import solve
 from recordings.errors import BadInput
 from recordings.recording import Floats
@@ -22,74 +22,78 @@ from recordings.rig import Rig
 from trajectories.kinematics import Unreachable
 from trajectories.library import load
 
-_LOOK_EVERY = 4
-"""Steps of the plant between two looks at it."""
-_FIT_EVERY = 5
-"""Looks between two rows of the fit."""
+_STEPS_PER_SAMPLE = 4
+"""Plant steps per sample."""
+_FIT_DECIMATION = 5
+"""Samples per row of the fit."""
 _MARGIN = 0.15
-"""Of the motion beyond the repetitions, for the low-pass [s]."""
-_CLOSE_ENOUGH = 0.01
-"""Relative error of a size that was asked for."""
-_SHAKING = 0.3
-"""How far an effect may change the acceleration, as a share of it, before the loop counts as unstable."""
+"""Motion after the repetitions, for the low-pass filter [s]."""
+_SIZE_TOLERANCE = 0.01
+"""Relative tolerance of a requested size."""
+_UNSTABLE_ACCELERATION = 0.3
+"""Change of the acceleration by an effect, relative to it, above which the loop counts as unstable."""
 
 
 class EffectSizer:
-    """Measures effects on one robot and one trajectory, of which it runs as few repetitions as the effect allows."""
+    """Measures the size of effects on one robot and trajectory, with the fewest repetitions that an effect allows."""
 
     def __init__(self, rig: Rig, config: SimConfig, trajectory: str = "fig5a") -> None:
-        """`config`: the machine; effects of its own are left out."""
+        """`config`: the machine; its effects are omitted."""
         self._rig = rig
         self._config = config.model_copy(update={"effects": ()})
         self._trajectory = trajectory
-        self._runs: dict[int, _Run] = {}
+        self._runs: dict[int, _TrajectoryRun] = {}
 
     def size(self, effect: HiddenEffect) -> float:
-        """The effect's size; infinite where it keeps the robot from following the trajectory.
+        """The effect's size; infinite if the robot cannot follow the trajectory with it.
 
-        What happens at some instant is made to happen in the middle of the motion.
+        Effects that happen at an instant happen in the middle of the motion.
 
         Raises:
-            BadInput: no such trajectory, or the robot cannot follow it without the effect either.
+            BadInput: no such trajectory, or the robot cannot follow it even without the effect.
         """
         if effect.cycles not in self._runs:
-            self._runs[effect.cycles] = _Run(self._rig, self._config, self._trajectory, effect.cycles)
+            self._runs[effect.cycles] = _TrajectoryRun(self._rig, self._config, self._trajectory, effect.cycles)
         return self._runs[effect.cycles].size(effect)
 
     def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float]:
-        """The effect with the strength, of the same sign, that brings its size nearest to `wanted`; and that size.
+        """The effect with the strength, of the same sign, whose size is nearest to `wanted`; and that size.
 
         Raises:
-            BadInput: as `size`, or the robot cannot follow with any strength that was tried.
+            BadInput: as `size`, or the robot cannot follow the trajectory with any strength tried.
         """
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
-        found = solve(
+        solution = solve(
             lambda strength: self.size(effect.scaled(sign * strength)),
             wanted,
             start=abs(type(effect)().model_dump()[effect.strength()]),
             largest=effect.largest(),
-            tolerance=_CLOSE_ENOUGH,
+            tolerance=_SIZE_TOLERANCE,
         )
-        if found is None:
-            raise BadInput(f"effect {effect.name()} shakes this robot at any strength; change its other parameters")
-        strength, size = found
+        if solution is None:
+            raise BadInput(
+                f"effect {effect.name()} makes this robot unstable at any strength; change its other parameters"
+            )
+        strength, size = solution
         return effect.scaled(sign * strength), size
 
 
-class _Run:
-    """Some repetitions of a trajectory, and what the base model leaves of the bare machine on them."""
+class _TrajectoryRun:
+    """Some repetitions of a trajectory, and the base-model residual of the machine without effects on them."""
 
     def __init__(self, rig: Rig, config: SimConfig, name: str, cycles: int) -> None:
         self._rig, self._config = rig, config
         dt = plant_step(rig.rate)
-        self._dt = _LOOK_EVERY * dt
+        self._dt = _STEPS_PER_SAMPLE * dt
         trajectory = load(name, rig, cycles=cycles, rate=1 / dt)
-        repeating = np.flatnonzero(trajectory.repeat >= 0) // _LOOK_EVERY
-        self._window = slice(int(repeating[0]), int(repeating[-1]) + 1)
+        repeated = np.flatnonzero(trajectory.repeat >= 0) // _STEPS_PER_SAMPLE
+        self._window = slice(int(repeated[0]), int(repeated[-1]) + 1)
         self._start: list[float] = trajectory.platform[0].tolist()
-        looks = self._window.stop + round(_MARGIN / self._dt)
-        self._setpoints = trajectory.joint_position[: looks * _LOOK_EVERY].reshape(looks, _LOOK_EVERY, 3)
-        bare = self._left(())
+        samples = self._window.stop + round(_MARGIN / self._dt)
+        self._setpoints = trajectory.joint_position[: samples * _STEPS_PER_SAMPLE].reshape(
+            samples, _STEPS_PER_SAMPLE, 3
+        )
+        bare = self._residual_with(())
         if bare is None:
             raise BadInput(f"the simulated robot cannot follow {name}; change its servo or its links in the sim file")
         self._bare = bare
@@ -97,24 +101,26 @@ class _Run:
     def size(self, effect: HiddenEffect) -> float:
         middle = (self._window.start + self._window.stop) / 2 * self._dt
         joints = [joint - 1 for joint in effect.joints]
-        left, bare = self._left((effect.at(middle),)), self._bare
-        if left is None or _rms(left.acceleration - bare.acceleration) > _SHAKING * _rms(bare.acceleration):
+        fit, bare = self._residual_with((effect.at(middle),)), self._bare
+        if fit is None or _rms(fit.acceleration - bare.acceleration) > _UNSTABLE_ACCELERATION * _rms(
+            bare.acceleration
+        ):
             return math.inf
-        return _rms((left.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
+        return _rms((fit.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
 
-    def _left(self, effects: Sequence[HiddenEffect]) -> BaseModelResidual | None:
-        """What the base model leaves; None where the robot does not follow."""
+    def _residual_with(self, effects: Sequence[HiddenEffect]) -> BaseModelResidual | None:
+        """Residual of the base model; None if the robot does not follow the trajectory."""
         try:
-            motion = self._follow(effects)
+            motion = self._reported_motion(effects)
             error = np.abs(self._setpoints[:, -1] - motion.position)[self._window]
             if not np.max(error) < self._rig.limits.following_error:
                 return None
-            return base_model_residual(self._rig.geometry, motion, self._dt, self._window, _FIT_EVERY)
+            return base_model_residual(self._rig.geometry, motion, self._dt, self._window, _FIT_DECIMATION)
         except Unreachable:
             return None
 
-    def _follow(self, effects: Sequence[HiddenEffect]) -> JointMotion:
-        """What the machine with these effects reports."""
+    def _reported_motion(self, effects: Sequence[HiddenEffect]) -> JointMotion:
+        """Motion reported by the machine with these effects."""
         specs = tuple(effect.spec() for effect in effects)
         machine = Machine(self._rig, self._config.model_copy(update={"effects": specs}), np.random.default_rng(0))
         machine.reset(self._start)
@@ -129,10 +135,10 @@ class _Run:
 
 
 def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> SimConfig:
-    """The same machine, its effects given by parameters in place of sizes; `ruler`: one made for it before.
+    """Convert the sizes of the effects to parameters; `sizer`: an existing one for this machine.
 
     Raises:
-        BadInput: an effect is not valid or cannot be that large on this robot.
+        BadInput: an effect is not valid or cannot have its size on this robot.
     """
     effects = [build(spec) for spec in config.effects]
     for spec, effect in zip(config.effects, effects, strict=True):
@@ -141,15 +147,15 @@ def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> Si
     if all(spec.size is None for spec in config.effects):
         return config
     sizer = sizer or EffectSizer(rig, config)
-    resolved = tuple(_resolved(sizer, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
+    resolved = tuple(_resolve(sizer, spec, effect) for spec, effect in zip(config.effects, effects, strict=True))
     return config.model_copy(update={"effects": resolved})
 
 
-def _resolved(ruler: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
+def _resolve(ruler: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
     if spec.size is None:
         return spec
     effect, size = ruler.nearest(effect, spec.size)
-    if abs(size / spec.size - 1) > 2 * _CLOSE_ENOUGH:
+    if abs(size / spec.size - 1) > 2 * _SIZE_TOLERANCE:
         raise BadInput(
             f"effect {spec.name}: a size of {spec.size:g} cannot be had on joints {list(spec.joints)}, "
             f"{size:.3g} is the nearest; change the size or the other parameters"

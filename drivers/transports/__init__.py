@@ -1,6 +1,6 @@
-"""The ways to reach drives, one module each, named as `transport` in the rig file.
+"""The transports to the drives, one module each, named as `transport` in the rig file.
 
-What a module offers is written down in `Transport`.
+`Transport` is the interface of a module.
 """
 
 import importlib
@@ -13,32 +13,32 @@ from drivers.protocol import Amplifiers, Report
 from recordings.rig import Rig
 
 Tap = Callable[[int, can.Message, bool], None]
-"""Called for every CAN frame, if there are any: time [ns], the frame, sent by us?"""
+"""Callback for every CAN frame: time [ns], frame, whether this program sent it."""
 Clock = Callable[[], int]
 """Simulated time [ns]."""
 
 
 class Transport(Protocol):
-    """What each module of this folder is."""
+    """Interface of each module of this folder."""
 
     def check(self, rig: Rig) -> None:
-        """Raise BadInput where the rig cannot work."""
+        """Raise BadInput if the rig cannot work."""
         ...
 
     def describe(self, rig: Rig) -> str:
-        """One line for a person: load, highest safe rate."""
+        """One line of text: bus load, highest rate."""
         ...
 
     def simulated_here(self, rig: Rig) -> bool:
-        """Whether the drives are to be simulated inside this program."""
+        """Whether the drives are simulated inside this program."""
         ...
 
     def lead(self, rig: Rig) -> float:
-        """By how much a cycle begins before its SYNC [s]."""
+        """Time from the beginning of a cycle to its SYNC [s]."""
         ...
 
     def connect(self, rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
-        """The amplifiers, not yet spoken to; `clock` stamps in place of the host's where time is simulated.
+        """Connect to the amplifiers without sending anything; `clock` replaces the host's clock with simulated time.
 
         Raises:
             BadInput: the bus or port does not exist.

@@ -12,8 +12,8 @@ from recordings.rig import Rig
 
 
 def bus_load(rig: Rig, rate: float) -> float:
-    """Worst-case share of the bus that the cycle takes at `rate` [Hz]: SYNC, the drives' PDOs, and one SDO request
-    with its response where voltages are polled."""
+    """Worst-case bus load (0 ... 1) of the cycle at `rate` [Hz]: SYNC, the drives' PDOs, and one SDO request
+    with its response if voltages are polled."""
     sizes = [0, *(size for drive in rig.drives for size in pdo_sizes(drive))]
     if any(drive.voltage.transfer == "sdo" for drive in rig.drives):
         sizes += [8, 8]
@@ -22,7 +22,7 @@ def bus_load(rig: Rig, rate: float) -> float:
 
 
 def highest_rate(rig: Rig) -> float:
-    """The rate [Hz] at which the cycle takes the share of the bus that the rig allows."""
+    """The rate [Hz] at which the bus load reaches the limit in the rig file."""
     return rig.can.max_load / bus_load(rig, 1.0)
 
 
@@ -46,7 +46,7 @@ def describe(rig: Rig) -> str:
 
 
 def simulated_here(rig: Rig) -> bool:
-    """See `Transport`: a virtual bus ends at this program, so nobody else can be on it."""
+    """See `Transport`: a virtual bus exists only inside this program."""
     return rig.can.interface == "virtual"
 
 
@@ -59,7 +59,7 @@ def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifie
     """See `Transport`."""
     link = Link(open_bus(rig.can))
     link.tap, link.clock = tap, clock
-    # In lockstep time is simulated, and the kernel's is not.
+    # In lockstep time is simulated, but the kernel sends SYNC in real time.
     if rig.can.sync == "host" or clock is not None:
         return CanopenDrives(rig, link, report)
     try:

@@ -1,4 +1,4 @@
-"""Serial: drives that speak the ASCII protocol, on one line or on one line each."""
+"""Serial: drives with the ASCII protocol, on one line or on one line each."""
 
 import math
 from contextlib import suppress
@@ -16,37 +16,41 @@ from recordings.rig import Drive, Rig
 
 _ANY_STATUS = 2**32 - 1
 _LONGEST_VOLTAGE = "-32768"
-_LOCKSTEP_PATIENCE = 2.0
-"""With replies where time is simulated: nobody hurries, and a late one must not change the recording [s]."""
+_LOCKSTEP_REPLY_TIMEOUT = 2.0
+"""Least reply timeout with simulated time, where a late reply must not change the recording [s]."""
 
 
 def cycle_time(rig: Rig) -> float:
-    """Longest time that one cycle takes on the wire, turn-arounds included [s]."""
+    """Longest duration of one cycle on the lines, turnarounds included [s]."""
     axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
     return max(_line_time(rig, [axis for axis in axes if axis.port == port]) for port in rig.serial.ports)
 
 
 def highest_rate(rig: Rig) -> float:
-    """The rate [Hz] at which the cycle takes the share of the period that the rig allows."""
+    """The rate [Hz] at which the load of the lines reaches the limit in the rig file."""
     return rig.serial.max_load / cycle_time(rig)
 
 
 def skew(rig: Rig) -> float:
-    """How much later the last drive of a line is read than the first one [s]."""
+    """Time between reading the first and the last drive of a line [s]."""
     if len(rig.serial.ports) > 1:
         return 0.0
-    return sum(_exchange_time(rig, SerialAxis(rig, joint), Power.ON, look=False) for joint in range(1, rig.dof))
+    return sum(
+        _exchange_time(rig, SerialAxis(rig, joint), Power.ON, with_status=False) for joint in range(1, rig.dof)
+    )
 
 
 def _line_time(rig: Rig, axes: list[SerialAxis]) -> float:
-    """Every drive is led; one of them is also asked for its status, and may just be enabled."""
-    led = [_exchange_time(rig, axis, Power.ON, look=False) for axis in axes]
-    looked_at = [max(_exchange_time(rig, axis, power, look=True) for power in (Power.ON, Power.OFF)) for axis in axes]
-    return sum(led) + max(long - short for long, short in zip(looked_at, led, strict=True))
+    """Duration of one cycle of a line [s]: a target for every drive; the status of one, which may be enabled."""
+    usual = [_exchange_time(rig, axis, Power.ON, with_status=False) for axis in axes]
+    longest = [
+        max(_exchange_time(rig, axis, power, with_status=True) for power in (Power.ON, Power.OFF)) for axis in axes
+    ]
+    return sum(usual) + max(longer - shorter for longer, shorter in zip(longest, usual, strict=True))
 
 
-def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, look: bool) -> float:
-    """One drive's part of a cycle [s], counted on what the driver really says and the longest replies to it."""
+def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, with_status: bool) -> float:
+    """Duration of the exchange with one drive [s], from the driver's commands and the longest replies to them."""
     bus = rig.serial
     position = max(map(str, position_limits(rig, axis.drive)), key=len)
     status = _ANY_STATUS & ~(bus.status.fault | bus.status.off) | (bus.status.off if power is Power.OFF else 0)
@@ -57,13 +61,13 @@ def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, look: bool) -> f
     }
     axis.power, axis.counts, axis.answered = power, int(position), True
     axis.begin_cycle()
-    script = axis.cycle(Goal.ENABLED, axis.target(int(position)), look)
+    script = axis.cycle(Goal.ENABLED, axis.target(int(position)), with_status)
     characters = exchanges = 0
     command = next(script)
     with suppress(StopIteration):
         while True:
             reply = f"v {values[command]}" if command in values else "ok"
-            characters += len(command) + len(reply) + 2  # each with its end
+            characters += len(command) + len(reply) + 2  # each with its end character
             exchanges += 1
             command = script.send(parse(reply.encode()))
     return characters * bus.character + exchanges * bus.turnaround
@@ -72,7 +76,7 @@ def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, look: bool) -> f
 def check(rig: Rig) -> None:
     """See `Transport`."""
     for joint, drive in enumerate(rig.drives, start=1):
-        _refuse_canopen_only(joint, drive)
+        _check_no_canopen_options(joint, drive)
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz a cycle has {1e3 / rig.rate:.1f} ms, of which bus.max_load allows "
@@ -81,11 +85,11 @@ def check(rig: Rig) -> None:
         )
 
 
-def _refuse_canopen_only(joint: int, drive: Drive) -> None:
+def _check_no_canopen_options(joint: int, drive: Drive) -> None:
     for name in ("mode", "torque_actual", "homed", "dcf"):
         if getattr(drive, name) != Drive.model_fields[name].default:
             raise BadInput(
-                f"'{name}' of joint {joint} is for CANopen drives and would not be heeded on a serial line; remove it"
+                f"'{name}' of joint {joint} is for CANopen drives and has no effect on a serial line; remove it"
             )
 
 
@@ -123,7 +127,7 @@ def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifie
                 turnaround=bus.turnaround,
                 reply_timeout=bus.reply_timeout,
                 echo=bus.echo,
-                least_timeout=0.0 if clock is None else _LOCKSTEP_PATIENCE,
+                least_timeout=0.0 if clock is None else _LOCKSTEP_REPLY_TIMEOUT,
             )
     except BadInput:
         for line in lines.values():

@@ -57,7 +57,7 @@ def _list(known: dict[str, Effect]) -> None:
 
 
 def _explain(name: str, effect: Effect) -> None:
-    from ident.dynamics.effects.base import is_never
+    from ident.dynamics.effects.base import is_infinite
 
     entry = _entry(name, effect)
     click.echo(f"{name}: {effect.sentence}\n")
@@ -69,7 +69,7 @@ def _explain(name: str, effect: Effect) -> None:
     )
     for one in entry["parameters"]:
         limits = (one["lower"], one["upper"])
-        low, high = ("" if limit is None or is_never(limit, one["unit"]) else f"{limit:g}" for limit in limits)
+        low, high = ("" if limit is None or is_infinite(limit, one["unit"]) else f"{limit:g}" for limit in limits)
         physical = f", {low or '-inf'} to {high or 'inf'}" if low or high else ""
         click.echo(f"  {one['name']} [{one['unit']}]: {one['meaning']}{physical}")
 

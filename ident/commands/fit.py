@@ -112,11 +112,12 @@ def command(
     plots = plots or files[0].with_suffix(".plots")
     refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
 
+    from ident.data.compatibility import check_not_repeated
     from ident.estimation import estimators
-    from ident.identification.identify import Choices, identify, refuse_the_same_twice
+    from ident.identification.identify import Choices, identify
     from ident.output.console.progress import progress_bar
 
-    refuse_the_same_twice((*files, *([validate] if validate else [])))
+    check_not_repeated((*files, *([validate] if validate else [])))
 
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}

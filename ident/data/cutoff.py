@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 
 from ident.data.samples import Samples
-from ident.filters import stretches
+from ident.filters import contiguous_slices
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -126,7 +126,7 @@ class Spectra:
         """Of the longest stretch without a gap of `position` (n,) and `torque` (n,); None if that is too short."""
         from scipy.signal import csd, welch
 
-        known = stretches(np.isfinite(position) & np.isfinite(torque))
+        known = contiguous_slices(np.isfinite(position) & np.isfinite(torque))
         whole = max(known, key=lambda one: one.stop - one.start, default=slice(0, 0))
         segment = int(rate / _RESOLUTION)
         acceleration = np.diff(position[whole], 2) * rate**2

@@ -11,7 +11,7 @@ from ident.data.dataset import Dataset, assemble
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, sample
 from ident.dynamics import mechanisms, rods
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -32,7 +32,7 @@ class CorrectedMotion:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    def effect_inputs(self, course: "PreparedRecording", load: Floats) -> View:
+    def effect_inputs(self, course: "PreparedRecording", load: Floats) -> EffectInputs:
         """What effects see of it, with the `load` of a composition (k or k + 1,)."""
         parameters, m_d = load[: len(self.mechanism.parameters)], float(load[len(self.mechanism.parameters) :].sum())
         rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
@@ -46,7 +46,7 @@ class CorrectedMotion:
         by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
         by_name["m_d"] = m_d
         rate, bandwidth = course.samples.rate, course.preprocessed.bandwidth
-        return View(self.rig, rate, course.time, self.motion, rigid_at, bandwidth, by_name)
+        return EffectInputs(self.rig, rate, course.time, self.motion, rigid_at, bandwidth, by_name)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.design.with_effects import additive, middle, remade, view_of
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Signal, Values
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
@@ -54,17 +54,17 @@ class Setting:
         assert isinstance(effect, Signal)
         view = self.view(motion)
         changes = [
-            self._change(effect, view, owner, index, effect.parameters[index].starts[0])
+            self._change(effect, view, owner, index, effect.parameters[index].initial_guesses[0])
             for owner in range(self.owners(effect))
             for index in range(self.each(effect))
         ]
         return np.stack(changes, axis=2)
 
-    def view(self, motion: Motion) -> View:
+    def view(self, motion: Motion) -> EffectInputs:
         """What effects see of `motion`."""
         return view_of(self.rig, self.mechanism, motion, self.load, self.rate)
 
-    def _change(self, effect: Signal, view: View, owner: int, index: int, size: float) -> Floats:
+    def _change(self, effect: Signal, view: EffectInputs, owner: int, index: int, size: float) -> Floats:
         """Change (n, dof) of what is reported, per unit of one parameter, looked at with that `size` of it."""
         values = {one.name: np.zeros(self.owners(effect)) for one in effect.parameters}
         values[effect.parameters[index].name][owner] = size
@@ -72,12 +72,12 @@ class Setting:
         try:
             change: Floats = np.nan_to_num((self._reported(effect, values, view) - view.rigid) / size)
         except Unreachable:
-            if abs(size) < _LEAST * abs(effect.parameters[index].starts[0]):
+            if abs(size) < _LEAST * abs(effect.parameters[index].initial_guesses[0]):
                 raise
             return self._change(effect, view, owner, index, _SMALLER * size)
         return change
 
-    def _reported(self, effect: Signal, values: Values, view: View) -> Floats:
+    def _reported(self, effect: Signal, values: Values, view: EffectInputs) -> Floats:
         """Torque (n, dof) that is reported with these `values` of an effect, where `view` is what is measured."""
         true, motion = self, view.motion
         if effect.rig:

@@ -198,7 +198,7 @@ def rivals(
 
 def always_true(rig: Rig) -> list[str]:
     """Effects that every machine of this kind shows."""
-    return [name for name in names() if (effect := load(name)).always_true and rig.mechanism in effect.mechanisms]
+    return [name for name in names() if (effect := load(name)).mandatory and rig.mechanism in effect.mechanisms]
 
 
 def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig, torque_measured: bool) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ident.data.compatibility import check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.samples import holds_torque
 from ident.design.discrimination import always_true
 from ident.design.motions import trajectory
 from ident.design.with_effects import with_effects
-from ident.identification.identify import refuse_different_rigs
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
@@ -40,7 +40,7 @@ def recorded(paths: Sequence[Path]) -> list[Recorded]:
     """
     recordings = [excerpts(read(path))[0].recording for path in paths]
     if recordings:
-        refuse_different_rigs(recordings)
+        check_same_rig(recordings)
     return [_seen(recording) for recording in recordings]
 
 

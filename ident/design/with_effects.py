@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ident.dynamics import mechanisms
-from ident.dynamics.effect_inputs import GRAVITY, View
+from ident.dynamics.effect_inputs import GRAVITY, EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Shapes
 from ident.dynamics.effects.library import load
 from ident.dynamics.mechanisms import Mechanism, Parameter
@@ -82,7 +82,7 @@ def remade(mechanism: Mechanism, rig: Rig) -> Mechanism:
     return mechanisms.create(rig)
 
 
-def additive(effect: Additive, view: View) -> Floats:
+def additive(effect: Additive, view: EffectInputs) -> Floats:
     """Torque (n, dof, owners * c) per unit of each coefficient of the `effect` on every joint, joint by joint."""
     made = effect.columns(view, middle(effect))
     if effect.whole_robot:
@@ -96,7 +96,7 @@ def additive(effect: Additive, view: View) -> Floats:
 
 def middle(effect: Effect) -> Shapes:
     """The middle one of the shapes at which a search for the `effect` begins."""
-    return {one.name: one.starts[len(one.starts) // 2] if one.starts else _SOME for one in effect.shapes}
+    return {one.name: one.initial_guesses[len(one.initial_guesses) // 2] if one.initial_guesses else _SOME for one in effect.shapes}
 
 
 def nominal_load(rig: Rig, mechanism: Mechanism) -> Floats:
@@ -115,7 +115,7 @@ def nominal_load(rig: Rig, mechanism: Mechanism) -> Floats:
     return np.array([known.get(parameter.name, 0.0) for parameter in mechanism.parameters])
 
 
-def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: float = _RATE) -> View:
+def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: float = _RATE) -> EffectInputs:
     """What effects see of a `motion` that nobody has recorded, at `rate` [Hz].
 
     load: (k,) parameters of the `mechanism`.
@@ -128,4 +128,4 @@ def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: 
 
     known = {one.name: float(value) for one, value in zip(mechanism.parameters, load, strict=True)}
     known["m_d"] = sum(value for name, value in known.items() if name.endswith(".m_d"))
-    return View(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, rate / 2, known)
+    return EffectInputs(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, rate / 2, known)

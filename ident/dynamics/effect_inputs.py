@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ident import filters
-from ident.dynamics.flexible_joints import Arms, arms, own_inertia
+from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import Platform, platform
 from ident.dynamics.rods import GRAVITY as GRAVITY
@@ -21,7 +21,7 @@ _SMOOTH = ("position", "velocity", "acceleration")
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class EffectInputs:
     """n consecutive instants of dof joints at an even rate. NaN where something is not known."""
 
     rig: Rig
@@ -48,7 +48,7 @@ class View:
         """The platform of a delta robot, Appendix A, Eqs. (16) and (23)."""
         return platform(self.rig.geometry, self.motion)
 
-    def calmed(self, share: float = 1.0) -> "View":
+    def low_passed(self, share: float = 1.0) -> "EffectInputs":
         """With less of what encoder steps make of the motion: arms that swing or fly must not be shaken by it.
 
         A spring amplifies it where it swings, and an arm that waits for its load to change sides leaves too early.
@@ -58,13 +58,13 @@ class View:
         if not share or self.bandwidth >= self.rate / 4:
             return self
         if share == 1:
-            return self._calm
-        pairs = {name: (getattr(self.motion, name), getattr(self._calm.motion, name)) for name in _SMOOTH}
+            return self._low_passed
+        pairs = {name: (getattr(self.motion, name), getattr(self._low_passed.motion, name)) for name in _SMOOTH}
         between = {name: (1 - share) * x + share * calm for name, (x, calm) in pairs.items()}
         return replace(self, motion=replace(self.motion, **between))
 
     @cached_property
-    def _calm(self) -> "View":
+    def _low_passed(self) -> "EffectInputs":
         """With the motion within the bandwidth of the analysis; where that is not known, as it is."""
         taps = filters.low_pass(self.bandwidth, self.rate)
         smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
@@ -73,22 +73,22 @@ class View:
 
     def motor_inertia(self, share: float) -> Floats:
         """(dof,) of what turns with the encoder, as a `share` of each joint's own inertia [kg m^2]."""
-        return share * own_inertia(self.parameters, self.motion.position.shape[1])
+        return share * joint_inertia(self.parameters, self.motion.position.shape[1])
 
-    def arms(self, share: float) -> Arms:
+    def flexible_joints(self, share: float) -> FlexibleJoints:
         """All but the motors themselves, which are a `share` of each joint's own inertia."""
-        return arms(self.rig, self.parameters, share, self.rate)
+        return flexible_joints(self.rig, self.parameters, share, self.rate)
 
     def arm_torque(self, share: float) -> Floats:
         """(n, dof) torque [N m] that moves the arms, if they follow the motors."""
-        torque: Floats = self._all_followed - self.motor_inertia(share) * self.motion.acceleration
+        torque: Floats = self._rigid_arm_torque - self.motor_inertia(share) * self.motion.acceleration
         return torque
 
     @cached_property
-    def _all_followed(self) -> Floats:
-        return self.arms(0.0).following(self.motion)
+    def _rigid_arm_torque(self) -> Floats:
+        return self.flexible_joints(0.0).rigid_torque(self.motion)
 
-    def every(self, step: int) -> "View":
+    def decimated(self, step: int) -> "EffectInputs":
         """One of `step` instants."""
         motion = Motion(**{field.name: getattr(self.motion, field.name)[::step] for field in fields(Motion)})
         return replace(self, rate=self.rate / step, time=self.time[::step], motion=motion)

@@ -28,7 +28,7 @@ def torque(geometry: Geometry, motion: Motion) -> Floats:
     return known[geometry]
 
 
-def pull(geometry: Geometry, motion: Motion) -> Floats:
+def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
     """Torque (n, 2, 3) [N m] per unit of gravity [m/s^2] along x and along y that pulls at such rods.
 
     A rod's centre moves half as much as its elbow and half as much as the platform.

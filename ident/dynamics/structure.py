@@ -21,12 +21,12 @@ class Term:
     """From 0; all of them for an effect of the whole robot."""
 
     @property
-    def owners(self) -> int:
+    def instances(self) -> int:
         """How many sets of its own parameters it has."""
         return 1 if self.effect.whole_robot else len(self.joints)
 
     @property
-    def own(self) -> tuple[Quantity, ...]:
+    def local_parameters(self) -> tuple[Quantity, ...]:
         """What each owner has: coefficients, in which the torque is linear, or parameters of a signal."""
         if isinstance(self.effect, Additive):
             return self.effect.coefficients
@@ -34,7 +34,7 @@ class Term:
 
 
 @dataclass(frozen=True)
-class Named:
+class ParameterEntry:
     """One entry of a composition's parameter vector."""
 
     name: str
@@ -52,41 +52,41 @@ class Named:
 
 
 @dataclass(frozen=True)
-class Composition:
+class ModelStructure:
     """A mechanism of `rig` with `terms`."""
 
     mechanism: Mechanism
     rig: Rig
     terms: tuple[Term, ...] = ()
 
-    def plus(self, term: Term) -> "Composition":
+    def with_term(self, term: Term) -> "ModelStructure":
         """With one more."""
         return replace(self, terms=(*self.terms, term))
 
-    def without(self, index: int) -> "Composition":
+    def without_term(self, index: int) -> "ModelStructure":
         """With one less."""
         return replace(self, terms=self.terms[:index] + self.terms[index + 1 :])
 
     @cached_property
-    def named(self) -> tuple[Named, ...]:
+    def parameters(self) -> tuple[ParameterEntry, ...]:
         """The entries of the vector: the mechanism's, then term by term what its owners have in turn, and shapes."""
         own = [
-            Named(one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
+            ParameterEntry(one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
             for one in self.mechanism.parameters
         ]
-        return *own, *(entry for index, term in enumerate(self.terms) for entry in self._entries(index, term))
+        return *own, *(entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term))
 
-    def _entries(self, index: int, term: Term) -> list[Named]:
+    def _term_parameters(self, index: int, term: Term) -> list[ParameterEntry]:
         linear = isinstance(term.effect, Additive)
         joints = (None,) if term.effect.whole_robot else term.joints
-        own = [self._named(index, term, quantity, joint, linear) for joint in joints for quantity in term.own]
-        return own + [self._named(index, term, quantity, None, False) for quantity in term.effect.shapes]
+        own = [self._parameter(index, term, quantity, joint, linear) for joint in joints for quantity in term.local_parameters]
+        return own + [self._parameter(index, term, quantity, None, False) for quantity in term.effect.shapes]
 
-    def _named(self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool) -> Named:
+    def _parameter(self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool) -> ParameterEntry:
         again = sum(other.name == term.name for other in self.terms[:index])
         name = f"{term.name}{f'#{again + 1}' if again else ''}.{quantity.name}"
         effort, position = self.rig.effort_units[joint or 0], self.rig.position_units[joint or 0]
-        return Named(
+        return ParameterEntry(
             name if joint is None else f"{name}{joint + 1}",
             quantity.unit.format(effort=effort, position=position),
             quantity.meaning if joint is None else f"{quantity.meaning}, joint {joint + 1}",
@@ -95,30 +95,30 @@ class Composition:
             index,
             linear,
             linear or quantity.searched,
-            min((abs(start) for start in quantity.starts if start), default=1.0),
+            min((abs(start) for start in quantity.initial_guesses if start), default=1.0),
         )
 
     @cached_property
     def linear(self) -> Bools:
         """(K,) which entries the torque is linear in."""
-        return np.array([entry.linear for entry in self.named])
+        return np.array([entry.linear for entry in self.parameters])
 
-    def entries(self, index: int) -> Bools:
+    def parameter_mask(self, index: int) -> Bools:
         """(K,) which entries are those of the term `index`; -1: the mechanism."""
-        return np.array([entry.term == index for entry in self.named])
+        return np.array([entry.term == index for entry in self.parameters])
 
-    def load(self, x: Floats) -> Floats:
+    def load_parameters(self, x: Floats) -> Floats:
         """(k or k + 1,) by what effects reckon the load: the mechanism's parameters, and the forearms' mass."""
-        truths = [x[self.entries(index)] for index, term in enumerate(self.terms) if term.effect.always_true]
-        return np.concatenate([x[self.entries(-1)], *truths])
+        truths = [x[self.parameter_mask(index)] for index, term in enumerate(self.terms) if term.effect.mandatory]
+        return np.concatenate([x[self.parameter_mask(-1)], *truths])
 
-    def own(self, index: int, x: Floats) -> Floats:
+    def local_values(self, index: int, x: Floats) -> Floats:
         """(owners, c) what the owners of the term `index` have, in the vector `x` (K,)."""
         term = self.terms[index]
-        values = x[self.entries(index)]
-        return values[: term.owners * len(term.own)].reshape(term.owners, len(term.own))
+        values = x[self.parameter_mask(index)]
+        return values[: term.instances * len(term.local_parameters)].reshape(term.instances, len(term.local_parameters))
 
-    def shapes(self, index: int, x: Floats) -> Floats:
+    def shape_values(self, index: int, x: Floats) -> Floats:
         """(s,) shapes of the term `index` in the vector `x` (K,)."""
         term = self.terms[index]
-        return x[self.entries(index)][term.owners * len(term.own) :]
+        return x[self.parameter_mask(index)][term.instances * len(term.local_parameters) :]

@@ -6,30 +6,30 @@ from recordings.recording import Floats
 from recordings.rig import Rig, Torque
 
 
-def torque_from_voltage(voltage: Floats, torque: Torque) -> Floats:
+def torque_from_voltage(voltage: Floats, torque_map: Torque) -> Floats:
     """Torque (n, dof) [N m] from the signed operating voltage (n, dof) [V].
 
     "square" is the paper's tau ~ v^2 (Section 2) with the sign that the square loses: gain v |v|; "linear" is gain v.
     """
-    gain = np.array(torque.gain)
-    return gain * voltage * np.abs(voltage) if torque.map == "square" else gain * voltage
+    gain = np.array(torque_map.gain)
+    return gain * voltage * np.abs(voltage) if torque_map.map == "square" else gain * voltage
 
 
-def torque_per_volt(voltage: Floats, torque: Torque) -> Floats:
+def torque_per_volt(voltage: Floats, torque_map: Torque) -> Floats:
     """How far the torque moves per volt (n, dof) [N m/V]: the derivative of `torque_from_voltage`."""
-    gain = np.array(torque.gain)
-    slope: Floats = 2 * gain * np.abs(voltage) if torque.map == "square" else gain + 0.0 * voltage
+    gain = np.array(torque_map.gain)
+    slope: Floats = 2 * gain * np.abs(voltage) if torque_map.map == "square" else gain + 0.0 * voltage
     return slope
 
 
-def voltage_from_torque(torque: Floats, map_: Torque) -> Floats:
+def voltage_from_torque(torque: Floats, torque_map: Torque) -> Floats:
     """The signed operating voltage (n, dof) [V] that gives a torque (n, dof) [N m]."""
-    linear = torque / np.array(map_.gain)
-    voltage: Floats = np.sign(linear) * np.sqrt(np.abs(linear)) if map_.map == "square" else linear
+    linear = torque / np.array(torque_map.gain)
+    voltage: Floats = np.sign(linear) * np.sqrt(np.abs(linear)) if torque_map.map == "square" else linear
     return voltage
 
 
-def not_a_command(rig: Rig, torque_measured: bool) -> str | None:
+def amplifier_unobservable(rig: Rig, torque_measured: bool) -> str | None:
     """Why what an amplifier does with its command leaves no trace in a recording of `rig`, if so."""
     if torque_measured:
         return "The torque itself was recorded, no command."

@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import PreparedRecording, CorrectedMotion
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
@@ -20,12 +20,12 @@ RUN_IN = 5.0
 _T = TypeVar("_T")
 
 
-def torque(course: PreparedRecording, composition: Composition, x: Floats) -> Floats:
+def torque(course: PreparedRecording, composition: ModelStructure, x: Floats) -> Floats:
     """What `ident.estimation.predicted_torque.Evaluator.torque` gives (m, dof) [N m]."""
     return np.concatenate([TorquePredictor(part).torque(composition, x)[own] for part, own in overlapping_chunks(course)])
 
 
-def linearized(course: PreparedRecording, composition: Composition, x: Floats) -> tuple[Floats, Floats]:
+def linearized(course: PreparedRecording, composition: ModelStructure, x: Floats) -> tuple[Floats, Floats]:
     """The same torque (m, dof), and its derivatives by the linear parameters (m, dof, K_linear)."""
     rows, dof = course.dataset.torque.shape
     computed, derivatives = np.empty((rows, dof)), np.empty((rows, dof, int(composition.linear.sum())))
@@ -60,7 +60,7 @@ def _part(course: PreparedRecording, rows: slice, step: int) -> PreparedRecordin
     return replace(
         course,
         samples=_cut(course.samples, instants),
-        prepared=replace(
+        preprocessed=replace(
             prepared,
             motion=motion,
             instants=prepared.instants[instants],
@@ -68,7 +68,7 @@ def _part(course: PreparedRecording, rows: slice, step: int) -> PreparedRecordin
             sensitivity=prepared.sensitivity[rows],
         ),
         dataset=_rows(course.dataset, rows),
-        path=CorrectedMotion(course.as_recorded.rig, motion, course.as_recorded.mechanism),
+        as_recorded=CorrectedMotion(course.as_recorded.rig, motion, course.as_recorded.mechanism),
     )
 
 

@@ -13,11 +13,11 @@ import numpy as np
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import holds_torque
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import chunks
 from ident.estimation.nonlinear_fit import nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
@@ -29,14 +29,14 @@ from recordings.recording import Floats, Recording
 class LinearizedModel:
     """A composition with a vector x (K,), as a mechanism whose parameters are the linear ones."""
 
-    structure: Composition
+    structure: ModelStructure
     x: Floats
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
         """Those of the mechanism, and the coefficients of additive effects."""
         own = self.structure.mechanism.parameters
-        added = [one for one in self.structure.named if one.linear and one.term >= 0]
+        added = [one for one in self.structure.parameters if one.linear and one.term >= 0]
         return *own, *(Parameter(one.name, one.unit, one.meaning) for one in added)
 
     @property
@@ -55,7 +55,7 @@ class LinearizedModel:
 
     def out_of_range(self, parameters: Floats) -> list[str]:
         """Sentences about coefficients among the `parameters` (k,) that no real machine has."""
-        named = [one for one in self.structure.named if one.linear]
+        named = [one for one in self.structure.parameters if one.linear]
         return [
             f"{one.name} = {value:.4g} {one.unit} is outside of its physical range ({one.lower:g} to {one.upper:g}): "
             f"evidence against {one.name.partition('.')[0]}."
@@ -125,12 +125,12 @@ def fit_shape_parameters(courses: Sequence[PreparedRecording], chosen: Sequence[
     evaluators = [TorquePredictor(course) for course in courses]
     weights = [np.where(course.usable, 1.0, 0.0) for course in courses]
     path = courses[0].as_recorded
-    bare = Composition(path.mechanism, path.rig)
-    solution = nonlinear_least_squares(evaluators, bare, np.zeros(len(bare.named)), weights)
+    bare = ModelStructure(path.mechanism, path.rig)
+    solution = nonlinear_least_squares(evaluators, bare, np.zeros(len(bare.parameters)), weights)
     for term in chosen:
-        composition = solution.structure.plus(term)
+        composition = solution.structure.with_term(term)
         view = evaluators[0].effect_inputs(
-            evaluators[0].corrected_motion(solution.structure, solution.x), solution.structure.load(solution.x)
+            evaluators[0].corrected_motion(solution.structure, solution.x), solution.structure.load_parameters(solution.x)
         )
         residual = solution.residuals[0]
         starts = list(_starts(term, [*_suggested(term.effect, view, residual, courses[0])]))
@@ -139,19 +139,19 @@ def fit_shape_parameters(courses: Sequence[PreparedRecording], chosen: Sequence[
     return LinearizedModel(solution.structure, solution.x)
 
 
-def _suggested(effect: Effect, view: View, residual: Floats, course: PreparedRecording) -> list[Floats]:
+def _suggested(effect: Effect, view: EffectInputs, residual: Floats, course: PreparedRecording) -> list[Floats]:
     if effect.suggest is None:
         return []
-    found = effect.suggest(view.every(course.preprocessed.decimation), residual)
+    found = effect.suggest(view.decimated(course.preprocessed.decimation), residual)
     return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in found]
 
 
 def _starts(term: Term, suggested: Sequence[Floats]) -> list[Floats]:
     """(own + shapes,) vectors from which to search."""
-    shapes = [np.array(one, float) for one in product(*(shape.starts for shape in term.effect.shapes))]
+    shapes = [np.array(one, float) for one in product(*(shape.initial_guesses for shape in term.effect.shapes))]
     shapes += suggested
     if isinstance(term.effect, Additive):
-        own = [np.zeros(term.owners * len(term.own))]
+        own = [np.zeros(term.instances * len(term.local_parameters))]
     else:
-        own = [np.tile(one, term.owners) for one in product(*(quantity.starts for quantity in term.own))]
+        own = [np.tile(one, term.instances) for one in product(*(quantity.initial_guesses for quantity in term.local_parameters))]
     return [np.concatenate(pair) for pair in product(own, shapes)]

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
@@ -24,7 +24,7 @@ _CONVERGED = 1e-4
 class Solution:
     """A composition fitted to some recordings."""
 
-    structure: Composition
+    structure: ModelStructure
     x: Floats
     """(K,)"""
     residuals: tuple[Floats, ...]
@@ -47,7 +47,7 @@ class Solution:
 
 
 def nonlinear_least_squares(
-    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
+    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """The parameters with the least weighted squares, found from `x` (K,), of whose linear part nothing is expected.
 
@@ -57,15 +57,15 @@ def nonlinear_least_squares(
 
 
 def initial_solution(
-    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
+    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """Where `refine` begins: the linear parameters fitted, the others as in `x` (K,)."""
     x = _within(composition, x)
-    own = composition.entries(-1)
+    own = composition.parameter_mask(-1)
     if not x[own].any():
         bare = replace(composition, terms=())
         x = x.copy()
-        x[own] = _linear_part(evaluators, bare, np.zeros(len(bare.named)), weights).x
+        x[own] = _linear_part(evaluators, bare, np.zeros(len(bare.parameters)), weights).x
     return _linear_part(evaluators, composition, x, weights)
 
 
@@ -74,7 +74,7 @@ def levenberg_marquardt(evaluators: Sequence[TorquePredictor], state: Solution, 
     composition = state.structure
     if composition.linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
         return state
-    free = np.array([entry.free for entry in composition.named])
+    free = np.array([entry.free for entry in composition.parameters])
     best, damping, idle = state, 1e-3, 0
     for _ in range(_STEPS):
         trial = _within(composition, state.x + _solve(state, free, damping))
@@ -94,7 +94,7 @@ def levenberg_marquardt(evaluators: Sequence[TorquePredictor], state: Solution, 
 
 
 def _linear_part(
-    evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, weights: Sequence[Floats]
+    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
     """With the linear parameters solved for, the others as in `x`; twice, for the load depends on them."""
     for _ in range(2):
@@ -105,7 +105,7 @@ def _linear_part(
 
 def _state(
     evaluators: Sequence[TorquePredictor],
-    composition: Composition,
+    composition: ModelStructure,
     x: Floats,
     weights: Sequence[Floats],
     nonlinear: bool = True,
@@ -120,9 +120,9 @@ def _state(
     return Solution(composition, x, residuals, derivatives, known)
 
 
-def _loss(evaluators: Sequence[TorquePredictor], composition: Composition, x: Floats, before: Solution) -> float:
+def _loss(evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, before: Solution) -> float:
     """Weighted sum of squares at `x` (K,), the load and the rows being those of the solution `before`."""
-    rigid = composition.load(before.x)
+    rigid = composition.load_parameters(before.x)
     total = 0.0
     for evaluator, weight in zip(evaluators, before.weights, strict=True):
         left = weight * (evaluator.prepared.dataset.torque - evaluator.torque(composition, x, rigid))
@@ -143,8 +143,8 @@ def _solve(state: Solution, free: Bools, damping: float = 0.0) -> Floats:
     return step
 
 
-def _within(composition: Composition, x: Floats) -> Floats:
+def _within(composition: ModelStructure, x: Floats) -> Floats:
     """`x` with its searched parameters inside their physical range."""
-    lower = np.array([entry.lower if not entry.linear else -np.inf for entry in composition.named])
-    upper = np.array([entry.upper if not entry.linear else np.inf for entry in composition.named])
+    lower = np.array([entry.lower if not entry.linear else -np.inf for entry in composition.parameters])
+    upper = np.array([entry.upper if not entry.linear else np.inf for entry in composition.parameters])
     return np.clip(x, lower, upper)

@@ -12,9 +12,9 @@ from typing import TypeVar, cast
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, CorrectedMotion
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal, Values
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -34,23 +34,23 @@ class TorquePredictor:
         self._known: dict[Hashable, object] = {}
         self._last: tuple[Hashable, Floats] | None = None
 
-    def torque(self, composition: Composition, x: Floats, rigid: Floats | None = None) -> Floats:
+    def torque(self, composition: ModelStructure, x: Floats, rigid: Floats | None = None) -> Floats:
         """Reported torque (m, dof) [N m], conditioned as the measured one was, for the parameters `x` (K,).
 
         rigid: (k or k + 1,) by what effects reckon the load; as in `x` if None.
         """
         return self.prepared.condition(self._reported(composition, x, self._own(composition, x, rigid)))
 
-    def unfiltered(self, composition: Composition, x: Floats) -> Floats:
+    def unfiltered(self, composition: ModelStructure, x: Floats) -> Floats:
         """The same (n, dof) as `torque`, before it is conditioned."""
-        return self._reported(composition, x, composition.load(x))
+        return self._reported(composition, x, composition.load_parameters(x))
 
-    def linearized(self, composition: Composition, x: Floats, nonlinear: bool = True) -> tuple[Floats, Floats]:
+    def linearized(self, composition: ModelStructure, x: Floats, nonlinear: bool = True) -> tuple[Floats, Floats]:
         """Reported torque (m, dof) at `x` (K,), and its derivatives (m, dof, K).
 
         searched: whether those by the searched parameters are wanted, which take longest; else they are 0.
         """
-        own = composition.load(x)
+        own = composition.load_parameters(x)
         here = self._reported(composition, x, own)
         derivatives = np.zeros((*self.prepared.dataset.torque.shape, len(x)))
         derivatives[:, :, composition.linear] = self._solved(composition, x, own)
@@ -58,9 +58,9 @@ class TorquePredictor:
             derivatives[:, :, entry] = self._searched(composition, x, own, int(entry), here)
         return self.prepared.condition(here), derivatives
 
-    def error_amplification(self, composition: Composition, x: Floats, error: Floats) -> Floats:
+    def error_amplification(self, composition: ModelStructure, x: Floats, error: Floats) -> Floats:
         """(n, dof) how many times larger an `error` (dof,) of the torque [N m] is in the report, at `x` (K,)."""
-        rigid = composition.load(x)
+        rigid = composition.load_parameters(x)
         true = self._true(composition, x, rigid)
         more, less = (self._report(composition, x, rigid, true + side * error) for side in (1, -1))
         slope: Floats = np.abs(more - less) / (2 * error)
@@ -81,11 +81,11 @@ class TorquePredictor:
         spread[:, joints, range(len(joints))] = made[:, joints]
         return spread.reshape(n, dof, -1)
 
-    def effect_inputs(self, path: CorrectedMotion, rigid: Floats) -> View:
+    def effect_inputs(self, path: CorrectedMotion, rigid: Floats) -> EffectInputs:
         """What effects see, with the load `rigid` (k or k + 1,) of a composition."""
         return self._remembered(("view", path, rigid.tobytes()), lambda: path.effect_inputs(self.prepared, rigid))
 
-    def corrected_motion(self, composition: Composition, x: Floats) -> CorrectedMotion:
+    def corrected_motion(self, composition: ModelStructure, x: Floats) -> CorrectedMotion:
         """What the machine did, if its encoders and its lengths are as `x` (K,) says."""
         rig = self.prepared.as_recorded.rig
         corrections: list[Callable[[Floats], Floats]] = []
@@ -109,38 +109,38 @@ class TorquePredictor:
 
         return self._remembered(tuple(key), lambda: self.prepared.corrected_motion(rig, true))
 
-    def signal_values(self, composition: Composition, index: int, x: Floats) -> Values:
+    def signal_values(self, composition: ModelStructure, index: int, x: Floats) -> Values:
         """What the signal effect that is the term `index` is evaluated with."""
         term = composition.terms[index]
-        found = composition.own(index, x)
+        found = composition.local_values(index, x)
         if not term.effect.whole_robot:
             spread = np.zeros((composition.rig.dof, found.shape[1]))
             spread[list(term.joints)] = found
             found = spread
-        own = {one.name: found[:, i] for i, one in enumerate(term.own)}
-        shapes = composition.shapes(index, x)
+        own = {one.name: found[:, i] for i, one in enumerate(term.local_parameters)}
+        shapes = composition.shape_values(index, x)
         return {**own, **{one.name: shapes[i : i + 1] for i, one in enumerate(term.effect.shapes)}}
 
-    def _own(self, composition: Composition, x: Floats, rigid: Floats | None) -> Floats:
-        return composition.load(x) if rigid is None else rigid
+    def _own(self, composition: ModelStructure, x: Floats, rigid: Floats | None) -> Floats:
+        return composition.load_parameters(x) if rigid is None else rigid
 
-    def _all_columns(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+    def _all_columns(self, composition: ModelStructure, x: Floats, rigid: Floats) -> Floats:
         """(n, dof, K_linear) in the order of the vector."""
         path = self.corrected_motion(composition, x)
         added = [
-            self.columns(term, composition.shapes(index, x), path, rigid)
+            self.columns(term, composition.shape_values(index, x), path, rigid)
             for index, term in enumerate(composition.terms)
             if isinstance(term.effect, Additive)
         ]
         return np.concatenate([path.regressor, *added], axis=2)
 
-    def _reported(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+    def _reported(self, composition: ModelStructure, x: Floats, rigid: Floats) -> Floats:
         return self._report(composition, x, rigid, self._true(composition, x, rigid))
 
-    def _true(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+    def _true(self, composition: ModelStructure, x: Floats, rigid: Floats) -> Floats:
         """(n, dof) torque before it is reported; the last is kept, as most searched parameters are of reports."""
         additive = [
-            (term.name, term.joints, composition.shapes(index, x).tobytes())
+            (term.name, term.joints, composition.shape_values(index, x).tobytes())
             for index, term in enumerate(composition.terms)
             if isinstance(term.effect, Additive)
         ]
@@ -151,14 +151,14 @@ class TorquePredictor:
             self._last = key, true
         return self._last[1]
 
-    def _report(self, composition: Composition, x: Floats, rigid: Floats, torque: Floats) -> Floats:
+    def _report(self, composition: ModelStructure, x: Floats, rigid: Floats, torque: Floats) -> Floats:
         view = self.effect_inputs(self.corrected_motion(composition, x), rigid)
         for index, term in enumerate(composition.terms):
             if isinstance(term.effect, Signal) and term.effect.report:
                 torque = term.effect.report(torque, view, self.signal_values(composition, index, x))
         return torque
 
-    def _solved(self, composition: Composition, x: Floats, rigid: Floats) -> Floats:
+    def _solved(self, composition: ModelStructure, x: Floats, rigid: Floats) -> Floats:
         """(m, dof, K_linear) derivatives by the linear parameters."""
         columns = self._all_columns(composition, x, rigid)
         if not any(isinstance(term.effect, Signal) and term.effect.report for term in composition.terms):
@@ -175,12 +175,12 @@ class TorquePredictor:
             slopes.append((ahead - behind) / (2 * small))
         return self.prepared.condition(np.stack(slopes, axis=2))
 
-    def _searched(self, composition: Composition, x: Floats, rigid: Floats, entry: int, here: Floats) -> Floats:
+    def _searched(self, composition: ModelStructure, x: Floats, rigid: Floats, entry: int, here: Floats) -> Floats:
         """(m, dof) derivative by a searched parameter; 0 where it is not to be refined.
 
         here: (n, dof) what is reported at `x`.
         """
-        one = composition.named[entry]
+        one = composition.parameters[entry]
         if not one.free:
             return np.zeros_like(self.prepared.dataset.torque)
         step = composition.terms[one.term].effect.step * max(abs(x[entry]), one.scale)

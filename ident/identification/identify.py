@@ -1,22 +1,22 @@
 """From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
 
-import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
-from itertools import chain, combinations
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ident.data.compatibility import check_no_overlap, check_same_rig
 from ident.data.cutoff import Cutoff
 from ident.data.dataset import Dataset, build_all
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.data.samples import drive_signal, holds_torque
+from ident.data.samples import holds_torque
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
 from ident.dynamics.mechanisms import Mechanism
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.linearized_model import LinearizedModel, fit_shape_parameters, parse_terms
@@ -80,7 +80,7 @@ def identify(
     validate: Path | None,
     choices: Choices,
     progress: Progress,
-    settled: tuple[Composition, Floats] | None = None,
+    settled: tuple[ModelStructure, Floats] | None = None,
 ) -> Identification:
     """Fit the mechanism of the rig to the recordings `files` together, and judge it on them and on `validate`.
 
@@ -91,8 +91,8 @@ def identify(
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
-    refuse_different_rigs(recordings)
-    refuse_overlap(recordings)
+    check_same_rig(recordings)
+    check_no_overlap(recordings)
     form = estimators.form(choices.method)
     mechanism, datasets = _prepared(recordings, len(files), form, choices, settled)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
@@ -143,7 +143,7 @@ def _prepared(
     fitted: int,
     form: str | None,
     choices: Choices,
-    settled: tuple[Composition, Floats] | None,
+    settled: tuple[ModelStructure, Floats] | None,
 ) -> tuple[Mechanism, tuple[Dataset, ...]]:
     """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
     mechanism = mechanisms.create(recordings[0].rig, form)
@@ -153,12 +153,16 @@ def _prepared(
         raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
     chosen = None if choices.cutoff else _cutoff(recordings, mechanism, choices.preprocessing)
     cutoff = chosen.hz if chosen else choices.cutoff
-    courses: Iterator[PreparedRecording] = (prepare(recording, choices.preprocessing, cutoff) for recording in recordings)
+    courses: Iterator[PreparedRecording] = (
+        prepare(recording, choices.preprocessing, cutoff) for recording in recordings
+    )
     if settled:
         frozen = LinearizedModel(*settled)
     else:
         seen = [next(courses) for _ in range(fitted)]
-        frozen = fit_shape_parameters(seen, parse_terms(choices.effects, library(choices.effect_files), recordings[0]))
+        frozen = fit_shape_parameters(
+            seen, parse_terms(choices.effects, library(choices.effect_files), recordings[0])
+        )
         courses = chain(seen, courses)
     datasets = (frozen.dataset(course) for course in courses)
     return frozen, tuple(replace(one, cutoff=chosen) if chosen else one for one in datasets)
@@ -167,62 +171,6 @@ def _prepared(
 def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing: str) -> Cutoff | None:
     """The low-pass that all recordings bear; None where the preprocessing has no choice."""
     return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
-
-
-def refuse_the_same_twice(files: Sequence[Path]) -> None:
-    """The same data counted twice make intervals too narrow, and a validation worthless.
-
-    Raises:
-        BadInput: two files hold the same.
-    """
-    seen: dict[str, Path] = {}
-    for path in files:
-        if not path.is_file():
-            continue  # said better when it is read
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
-        if digest in seen:
-            raise BadInput(f"{path} holds the same data as {seen[digest]}; give different recordings")
-        seen[digest] = path
-
-
-def refuse_overlap(recordings: Sequence[Recording]) -> None:
-    """As `refuse_the_same_twice`, where one recording is the beginning of another.
-
-    Raises:
-        BadInput: one is.
-    """
-    for first, second in combinations(recordings, 2):
-        n = min(len(first.time), len(second.time))
-        pairs = ((first.position, second.position), (drive_signal(first), drive_signal(second)))
-        if all(np.array_equal(a[:n], b[:n], equal_nan=True) for a, b in pairs):
-            raise BadInput(f"{second.path} and {first.path} begin with the same data; give different recordings")
-
-
-def refuse_different_rigs(recordings: Sequence[Recording]) -> None:
-    """Wiring, limits and rate may differ between recordings; what torque and motion mean may not.
-
-    Raises:
-        BadInput: it does.
-    """
-    first, *others = recordings
-    for other in others:
-        expected, found = _physics(first), _physics(other)
-        different = [key for key in expected if expected[key] != found[key]]
-        if different:
-            raise BadInput(
-                f"recordings of the same rig expected: {different[0]} is {expected[different[0]]} in "
-                f"{first.path.name}, {found[different[0]]} in {other.path.name}; fit them separately"
-            )
-
-
-def _physics(recording: Recording) -> dict[str, Any]:
-    rig = recording.rig
-    parts = {"geometry": rig.geometry.model_dump(), "torque": rig.torque.model_dump()}
-    values = {f"{part}.{key}": value for part, content in parts.items() for key, value in content.items()}
-    axes = ", ".join(f"{axis.type}{' with gravity' if axis.gravity else ''}" for axis in rig.axes)
-    measured = "effort" if holds_torque(recording) else "voltage"
-    return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values}
 
 
 def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: Choices) -> Sensitivity:

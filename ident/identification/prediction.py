@@ -11,7 +11,7 @@ from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
-from ident.dynamics.structure import Composition, Named, Term
+from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
 from ident.estimation import chunks
 from ident.identification.model import EffectTerm, Model
 from recordings.errors import BadInput
@@ -56,7 +56,7 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
     return tuple(Prediction(course.dataset, chunks.torque(course, composition, x)) for course in courses)
 
 
-def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[Composition, Floats]:
+def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
     """The mechanism with its effects that `model` describes, and their parameters (K,).
 
     Raises:
@@ -70,36 +70,38 @@ def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tup
                 "found; give --effect-file"
             )
         terms.append(Term(term.name, library[term.name], tuple(joint - 1 for joint in term.joints)))
-    composition = Composition(mechanisms.create(rig), rig, tuple(terms))
-    linear = [one for one in composition.named if one.linear]
-    x = np.zeros(len(composition.named))
+    composition = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
+    linear = [one for one in composition.parameters if one.linear]
+    x = np.zeros(len(composition.parameters))
     x[composition.linear] = _values(model, linear)
     for index, kept in enumerate(model.terms):
-        x[composition.entries(index) & ~composition.linear] = _settled(terms[index], kept)
+        x[composition.parameter_mask(index) & ~composition.linear] = _settled(terms[index], kept)
     return composition, x
 
 
-def terms_of(composition: Composition, x: Floats) -> tuple[EffectTerm, ...]:
+def terms_of(composition: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]:
     """The effects of `composition` with what of `x` (K,) is not among a model's parameters."""
     return tuple(_entry(composition, index, x) for index in range(len(composition.terms)))
 
 
-def _entry(composition: Composition, index: int, x: Floats) -> EffectTerm:
+def _entry(composition: ModelStructure, index: int, x: Floats) -> EffectTerm:
     term = composition.terms[index]
-    shapes = zip(term.effect.shapes, composition.shapes(index, x).tolist(), strict=True)
-    own = composition.own(index, x) if isinstance(term.effect, Signal) else ()
+    shapes = zip(term.effect.shapes, composition.shape_values(index, x).tolist(), strict=True)
+    own = composition.local_values(index, x) if isinstance(term.effect, Signal) else ()
     return EffectTerm(
         name=term.name,
         joints=tuple(joint + 1 for joint in term.joints),
         shapes={shape.name: value for shape, value in shapes},
-        parameters=tuple(dict(zip((one.name for one in term.own), row.tolist(), strict=True)) for row in own),
+        parameters=tuple(
+            dict(zip((one.name for one in term.local_parameters), row.tolist(), strict=True)) for row in own
+        ),
     )
 
 
 def _settled(term: Term, kept: EffectTerm) -> list[float]:
     """What is searched for, owner by owner, then the shapes."""
     try:
-        own = [row[one.name] for row in kept.parameters for one in term.own]
+        own = [row[one.name] for row in kept.parameters for one in term.local_parameters]
         return [*own, *(kept.shapes[shape.name] for shape in term.effect.shapes)]
     except KeyError as error:
         raise BadInput(
@@ -107,7 +109,7 @@ def _settled(term: Term, kept: EffectTerm) -> list[float]:
         ) from None
 
 
-def _values(model: Model, parameters: Sequence[Named | Parameter]) -> Floats:
+def _values(model: Model, parameters: Sequence[ParameterEntry | Parameter]) -> Floats:
     expected = [parameter.name for parameter in parameters]
     found = [parameter.name for parameter in model.parameters]
     if found != expected:

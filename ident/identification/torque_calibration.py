@@ -19,9 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data import noise
+from ident.data.compatibility import check_same_rig
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
-from ident.identification.identify import refuse_different_rigs
 from ident.uncertainty import covariance
 from ident.uncertainty.covariance import Uncertainty
 from ident.uncertainty.sensitivity import LENGTH_STEP, stretched
@@ -226,7 +226,7 @@ def _per_length_step(empty: Recording, loaded: Recording, payload: float, method
 def _refuse_unlike(empty: Recording, loaded: Recording, payload: float) -> None:
     if not payload > 0:
         raise BadInput(f"a payload above 0 kg expected, {payload:g} kg found; give the mass that was added")
-    refuse_different_rigs([empty, loaded])
+    check_same_rig([empty, loaded])
     if empty.rig.mechanism not in CARRIES:
         raise BadInput(
             f"a mechanism that carries a payload expected ({', '.join(CARRIES)}), {empty.rig.mechanism} found; "

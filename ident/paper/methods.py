@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from ident import plugins
+from ident.data.compatibility import check_same_rig
 from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
 from ident.estimation.problem import Progress
 from ident.identification.goodness_of_fit import Fitness, fitness
-from ident.identification.identify import refuse_different_rigs
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats
@@ -74,7 +74,7 @@ def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progre
         BadInput: a recording cannot be used, is of no delta robot, or they are not of the same rig.
     """
     recordings = [read(path) for path in files]
-    refuse_different_rigs(recordings)
+    check_same_rig(recordings)
     rig = recordings[0].rig
     if rig.mechanism != "delta":
         raise BadInput(
@@ -128,7 +128,9 @@ def as_json(comparison: MethodComparison, preprocessing: str, seed: int) -> dict
         "paper": PAPER,
         "nominal": dict(zip(ROLES, map(asdict, comparison.nominal), strict=True)),
         "methods": {name: _method_as_json(result) for name, result in comparison.results.items()},
-        "pso_above_baselines": {role: not comparison.baselines_not_below(number) for number, role in enumerate(ROLES)},
+        "pso_above_baselines": {
+            role: not comparison.baselines_not_below(number) for number, role in enumerate(ROLES)
+        },
     }
 
 

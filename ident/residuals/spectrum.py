@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data import cycle_statistics
-from ident.filters import stretches
+from ident.filters import contiguous_slices
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
@@ -59,7 +59,7 @@ def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
 
 def _runs(x: Floats) -> list[Floats]:
     """The stretches of `x` (m,) without gaps."""
-    return [x[stretch] for stretch in stretches(np.isfinite(x))]
+    return [x[stretch] for stretch in contiguous_slices(np.isfinite(x))]
 
 
 def _mean_density(runs: Sequence[Floats], rate: float, segment: int) -> Floats:

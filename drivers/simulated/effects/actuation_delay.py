@@ -1,10 +1,10 @@
-"""Torque that comes later than the voltage."""
+"""Delay of the torque after the voltage."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class ActuationDelay(HiddenEffect):
-    """The torque follows the reported voltage after a time: v(t) = map^-1(torque(t + delay))."""
+    """The torque follows the reported voltage after a delay: v(t) = map^-1(torque(t + delay))."""
 
     variables = ("velocity", "acceleration")
 

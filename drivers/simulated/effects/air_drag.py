@@ -1,10 +1,10 @@
-"""Air against the platform."""
+"""Aerodynamic drag of the platform."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class AirDrag(HiddenEffect):
-    """The air, or a hose in it, holds the platform back with a force that grows with the square of its speed."""
+    """Aerodynamic drag of the platform or a hose: a force that grows with the square of the platform's speed."""
 
     variables = ("velocity", "position")
     whole_robot = True

@@ -1,4 +1,4 @@
-"""An amplifier that does not answer to small commands."""
+"""Dead band of the amplifier."""
 
 import math
 
@@ -6,7 +6,7 @@ from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class AmplifierDeadband(HiddenEffect):
-    """Commands within +-width give no voltage, others that much less. It shows in a reported *command* only."""
+    """Commands within +-width give no voltage, others are reduced by it. Visible only in a reported *command*."""
 
     variables = ("load",)
 

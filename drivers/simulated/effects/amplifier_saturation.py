@@ -1,4 +1,4 @@
-"""An amplifier that runs out of voltage."""
+"""Voltage saturation of the amplifier."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, parameter
 class AmplifierSaturation(HiddenEffect):
     """The voltage u / (1 + |u inverse_level|^n)^(1/n) follows the command u up to a level; n is the knee's sharpness.
 
-    It shows in a reported *command* only.
+    Visible only in a reported *command*.
     """
 
     variables = ("load",)

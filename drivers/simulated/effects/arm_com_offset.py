@@ -1,4 +1,4 @@
-"""An arm whose weight is not on its line."""
+"""Lateral offset of the arm's centre of mass."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from drivers.simulated.model_xml import GRAVITY, Arm
 
 
 class ArmComOffset(HiddenEffect):
-    """The arm's centre of mass lies beside the line from shoulder to elbow; holding it takes a sin q more."""
+    """The arm's centre of mass lies beside the line from shoulder to elbow; the holding torque is a sin q higher."""
 
     variables = ("position",)
 

@@ -1,4 +1,4 @@
-"""One arm that is heavier than the others."""
+"""Additional mass on one arm."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from drivers.simulated.model_xml import GRAVITY, Arm
 
 
 class ArmMassMismatch(HiddenEffect):
-    """Something is fastened to the arm at its centre of mass; holding it takes a cos q more, moving it too."""
+    """A mass at the arm's centre of mass; the holding torque is a cos q higher, the inertia grows as well."""
 
     variables = ("position",)
 

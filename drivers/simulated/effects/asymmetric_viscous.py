@@ -1,4 +1,4 @@
-"""Viscous friction that differs between the directions."""
+"""Direction-dependent viscous friction."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, draw_sign, parame
 
 
 class AsymmetricViscous(HiddenEffect):
-    """The motor must give a |v| in addition: an oil seal or a gear runs harder one way than the other."""
+    """Additional motor torque a |v|: an oil seal or a gear has more friction in one direction than in the other."""
 
     variables = ("velocity",)
 

@@ -1,10 +1,10 @@
-"""The voltage that the turning motor itself makes."""
+"""Back-EMF in the reported voltage."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class BackEmf(HiddenEffect):
-    """The reported voltage contains k_e v beyond what the torque takes."""
+    """The reported voltage contains k_e v in addition to the voltage of the torque."""
 
     variables = ("velocity", "load")
 

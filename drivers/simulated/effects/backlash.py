@@ -1,11 +1,11 @@
-"""Play in the gear."""
+"""Backlash of the gear."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import Coupling
 
 
 class Backlash(HiddenEffect):
-    """A gap of width 2 b between motor, where the encoder sits, and arm; the teeth hit without bounce."""
+    """A gap of width 2 b between the motor (with the encoder) and the arm; inelastic impact of the teeth."""
 
     variables = ("position", "velocity", "load")
 
@@ -16,4 +16,4 @@ class Backlash(HiddenEffect):
 
 
 _OIL = 0.02
-"""Drag between motor and arm inside the gap [N m s/rad]."""
+"""Viscous damping between motor and arm inside the gap [N m s/rad]."""

@@ -1,4 +1,4 @@
-"""A base that does not stand level."""
+"""Tilt of the base."""
 
 import math
 
@@ -9,7 +9,7 @@ from drivers.simulated.model_xml import GRAVITY
 
 
 class BaseTilt(HiddenEffect):
-    """The base leans: seen from the robot, gravity has horizontal components g_x and g_y."""
+    """The base is tilted: in the robot's frame gravity has horizontal components g_x and g_y."""
 
     variables = ("position",)
     whole_robot = True

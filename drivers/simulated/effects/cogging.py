@@ -1,4 +1,4 @@
-"""Torque ripple over the angle of the motor."""
+"""Cogging torque of the motor."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class Cogging(HiddenEffect):
-    """Magnets and teeth: the motor must overcome a sin(N q + phase), N periods per turn of the joint."""
+    """Additional motor torque a sin(N q + phase), with N periods per turn of the joint, from magnets and teeth."""
 
     variables = ("position",)
 

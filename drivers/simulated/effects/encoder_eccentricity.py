@@ -1,4 +1,4 @@
-"""An encoder disc that does not run true."""
+"""Eccentricity of the encoder disc."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""An encoder whose zero is not where the rig says."""
+"""Zero offset of the encoder."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 
 
 class EncoderZeroOffset(HiddenEffect):
-    """The encoder reads q + c: a badly set zero, a slipped coupling."""
+    """The encoder reads q + c: a wrong zero reference or a slipped coupling."""
 
     variables = ("position",)
 

@@ -1,4 +1,4 @@
-"""A robot that does not have the lengths of its rig file."""
+"""Errors of the lengths in the rig file."""
 
 import numpy as np
 
@@ -7,7 +7,7 @@ from recordings.rig import Geometry
 
 
 class GeometryError(HiddenEffect):
-    """Each length is the rig's plus `error` times its share. Of R and r only the difference matters."""
+    """Each length is the rig's plus `error` times its share. Only the difference of R and r has an effect."""
 
     variables = ("position", "velocity", "acceleration")
     whole_robot = True

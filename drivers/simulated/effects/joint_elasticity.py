@@ -1,4 +1,4 @@
-"""A gear that gives way."""
+"""Elasticity of the gear."""
 
 import math
 
@@ -7,7 +7,7 @@ from drivers.simulated.model_xml import Coupling
 
 
 class JointElasticity(HiddenEffect):
-    """A spring of stiffness k = 1 / compliance between motor, where the encoder sits, and arm."""
+    """A spring of stiffness k = 1 / compliance between the motor (with the encoder) and the arm."""
 
     variables = ("load", "acceleration")
 
@@ -21,8 +21,8 @@ class JointElasticity(HiddenEffect):
 
 
 _RIGID = 1e-5
-"""Below this compliance the spring would swing faster than the plant's time steps [rad/(N m)]."""
+"""Compliance below which the spring's period is shorter than the plant's time step [rad/(N m)]."""
 _DAMPING_RATIO = 0.03
-"""Steel and grease."""
+"""Typical of steel with grease."""
 _LIMB_INERTIA = 0.2
-"""What swings on the spring, roughly [kg m^2]."""
+"""Approximate inertia on the spring [kg m^2]."""

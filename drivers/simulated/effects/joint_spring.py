@@ -6,7 +6,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class JointSpring(HiddenEffect):
-    """Something elastic pulls the joint to a rest angle, a stiff cable loop say: k (q - q_0)."""
+    """An elastic part, such as a stiff cable loop, pulls the joint to a rest angle: k (q - q_0)."""
 
     variables = ("position",)
 

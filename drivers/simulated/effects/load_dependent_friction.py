@@ -1,10 +1,10 @@
-"""Friction that grows with the load on the gear."""
+"""Load-dependent friction of the gear."""
 
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class LoadDependentFriction(HiddenEffect):
-    """The gear loses a share a of the torque that it passes on: dry friction grows by a |load|."""
+    """The gear loses the fraction a of the torque that it transmits: dry friction grows by a |load|."""
 
     variables = ("load", "velocity")
 

@@ -1,4 +1,4 @@
-"""A load that is picked up during the run, and maybe put down again."""
+"""A payload that is picked up during the run, and possibly put down."""
 
 from typing import Self
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class PayloadChange(HiddenEffect):
-    """The platform's mass is higher by dm from the time t_c to t_e; the load joins with the platform's velocity."""
+    """The platform's mass is higher by dm from the time t_c to t_e; the payload has the platform's velocity."""
 
     variables = ("time", "position", "acceleration")
     whole_robot = True

@@ -1,12 +1,12 @@
-"""Dry friction that builds up as the joint starts to move."""
+"""Presliding hysteresis of dry friction."""
 
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class PreslidingHysteresis(HiddenEffect):
-    """Bristles bend before they slide (Dahl): dry friction is its level times z / z_s, z' = v - |v| z / z_s.
+    """Dahl's model: dry friction is its level times z / z_s, with z' = v - |v| z / z_s.
 
-    At rest the bent bristles are a spring, which holds the joint.
+    At rest the deflected bristles act as a spring that holds the joint.
     """
 
     variables = ("position", "velocity")
@@ -18,4 +18,4 @@ class PreslidingHysteresis(HiddenEffect):
 
 
 _RIGID = 1e-6
-"""A shorter bristle would swing faster than the plant's time steps [rad]."""
+"""Displacement below which the bristle's period is shorter than the plant's time step [rad]."""

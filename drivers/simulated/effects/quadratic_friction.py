@@ -1,10 +1,10 @@
-"""Friction that grows with the square of speed."""
+"""Friction proportional to the square of speed."""
 
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class QuadraticFriction(HiddenEffect):
-    """Oil or air is churned: the motor must give a v |v| in addition."""
+    """Additional motor torque a v |v|, from churning of oil or air."""
 
     variables = ("velocity",)
 

@@ -1,4 +1,4 @@
-"""Friction that falls as the joint starts to slide."""
+"""Stribeck friction."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class Stribeck(HiddenEffect):
-    """The joint sticks harder than it slides: dry friction grows by a exp(-(v / v_s)^2)."""
+    """Static friction exceeds sliding friction: dry friction grows by a exp(-(v / v_s)^2)."""
 
     variables = ("velocity",)
 

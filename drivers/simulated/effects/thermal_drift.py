@@ -1,4 +1,4 @@
-"""Friction that fades as the machine warms up."""
+"""Friction that decreases as the machine warms up."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class ThermalDrift(HiddenEffect):
-    """Cold grease drags: friction is higher by (a v + b sgn v) exp(-t / T), with a = b `viscous`."""
+    """With cold grease friction is higher by (a v + b sgn v) exp(-t / T), with a = b `viscous`."""
 
     variables = ("time", "velocity")
     cycles = 5

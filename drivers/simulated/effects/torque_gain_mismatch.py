@@ -1,4 +1,4 @@
-"""A motor that gives more or less torque per volt than the others."""
+"""Different torque gain of one motor."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A torque map that is bent differently."""
+"""Different exponent of the torque map."""
 
 import numpy as np
 

@@ -6,7 +6,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, draw_sign, parame
 
 
 class TorqueOffset(HiddenEffect):
-    """The motor must give a constant torque a, whatever the robot does: a cable's pull, an amplifier's zero."""
+    """Additional constant motor torque a: pull of a cable, zero offset of an amplifier."""
 
     a: float = parameter(0.3, "N m", "the constant torque", ge=-5, le=5)
 

@@ -1,1 +1,1 @@
-"""Hidden effects that stand in no list, one file each: a diagnosis can find that they are there, not name them."""
+"""Hidden effects in no library, one file each: a diagnosis can detect them, but not name them."""

@@ -1,4 +1,4 @@
-"""A cable that is too short."""
+"""Pull of a cable that is too short."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class CablePull(HiddenEffect):
-    """The further the arm is lifted, the more suddenly a cable tightens: the motor must give a exp((q - q_0) / w)."""
+    """Additional motor torque a exp((q - q_0) / w): a cable tightens progressively as the arm is lifted."""
 
     variables = ("position",)
 
@@ -25,4 +25,4 @@ class CablePull(HiddenEffect):
 
 
 _TAUT = 5.0
-"""Beyond this the cable is rigid; the exponential would overflow."""
+"""Greatest exponent, above which the exponential would overflow."""

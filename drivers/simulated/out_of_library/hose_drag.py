@@ -1,10 +1,10 @@
-"""Hoses that rub between two arms."""
+"""Friction of hoses between two arms."""
 
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class HoseDrag(HiddenEffect):
-    """The arms drag each other along: the motor must give c times its speed relative to each of the other joints."""
+    """Additional motor torque c times the joint's speed relative to each of the other joints."""
 
     variables = ("velocity",)
     between_joints = True

@@ -1,4 +1,4 @@
-"""A disturbance with a frequency of its own."""
+"""A periodic disturbance with its own frequency."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class Pulsation(HiddenEffect):
-    """A fan, a pump or a shaking floor: the motor must overcome a sin(2 pi f t + phase)."""
+    """Additional motor torque a sin(2 pi f t + phase), from a fan, a pump or a vibrating floor."""
 
     variables = ("frequency",)
 

@@ -1,10 +1,10 @@
-"""Motors that hold on to each other."""
+"""Inertial coupling of motors."""
 
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class RotorCoupling(HiddenEffect):
-    """A flywheel that several motors turn through a differential: each must give J times the others' acceleration."""
+    """Additional motor torque J times the others' acceleration, from a flywheel driven through a differential."""
 
     variables = ("acceleration",)
     between_joints = True

@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class WornSpot(HiddenEffect):
-    """Around an angle q_0 the joint rubs harder: dry friction grows by a exp(-((q - q_0) / w)^2)."""
+    """Friction is higher around an angle q_0: dry friction grows by a exp(-((q - q_0) / w)^2)."""
 
     variables = ("position", "velocity")
 

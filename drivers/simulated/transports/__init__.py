@@ -1,6 +1,6 @@
 """The simulated rigs, one module for each transport of `drivers.transports`, under the same name.
 
-What a module offers is written down in `Simulation`.
+`Simulation` is the interface of a module.
 """
 
 import importlib
@@ -12,10 +12,10 @@ from recordings.rig import Rig
 
 
 class Simulation(Protocol):
-    """What each module of this folder is."""
+    """Interface of each module of this folder."""
 
     def serve(self, rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
-        """The drives of the rig around one machine, on the rig's own bus or lines; not yet running.
+        """Create the drives of the rig around one machine, on the rig's bus or lines; not yet running.
 
         Raises:
             BadInput: the bus or line cannot be opened.
@@ -23,14 +23,14 @@ class Simulation(Protocol):
         ...
 
     def check_not_in_use(self, rig: Rig) -> None:
-        """Raise BadInput where somebody answers in the place of these drives already, as far as that can be seen."""
+        """Raise BadInput if other drives already answer on the bus or lines, as far as this can be detected."""
         ...
 
     def place(self, rig: Rig) -> str:
-        """Where they can be reached, for a person."""
+        """Bus or ports of the drives, as text for the user."""
         ...
 
 
 def of(rig: Rig) -> Simulation:
-    """The simulation for the transport that the rig names."""
+    """The simulation for the transport named in the rig."""
     return cast(Simulation, importlib.import_module(f"{__name__}.{rig.bus.transport}"))

@@ -9,10 +9,10 @@ from drivers.simulated.service import Pace, Service
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
-_DEVICE_TYPE = bytes.fromhex("4000100000000000")
-"""SDO request: object 1000 is to be read."""
-_PATIENCE = 0.3
-"""How long a drive may take to answer [s]."""
+_READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")
+"""SDO request that reads object 1000."""
+_RESPONSE_TIMEOUT = 0.3
+"""Time to wait for an answer [s]."""
 
 
 def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
@@ -21,13 +21,13 @@ def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
 
 
 def check_not_in_use(rig: Rig) -> None:
-    """See `Simulation`: all node ids are asked for their device type."""
+    """See `Simulation`: reads the device type of the rig's node ids."""
     link = Link(open_bus(rig.can))
     try:
         for drive in rig.drives:
-            link.send(0x600 + drive.node_id, _DEVICE_TYPE)
+            link.send(0x600 + drive.node_id, _READ_DEVICE_TYPE)
         answers = {0x580 + drive.node_id: drive.node_id for drive in rig.drives}
-        deadline = time.monotonic() + _PATIENCE
+        deadline = time.monotonic() + _RESPONSE_TIMEOUT
         while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
             if frame[0] in answers:
                 raise BadInput(

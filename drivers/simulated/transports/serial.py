@@ -1,4 +1,4 @@
-"""Serial: simulated drives with the ASCII protocol behind pseudo-terminals."""
+"""Serial: simulated drives with the ASCII protocol on pseudo-terminals."""
 
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
@@ -12,7 +12,7 @@ def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
 
 
 def check_not_in_use(rig: Rig) -> None:
-    """See `Simulation`: a name that is taken cannot be made, which `serve` says."""
+    """See `Simulation`: `serve` raises the error if a name is in use."""
 
 
 def place(rig: Rig) -> str:

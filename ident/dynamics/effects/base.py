@@ -10,11 +10,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from recordings.recording import Floats
 from recordings.rig import Rig
 
-Axis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
+SignatureAxis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
 Shapes = Mapping[str, float]
 """Shape parameters by name."""
 Suggestion = Mapping[str, Any]
@@ -23,13 +23,13 @@ Values = Mapping[str, Floats]
 """Parameters and shapes of a signal effect by name: parameters (dof,), zero for joints that do not have the effect,
 or (1,) if it is one of the whole robot; shapes (1,)."""
 
-NEVER = 1e9
+INFINITE_TIME = 1e9
 """Stands for an instant that does not come [s]."""
 
 
-def is_never(value: float, unit: str) -> bool:
+def is_infinite(value: float, unit: str) -> bool:
     """Whether `value` is an instant that does not come."""
-    return unit == "s" and value >= NEVER
+    return unit == "s" and value >= INFINITE_TIME
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,9 +43,9 @@ class Quantity:
     lower: float = -np.inf
     """Physical range: what a fit finds outside of it is evidence against the effect."""
     upper: float = np.inf
-    starts: tuple[float, ...] = ()
+    initial_guesses: tuple[float, ...] = ()
     """Where the search for it begins; several where there may be several valleys. Empty for a coefficient."""
-    open: Literal["lower", "upper"] | None = None
+    implausible_bound: Literal["lower", "upper"] | None = None
     """An end of the range at which a search that ends there speaks against the effect."""
     searched: bool = True
     """False where nothing but the `starts` is meant, such as a number of something."""
@@ -57,30 +57,30 @@ class Effect:
 
     sentence: str
     """What it is, for a person at the bench."""
-    looks: str
+    symptom: str
     """What it looks like in a recording."""
     causes: str
     """What usually causes it."""
     remedy: str
     """What to do about it."""
     equation: str
-    axis: Axis
+    axis: SignatureAxis
     """What to draw the residual over to see it."""
     mechanisms: tuple[str, ...] = ("delta", "axes")
     whole_robot: bool = False
     """True where all joints share its parameters; else every joint has its own, and some joints may not have it."""
     contains: tuple[str, ...] = ()
     """Other effects that are special cases of this one."""
-    always_true: bool = False
+    mandatory: bool = False
     """True of any real machine of this kind, so that finding it is no finding."""
     shapes: tuple[Quantity, ...] = ()
     """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
-    suggest: Callable[[View, Floats], Sequence[Suggestion]] | None = None
+    suggest: Callable[[EffectInputs, Floats], Sequence[Suggestion]] | None = None
     """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second; of
     a signal also values of its parameters."""
     step: float = 1e-4
     """Change of a searched parameter, relative, by which a fit sees where to go: larger where the torque jumps."""
-    valleys: int = 1
+    multistart: int = 1
     """From so many of the best starts a search begins."""
     repeated: bool = False
     """True where several of it may be there, with different shapes: the lines of a spectrum."""
@@ -94,7 +94,7 @@ class Additive(Effect):
 
     coefficients: tuple[Quantity, ...]
     """c of them, per joint or for the whole robot."""
-    columns: Callable[[View, Shapes], Floats]
+    columns: Callable[[EffectInputs, Shapes], Floats]
     """Torque per unit of each coefficient (n, dof, c); NaN where the motion is. That of a joint must not depend on
     its own coefficients, nor on anything measured but the motion."""
 
@@ -109,7 +109,7 @@ class Signal(Effect):
     """The true position (n, dof), given the measured one."""
     rig: Callable[[Rig, Values], Rig] | None = None
     """The true rig, given the one in the file."""
-    report: Callable[[Floats, View, Values], Floats] | None = None
+    report: Callable[[Floats, EffectInputs, Values], Floats] | None = None
     """The torque (n, dof) that the rig's map makes of what is reported, given the true torque (n, dof)."""
     pointwise: bool = True
     """False where what is reported at an instant depends on the true torque at other instants, as with a delay."""

@@ -6,58 +6,58 @@ from typing import Literal
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 Variable = Literal["position", "velocity", "acceleration", "load", "time"]
-Times = Literal["one", "direction", "velocity"]
+Multiplier = Literal["one", "direction", "velocity"]
 
 
 @dataclass(frozen=True)
-class Curve:
+class LearnedCurve:
     """Torque of one joint over one variable: straight lines between knots, level beyond them."""
 
     joint: int
     """Whose torque it is, from 1."""
     variable: Variable
-    of_joint: int
+    variable_joint: int
     """Whose variable it is, from 1."""
-    times: Times
+    multiplier: Multiplier
     """What the values are multiplied with: nothing, the direction of the joint's motion, or its velocity."""
     knots: tuple[float, ...]
     """(k,) rising; [rad, rad/s, rad/s^2, N m or s]."""
     values: tuple[float, ...]
     """(k,) [N m], or [N m s/rad] where they are multiplied with the velocity."""
 
-    def signal(self, view: View) -> Floats:
+    def variable_values(self, view: EffectInputs) -> Floats:
         """(n,) the variable."""
         if self.variable == "time":
             return view.time
         where = view.rigid if self.variable == "load" else getattr(view.motion, self.variable)
-        signal: Floats = where[:, self.of_joint - 1]
+        signal: Floats = where[:, self.variable_joint - 1]
         return signal
 
-    def factor(self, view: View) -> Floats:
+    def factor(self, view: EffectInputs) -> Floats:
         """(n,) what its values are multiplied with."""
         own = view.motion.velocity[:, self.joint - 1]
-        if self.times == "velocity":
+        if self.multiplier == "velocity":
             return own
-        factor: Floats = view.motion.direction[:, self.joint - 1] if self.times == "direction" else np.ones_like(own)
+        factor: Floats = view.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(own)
         return factor
 
-    def torque(self, view: View) -> Floats:
+    def torque(self, view: EffectInputs) -> Floats:
         """(n,) [N m]."""
-        signal = self.signal(view)
+        signal = self.variable_values(view)
         level = np.interp(np.nan_to_num(signal), self.knots, self.values)
         torque: Floats = np.where(np.isfinite(signal), level, np.nan) * self.factor(view)
         return torque
 
 
-def effect_of(curves: Sequence[Curve]) -> Additive:
+def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
     """The `curves` together, as an effect whose coefficient is 1 where they are as they were learned."""
 
-    def columns(view: View, shapes: Shapes) -> Floats:
+    def columns(view: EffectInputs, shapes: Shapes) -> Floats:
         torque = np.where(np.isfinite(view.motion.velocity), 0.0, np.nan)
         for curve in curves:
             torque[:, curve.joint - 1] += curve.torque(view)
@@ -66,7 +66,7 @@ def effect_of(curves: Sequence[Curve]) -> Additive:
     over = ", ".join(sorted({curve.variable for curve in curves}))
     return Additive(
         sentence=f"A stand-in: curves over {over}, learned from a recording; nothing says what causes them.",
-        looks="The residual is a smooth curve over that.",
+        symptom="The residual is a smooth curve over that.",
         causes="not known: no effect of the library explains it",
         remedy="look for what depends on that; until it is found, the curve takes its place",
         equation="a f(variable), f as learned",
@@ -76,7 +76,7 @@ def effect_of(curves: Sequence[Curve]) -> Additive:
     )
 
 
-def source(curves: Sequence[Curve], about: str) -> str:
+def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:
     """The text of an effect file that holds the `curves`."""
     own = ",\n".join(f"        {curve!r}" for curve in curves)
     return (

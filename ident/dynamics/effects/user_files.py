@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Signal
-from ident.dynamics.effects.validation import wrong
+from ident.dynamics.effects.validation import validation_error
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -35,14 +35,14 @@ def from_file(path: Path) -> Effect:
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:  # whatever the user's code does
-        raise BadInput(f"effect file {path}: {said(error)}; mend the file") from None
+        raise BadInput(f"effect file {path}: {one_line(error)}; mend the file") from None
     effect: Any = getattr(module, "effect", None)
     if not isinstance(effect, (Additive, Signal)):
         raise BadInput(
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal expected, "
             f"{type(effect).__name__} found; see docs/effects.md"
         )
-    found = wrong(effect)
+    found = validation_error(effect)
     if found:
         raise BadInput(f"effect file {path}: {found}; mend the file")
     return guarded(effect, path)
@@ -71,13 +71,13 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
     @wraps(function)
     def call(*arguments: Any) -> Any:
         for one in arguments:
-            if isinstance(one, View):
+            if isinstance(one, EffectInputs):
                 _freeze(one)
         own = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
         try:
             result = function(*own)
         except (Exception, SystemExit) as error:  # whatever the user's code does
-            raise BadInput(f"effect file {path}: {name}: {said(error)}; mend the file") from None
+            raise BadInput(f"effect file {path}: {name}: {one_line(error)}; mend the file") from None
         wrong = check(arguments, result)
         if wrong:
             raise BadInput(f"effect file {path}: {name}: {wrong}; mend the file")
@@ -86,12 +86,12 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
     return call
 
 
-def said(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     """The `error` in one line."""
     return " ".join([type(error).__name__, *str(error).split()])
 
 
-def _freeze(view: View) -> None:
+def _freeze(view: EffectInputs) -> None:
     """What one effect changed in place, all others would see changed."""
     for array in (view.time, *vars(view.motion).values()):
         array.flags.writeable = False
@@ -101,7 +101,7 @@ def _anything(arguments: tuple[Any, ...], result: Any) -> str | None:
     return None
 
 
-def _columns(view: View, result: Any, coefficients: int) -> str | None:
+def _columns(view: EffectInputs, result: Any, coefficients: int) -> str | None:
     expected = (*view.motion.position.shape, coefficients)
     wrong = _array(result, expected)
     if wrong:

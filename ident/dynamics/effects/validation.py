@@ -5,13 +5,13 @@ from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, get_args
 
-from ident.dynamics.effects.base import Additive, Axis, Effect, Quantity
+from ident.dynamics.effects.base import Additive, SignatureAxis, Effect, Quantity
 
 _TEXTS = ("sentence", "looks", "causes", "remedy", "equation")
 _UNITS = {"effort": "N m", "position": "rad"}
 
 
-def wrong(effect: Effect) -> str | None:
+def validation_error(effect: Effect) -> str | None:
     """What is wrong with the `effect`, the first thing of it; None if nothing is."""
     return next(_all(effect), None)
 
@@ -21,8 +21,8 @@ def _all(effect: Effect) -> Iterator[str]:
         text: Any = getattr(effect, name)
         if not isinstance(text, str) or not text.strip():
             yield f"{name}: a text expected, {text!r} found"
-    if effect.axis not in get_args(Axis):
-        yield f"axis: one of {', '.join(get_args(Axis))} expected, {effect.axis!r} found"
+    if effect.axis not in get_args(SignatureAxis):
+        yield f"axis: one of {', '.join(get_args(SignatureAxis))} expected, {effect.axis!r} found"
     own = effect.coefficients if isinstance(effect, Additive) else getattr(effect, "parameters", ())
     kinds: list[tuple[str, Any]] = [("shapes", effect.shapes)]
     kinds.insert(0, ("coefficients" if isinstance(effect, Additive) else "parameters", own))
@@ -38,7 +38,7 @@ def _all(effect: Effect) -> Iterator[str]:
         yield from (f"{one.name}: {found}" for found in _quantity(one))
     needed = effect.shapes if isinstance(effect, Additive) else (*own, *effect.shapes)
     for one in needed:
-        if not one.starts and effect.suggest is None:
+        if not one.initial_guesses and effect.suggest is None:
             yield f"{one.name}: starts (where the search for it begins) expected, none found"
 
 
@@ -55,7 +55,7 @@ def _quantity(one: Quantity) -> Iterator[str]:
     limits: Any = (one.lower, one.upper)
     if not all(isinstance(limit, Real) for limit in limits) or not one.lower < one.upper:
         yield f"lower below upper expected, {one.lower!r} and {one.upper!r} found"
-    elif not isinstance(one.starts, Sequence) or not all(isinstance(start, Real) for start in one.starts):
-        yield f"starts: a tuple of numbers expected, {one.starts!r} found"
-    elif not all(one.lower <= start <= one.upper for start in one.starts):
-        yield f"starts within {one.lower:g} and {one.upper:g} expected, {one.starts!r} found"
+    elif not isinstance(one.initial_guesses, Sequence) or not all(isinstance(start, Real) for start in one.initial_guesses):
+        yield f"starts: a tuple of numbers expected, {one.initial_guesses!r} found"
+    elif not all(one.lower <= start <= one.upper for start in one.initial_guesses):
+        yield f"starts within {one.lower:g} and {one.upper:g} expected, {one.initial_guesses!r} found"

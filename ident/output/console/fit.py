@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from rich.console import Console
 from rich.table import Table
 
-from ident.dynamics.effects.base import is_never
+from ident.dynamics.effects.base import is_infinite
 from ident.estimation.linearized_model import LinearizedModel
 from ident.identification.identify import Identification
 from ident.identification.model import Agreement, JointFitness, Model
@@ -97,8 +97,8 @@ def shape_parameter_lines(mechanism: LinearizedModel) -> Iterator[str]:
     """Yield the values of the shape parameters, which a search has fixed before the linear fit."""
     structure = mechanism.structure
     values = [
-        f"{entry.name} {'never' if is_never(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
-        for entry, value in zip(structure.named, mechanism.x.tolist(), strict=True)
+        f"{entry.name} {'never' if is_infinite(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
+        for entry, value in zip(structure.parameters, mechanism.x.tolist(), strict=True)
         if not entry.linear
     ]
     if values:

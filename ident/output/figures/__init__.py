@@ -1,5 +1,5 @@
-"""Interactive figures of what the other modules found, for the report and the workbench. One topic is one file.
+"""Interactive figures for the report and the workbench, one file per topic.
 
-Each function takes existing results and returns a Plotly figure; nothing is computed here but what drawing needs. The
-colours of traces suit light and dark alike: `figure.update_layout(template=theme.DARK)` is all that changes.
+Each function takes existing results and returns a Plotly figure; it computes only what drawing needs. The colours of
+traces suit both themes: `figure.update_layout(template=theme.DARK)` is the only difference between light and dark.
 """

@@ -1,4 +1,4 @@
-"""How the error fell, effect by effect, and what each effect promised."""
+"""Draw the error after each step of the selection, and the predicted improvement of each effect."""
 
 from collections.abc import Sequence
 
@@ -8,18 +8,18 @@ from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document, StepEntry
 from ident.output.figures import theme
 
-MOST = 14
-"""Candidates that are shown."""
+MAX_CANDIDATES = 14
+"""Number of candidates that are drawn at most."""
 
 
 def ladder(document: Document) -> go.Figure:
-    """Training and held-out RMS of each rung, joint by joint, and the noise floor as the line to reach."""
+    """Draw training and held-out RMS of each step per joint, with the noise floor as a line."""
     names = [theme.escaped(label) for label in document.labels]
     return rms_bars(names, document.rungs, document.noise_rms, document.effort_units)
 
 
-def rms_bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
-    """The same of any models, `rungs`, called `names`; `noise` and `units` of the joints."""
+def rms_bars(names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+    """Draw the same for models `steps` called `names`; `noise` and `units` per joint."""
     dof = len(units)
     figure = theme.subplots(
         1,
@@ -33,11 +33,11 @@ def rms_bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[f
         colour = theme.joint_colour(joint)
         unit = units[joint]
         sides = [
-            ("training", [rung.train_rms[joint] for rung in rungs], theme.with_opacity(colour, theme.FAINT_OPACITY)),
-            ("held out", [rung.validate_rms[joint] for rung in rungs], colour),
+            ("training", [step.train_rms[joint] for step in steps], theme.with_opacity(colour, theme.FAINT_OPACITY)),
+            ("held out", [step.validate_rms[joint] for step in steps], colour),
         ]
         for label, values, fill in sides:
-            drawn = go.Bar(
+            bar = go.Bar(
                 x=values,
                 y=list(range(len(names))),
                 orientation="h",
@@ -49,11 +49,11 @@ def rms_bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[f
                 showlegend=False,
                 hovertemplate=f"{label}: %{{x:.3g}} {unit}<extra></extra>",
             )
-            figure.add_trace(drawn, row=1, col=joint + 1)
-        most = max(max(rung.train_rms[joint], rung.validate_rms[joint]) for rung in rungs)
+            figure.add_trace(bar, row=1, col=joint + 1)
+        largest = max(max(step.train_rms[joint], step.validate_rms[joint]) for step in steps)
         line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
         figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
-        figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * most], row=1, col=joint + 1)
+        figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
     theme.legend_entry(figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)})
     theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
@@ -62,14 +62,14 @@ def rms_bars(names: Sequence[str], rungs: Sequence[StepEntry], noise: Sequence[f
     return figure
 
 
-def candidates(found: Diagnosis) -> go.Figure:
-    """What each effect would explain, at first sight, of what the base model left, and of what is left at the end."""
-    first, last = found.selection.first_extensions.loss_reductions, found.selection.last_extensions.loss_reductions
-    names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MOST]
-    added = {one.term.name for one in found.selection.findings}
+def candidates(diagnosis: Diagnosis) -> go.Figure:
+    """Draw the share of the residual that each effect would explain, predicted before the first and after the last step."""
+    first, last = diagnosis.selection.first_extensions.loss_reductions, diagnosis.selection.last_extensions.loss_reductions
+    names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MAX_CANDIDATES]
+    added = {finding.term.name for finding in diagnosis.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
     labels = [f"<b>{theme.escaped(name)}</b>" if name in added else theme.escaped(name) for name in names]
-    sides = [("at first", first, theme.JOINTS[0]), ("at the end, of what is left", last, theme.JOINTS[3])]
+    sides = [("before the first step", first, theme.JOINTS[0]), ("after the last step", last, theme.JOINTS[3])]
     for label, gains, colour in sides:
         shares = [100 * max(gains.get(name, 0.0), 0.0) for name in names]
         dots = go.Scatter(

@@ -1,4 +1,4 @@
-"""How well the parameters are known."""
+"""Draw the uncertainty of the parameters."""
 
 from collections.abc import Mapping
 
@@ -14,17 +14,17 @@ _COLOURS = {"identifiable": theme.JOINTS[0], "weak": theme.JOINTS[3], "not": the
 
 
 def precision(models: Mapping[str, Model]) -> go.Figure:
-    """Half width of each parameter's 95 % interval, in percent of its value, on a logarithmic axis."""
-    names = list(dict.fromkeys(one.name for model in models.values() for one in model.parameters))
+    """Draw half the width of each parameter's 95 % interval, in percent of its value, on a logarithmic axis."""
+    names = list(dict.fromkeys(parameter.name for model in models.values() for parameter in model.parameters))
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 22 * len(names))
     for number, (name, model) in enumerate(models.items()):
         for status, label in _IDENTIFIABLE.items():
-            own = [one for one in model.parameters if one.status == status and relative_half_width(one) is not None]
-            if not own:
+            parameters = [one for one in model.parameters if one.status == status and relative_half_width(one) is not None]
+            if not parameters:
                 continue
             dots = go.Scatter(
-                x=[relative_half_width(one) for one in own],
-                y=[theme.escaped(one.name) for one in own],
+                x=[relative_half_width(one) for one in parameters],
+                y=[theme.escaped(one.name) for one in parameters],
                 mode="markers",
                 name=f"{theme.escaped(name)}, {label}" if len(models) > 1 else label,
                 marker={"color": _COLOURS[status], "size": 10, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},
@@ -40,17 +40,17 @@ def precision(models: Mapping[str, Model]) -> go.Figure:
 
 
 def relative_half_width(parameter: FittedParameter) -> float | None:
-    """Half the width of the 95 % interval in percent of the value; None where there is none."""
+    """Return half the width of the 95 % interval in percent of the value; None without an interval."""
     if parameter.ci95 is None or not parameter.value:
         return None
     return 50 * (parameter.ci95[1] - parameter.ci95[0]) / abs(parameter.value)
 
 
 def correlation(model: Model) -> go.Figure:
-    """Between the errors of the parameters: where it is near -1 or 1, only a combination is known."""
-    names = [theme.escaped(one.name) for one in model.parameters]
+    """Draw the correlation of the parameters' errors; near -1 or 1 only a combination of two is known."""
+    names = [theme.escaped(parameter.name) for parameter in model.parameters]
     rows = model.trust.correlation if model.trust else ()
-    values = np.array([[np.nan if one is None else one for one in row] for row in rows])
+    values = np.array([[np.nan if rho is None else rho for rho in row] for row in rows])
     figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
     blue, orange = theme.JOINTS[:2]
     figure.add_trace(

@@ -1,4 +1,4 @@
-"""What a recording holds and how good it is: the motion, gaps, lateness, noise."""
+"""Draw a recording and its quality: motion, gaps, lateness, noise."""
 
 from collections.abc import Mapping
 
@@ -12,7 +12,7 @@ from recordings.recording import Floats, Recording
 
 
 def motion(recording: Recording) -> go.Figure:
-    """Position, following error and what was measured of the drives, of all joints over the whole run."""
+    """Draw position, following error and drive signal of all joints over the whole run."""
     rig = recording.rig
     drive = theme.effort_label(rig.effort_units[0]) if holds_torque(recording) else "voltage [V]"
     rows = [(f"position<br>[{rig.position_units[0]}]", recording.position)]
@@ -45,12 +45,12 @@ def _trace(figure: go.Figure, time: Floats, values: Floats, joint: int, row: int
 
 
 def has_timing(recording: Recording) -> bool:
-    """Whether there is anything to see of gaps or lateness."""
+    """Return whether there are gaps or late cycles to draw."""
     return bool(recording.gaps.any() or np.nan_to_num(recording.lateness).any())
 
 
 def timing(recording: Recording) -> go.Figure:
-    """How late the host was, and where samples were lost."""
+    """Draw the lateness of the host [ms] and the instants of lost samples."""
     figure = theme.subplots(
         2, 1, 20 + theme.FOOTER + 190, shared_xaxes=True, vertical_spacing=0.08, row_heights=[2, 1]
     )
@@ -83,8 +83,8 @@ def timing(recording: Recording) -> go.Figure:
 
 
 def mean_square_shares(models: Mapping[str, Comparison]) -> go.Figure:
-    """What the residual's mean square consists of: noise, what repeats with the motion, what changes steadily."""
-    parts: Mapping[str, tuple[str, str]] = {
+    """Draw the shares of the residual's mean square: noise, repeatable with the motion, steady change."""
+    components: Mapping[str, tuple[str, str]] = {
         "noise": ("noise", theme.NOISE),
         "repeating": ("repeats with the motion: a model could explain it", theme.JOINTS[0]),
         "trend": ("changes from cycle to cycle", theme.JOINTS[3]),
@@ -100,7 +100,7 @@ def mean_square_shares(models: Mapping[str, Comparison]) -> go.Figure:
     shares = np.maximum(np.array(squares), 0.0)
     shares = 100 * shares / shares.sum(axis=1, keepdims=True)
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 34 * len(labels))
-    for column, (label, colour) in enumerate(parts.values()):
+    for column, (label, colour) in enumerate(components.values()):
         if shares[:, column].max() > 0.5:
             bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
             figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))

@@ -1,4 +1,4 @@
-"""Where a model fails: by phase of the motion, over what the residual may depend on, and what of it is noise."""
+"""Draw where a model fails: residual by phase of the motion and over each quantity, with the noise floor."""
 
 from collections.abc import Mapping, Sequence
 
@@ -12,27 +12,27 @@ from ident.residuals.phases import PHASES
 from recordings.recording import Floats
 
 HEADROOM = 1.12
-"""Above the highest bar, for what is written over it."""
-HIGHEST = 1.3
-"""What curves are drawn of, over the largest RMS of any bin."""
+"""Range of the axis over the highest bar, for the label above it."""
+AXIS_RANGE = 1.3
+"""Range of the residual axis over the largest RMS of any bin."""
 
 
 def phases(models: Mapping[str, Comparison]) -> go.Figure:
-    """RMS residual of each joint in each phase, with the noise floor; above the bars, the share of the time."""
+    """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share of the time."""
     first, *_ = models.values()
     dof = len(first.joints)
     figure = theme.subplots(
         1, dof, 320, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
     )
     for number, (name, comparison) in enumerate(models.items()):
-        for joint, found in enumerate(comparison.joints):
-            names = [phase for phase in PHASES if phase in found.summary.phases]
-            about = [found.summary.phases[phase] for phase in names]
+        for joint, joint_residual in enumerate(comparison.joints):
+            names = [phase for phase in PHASES if phase in joint_residual.summary.phases]
+            phase_residuals = [joint_residual.summary.phases[phase] for phase in names]
             colour = theme.joint_colour(joint)
             bars = go.Bar(
                 x=names,
-                y=[one.rms for one in about],
-                text=[theme.percent(one.time_share) for one in about] if number == 0 else None,
+                y=[phase.rms for phase in phase_residuals],
+                text=[theme.percent(phase.time_share) for phase in phase_residuals] if number == 0 else None,
                 textposition="outside",
                 cliponaxis=False,
                 name=theme.escaped(name),
@@ -42,26 +42,26 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
                 textfont_size=11,
                 constraintext="none",
                 marker={"color": colour, "pattern": theme.bar_pattern(number)},
-                hovertemplate="%{x}: %{y:.3g} " + found.unit,
+                hovertemplate="%{x}: %{y:.3g} " + joint_residual.unit,
             )
             figure.add_trace(bars, row=1, col=joint + 1)
-    for joint, found in enumerate(first.joints):
-        if found.split:
+    for joint, joint_residual in enumerate(first.joints):
+        if joint_residual.split:
             line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-            figure.add_hline(y=found.split.noise_rms, line=line, row=1, col=joint + 1)
-    if any(found.split for found in first.joints):
+            figure.add_hline(y=joint_residual.split.noise_rms, line=line, row=1, col=joint + 1)
+    if any(joint_residual.split for joint_residual in first.joints):
         theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
-    _models(figure, models)
-    most = max(
-        phase.rms for one in models.values() for found in one.joints for phase in found.summary.phases.values()
+    _model_legend(figure, models)
+    largest = max(
+        phase.rms for comparison in models.values() for joint_residual in comparison.joints for phase in joint_residual.summary.phases.values()
     )
-    figure.update_yaxes(range=[0, HEADROOM * most or 1.0])
+    figure.update_yaxes(range=[0, HEADROOM * largest or 1.0])
     figure.update_yaxes(title_text=f"RMS residual [{first.joints[0].unit}]", row=1, col=1)
     return figure
 
 
-def _models(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
-    """Which pattern is which model, where there are several."""
+def _model_legend(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
+    """Add a legend of the models' patterns, if there are several models."""
     if len(models) == 1:
         return
     for number, name in enumerate(models):
@@ -71,7 +71,7 @@ def _models(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
 
 
 def curves(models: Mapping[str, Comparison]) -> go.Figure:
-    """Mean residual over each quantity, one row per joint; of the first model with its 95 % band and its RMS."""
+    """Draw the mean residual over each quantity, one row per joint; the first model with 95 % band and RMS."""
     first, *_ = models.values()
     return curve_grid(
         {name: [joint.curves for joint in comparison.joints] for name, comparison in models.items()},
@@ -83,7 +83,7 @@ def curves(models: Mapping[str, Comparison]) -> go.Figure:
 def curve_grid(
     models: Mapping[str, Sequence[Sequence[Curve]]], units: Sequence[str], floor: Sequence[float | None]
 ) -> go.Figure:
-    """Curves by model and joint; `units` of the joints' efforts, `floor` of their noise."""
+    """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
     first, *_ = models.values()
     rows, columns = len(first), max(map(len, first))
     figure = theme.subplots(
@@ -99,30 +99,30 @@ def curve_grid(
     for joint in range(rows):
         for column, curve in enumerate(first[joint], start=1):
             theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
-            _band(figure, curve, joint, column)
+            _interval_band(figure, curve, joint, column)
             for number, (name, per_joint) in enumerate(models.items()):
                 label = theme.escaped(name) if len(models) > 1 else "mean residual, with its 95 % band"
                 legend = joint == 0 and column == 1
-                _mean(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
+                _mean_trace(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
             if joint == rows - 1:
-                figure.update_xaxes(title_text=_label(curve), row=rows, col=column)
+                figure.update_xaxes(title_text=_axis_label(curve), row=rows, col=column)
             if curve.axis == "cycle":
                 figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
-        # Bands of bins that were hardly visited would hide all others.
+        # The wide bands of bins with few samples must not set the scale.
         per_model = (curve for per_joint in models.values() for curve in per_joint[joint])
-        most = HIGHEST * max((float(one.rms.max()) for one in per_model if len(one.rms)), default=1.0) or 1.0
-        figure.update_yaxes(range=[-most, most], nticks=5, row=joint + 1)
+        limit = AXIS_RANGE * max((float(curve.rms.max()) for curve in per_model if len(curve.rms)), default=1.0) or 1.0
+        figure.update_yaxes(range=[-limit, limit], nticks=5, row=joint + 1)
         figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1)
     figure.update_annotations(font_size=11.5)
     return figure
 
 
-def _label(curve: Curve) -> str:
+def _axis_label(curve: Curve) -> str:
     name = "computed load" if curve.axis == "load" else curve.axis
     return f"{name} [{curve.unit}]" if curve.unit else name
 
 
-def _band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
+def _interval_band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
     known = np.isfinite(curve.half_width)
     low, high = (curve.mean + side * curve.half_width for side in (-1, 1))
     outline = np.concatenate([curve.centre[known], curve.centre[known][::-1]])
@@ -142,7 +142,7 @@ def _band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
     )
 
 
-def _mean(figure: go.Figure, curve: Curve, joint: int, column: int, number: int, label: str, legend: bool) -> None:
+def _mean_trace(figure: go.Figure, curve: Curve, joint: int, column: int, number: int, label: str, legend: bool) -> None:
     colour, dash = theme.joint_colour(joint), theme.DASHES[number % len(theme.DASHES)]
     place = {"row": joint + 1, "col": column}
     figure.add_trace(
@@ -161,10 +161,10 @@ def _mean(figure: go.Figure, curve: Curve, joint: int, column: int, number: int,
         **place,
     )
     if number == 0:
-        _rms(figure, curve.centre, curve.rms, place, legend)
+        _rms_traces(figure, curve.centre, curve.rms, place, legend)
 
 
-def _rms(figure: go.Figure, centre: Floats, rms: Floats, place: Mapping[str, int], legend: bool) -> None:
+def _rms_traces(figure: go.Figure, centre: Floats, rms: Floats, place: Mapping[str, int], legend: bool) -> None:
     for side in (1, -1):
         figure.add_trace(
             go.Scatter(

@@ -1,4 +1,4 @@
-"""The residual by frequency."""
+"""Draw the residual by frequency."""
 
 from collections.abc import Mapping
 
@@ -9,17 +9,17 @@ from ident.residuals.analysis import Comparison
 
 
 def densities(models: Mapping[str, Comparison]) -> go.Figure:
-    """Power spectral densities per joint: measured torque, residual, and the noise that no model could explain."""
+    """Draw power spectral densities per joint: measured torque, residual, and the noise."""
     first, *_ = models.values()
     dof = len(first.joints)
     figure = theme.subplots(
         1, dof, 340, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
     )
-    for joint, found in enumerate(first.joints):
-        frequency = found.spectrum.frequency[1:]
-        lines = [("measured torque", found.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
-        if found.spectrum.noise is not None:
-            lines.append(("noise", found.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"}))
+    for joint, joint_residual in enumerate(first.joints):
+        frequency = joint_residual.spectrum.frequency[1:]
+        lines = [("measured torque", joint_residual.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
+        if joint_residual.spectrum.noise is not None:
+            lines.append(("noise", joint_residual.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"}))
         for number, (name, comparison) in enumerate(models.items()):
             label = theme.escaped(name) if len(models) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}
@@ -29,7 +29,7 @@ def densities(models: Mapping[str, Comparison]) -> go.Figure:
                 x=frequency, y=density[1:], name=label, line=style, legendgroup=label, showlegend=joint == 0
             )
             figure.add_trace(trace, row=1, col=joint + 1)
-    # Digits such as 2 and 5 between the powers would run into each other.
+    # Ticks at powers of ten only: labels at 2 and 5 would overlap.
     figure.update_yaxes(type="log", dtick=1, exponentformat="power")
     figure.update_yaxes(title_text=f"density [({first.joints[0].unit})²/Hz]", row=1, col=1)
     figure.update_xaxes(title_text="frequency [Hz]")

@@ -1,4 +1,4 @@
-"""What all figures share: colours, templates, digits, and how long traces are thinned out."""
+"""Common style of all figures: colours, templates, digits, and decimation of long traces."""
 
 import html
 import math
@@ -15,19 +15,19 @@ from web.palette import MEASURED as MEASURED
 from web.palette import NOISE as NOISE
 
 DASHES = ("solid", "dash", "dot", "dashdot")
-"""Of the first model, the second, and so on."""
+"""Line styles of the first model, the second, and so on."""
 _PATTERNS = ("", "/", ".", "x")
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 FAINT_OPACITY = 0.45
-"""Opacity of what is compared with."""
+"""Opacity of the reference that is compared with."""
 
 MAX_POINTS = 4000
-"""Of a trace, at most: about two for each pixel of a wide screen."""
+"""Number of points of a trace at most: about two for each pixel of a wide screen."""
 LEGEND, TITLES = 34, 26
-"""Pixels above the plots."""
+"""Height above the plots [px]."""
 HEADER = LEGEND + TITLES
 FOOTER = 46
-"""Pixels below, for the labels of the last axis."""
+"""Height below the plots, for the labels of the last axis [px]."""
 
 _FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Noto Sans', 'DejaVu Sans', sans-serif"
 
@@ -63,7 +63,7 @@ DARK = _template("#e4e7eb", "#363c44", "#20252b")
 
 
 def subplots(rows: int, columns: int, height: int, **arguments: Any) -> go.Figure:
-    """A figure of `rows` by `columns` plots in the common style, `height` pixels high; legend in a row on top."""
+    """Return a figure of `rows` by `columns` plots in the common style, `height` pixels high, legend on top."""
     figure = make_subplots(rows=rows, cols=columns, **arguments)
     top = HEADER if arguments.get("subplot_titles") else LEGEND
     figure.update_layout(
@@ -79,23 +79,23 @@ def subplots(rows: int, columns: int, height: int, **arguments: Any) -> go.Figur
 
 
 def bar_pattern(number: int) -> dict[str, str]:
-    """Of the bars of a model (from 0)."""
+    """Return the fill pattern for the bars of model `number` (from 0)."""
     return {"shape": _PATTERNS[number % len(_PATTERNS)], "fillmode": "overlay", "fgcolor": "#ffffff"}
 
 
 def joint_colour(joint: int) -> str:
-    """Of the joint (from 0)."""
+    """Return the colour of `joint` (from 0)."""
     return JOINTS[joint % len(JOINTS)]
 
 
 def with_opacity(colour: str, opacity: float) -> str:
-    """`colour` as CSS with an opacity."""
+    """Return `colour` with an opacity as CSS."""
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
     return f"rgba({red},{green},{blue},{opacity:g})"
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """`value` with so many significant digits, without an exponent where it can be helped."""
+    """Format `value` with that many significant digits, with an exponent only below 1e-5 and from 1e7 on."""
     if value is None or not math.isfinite(value):
         return "–"
     if value == 0:
@@ -107,24 +107,24 @@ def number(value: float | None, digits: int = 3) -> str:
 
 
 def percent(share: float | None) -> str:
-    """A share from 0 to 1 in percent, with one decimal where it is near either end."""
+    """Format a share from 0 to 1 in percent, with one decimal near 0 and 1."""
     if share is None or not math.isfinite(share):
         return "–"
     if 0.9995 <= share < 1:
         return "> 99.9\u00a0%"
-    few = abs(share) < 0.0995 or 0.99 < share < 1
-    return f"{100 * share:.{1 if few and share else 0}f}\u00a0%"
+    one_decimal = abs(share) < 0.0995 or 0.99 < share < 1
+    return f"{100 * share:.{1 if one_decimal and share else 0}f}\u00a0%"
 
 
 def with_equal_decimals(values: Sequence[float]) -> list[str]:
-    """Numbers to be compared, all with as many decimals as give the largest two significant digits."""
-    most = max(map(abs, values), default=0.0)
-    decimals = max(0, 1 - math.floor(math.log10(most))) if most else 0
+    """Format numbers with the same decimals, such that the largest has two significant digits."""
+    largest = max(map(abs, values), default=0.0)
+    decimals = max(0, 1 - math.floor(math.log10(largest))) if largest else 0
     return [f"{value:.{decimals}f}" for value in values]
 
 
 def interval(low: float, high: float) -> str:
-    """An interval, with two significant digits of its half width."""
+    """Format an interval with two significant digits of its half width."""
     half = (high - low) / 2
     if not (math.isfinite(half) and half > 0):
         return f"{number(low)} to {number(high)}"
@@ -133,21 +133,21 @@ def interval(low: float, high: float) -> str:
 
 
 def escaped(text: str) -> str:
-    """`text` from a file as it is: Plotly takes some tags in labels for markup."""
+    """Escape `text` from a file: Plotly interprets some tags in labels as markup."""
     return html.escape(text, quote=False)
 
 
 def effort_label(unit: str) -> str:
-    """Name and unit of an effort."""
+    """Return name and unit of an effort."""
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
 
 
 def thinned(x: Floats, y: Floats, points: int = MAX_POINTS, kept: slice | None = None) -> tuple[Floats, Floats]:
-    """`y` (n,) over ascending `x` (n,), by the extremes in each pixel, and all of `whole`: peaks and gaps stay."""
-    chosen = _extremes(y, points)
+    """Decimate `y` (n,) over ascending `x` (n,) to the extremes of each pixel; peaks, gaps and all of `kept` stay."""
+    indices = _extremes(y, points)
     if kept is not None:
-        chosen = np.union1d(chosen, np.arange(len(y))[kept])
-    return x[chosen], y[chosen]
+        indices = np.union1d(indices, np.arange(len(y))[kept])
+    return x[indices], y[indices]
 
 
 def _extremes(y: Floats, points: int) -> Ints:
@@ -156,13 +156,13 @@ def _extremes(y: Floats, points: int) -> Ints:
         return np.arange(len(y))
     buckets = -(-len(y) // size)
     padded = np.concatenate([y, np.full(buckets * size - len(y), np.nan)]).reshape(buckets, size)
-    unknown = np.isnan(padded)
+    missing = np.isnan(padded)
     first = np.arange(buckets) * size
-    lowest = np.where(unknown, np.inf, padded).argmin(axis=1)
-    highest = np.where(unknown, -np.inf, padded).argmax(axis=1)
-    gaps = unknown.argmax(axis=1)[unknown.any(axis=1)] + first[unknown.any(axis=1)]
-    chosen = np.unique(np.concatenate([lowest + first, highest + first, gaps]))
-    return chosen[chosen < len(y)]
+    lowest = np.where(missing, np.inf, padded).argmin(axis=1)
+    highest = np.where(missing, -np.inf, padded).argmax(axis=1)
+    gaps = missing.argmax(axis=1)[missing.any(axis=1)] + first[missing.any(axis=1)]
+    indices = np.unique(np.concatenate([lowest + first, highest + first, gaps]))
+    return indices[indices < len(y)]
 
 
 def noise_band(figure: go.Figure, half_width: float | None, row: int, column: int, label: bool) -> None:
@@ -177,16 +177,16 @@ def noise_band(figure: go.Figure, half_width: float | None, row: int, column: in
 
 
 def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:
-    """An entry of the legend for what is not a trace of its own."""
+    """Add a legend entry for something that is not a trace."""
     mode = "markers" if "marker" in style else "lines"
     figure.add_trace(go.Scatter(x=[None], y=[None], name=name, mode=mode, hoverinfo="skip", **style), row=1, col=1)
 
 
 def joint_titles(joints: int) -> Sequence[str]:
-    """Of one plot per joint, each in the joint's colour."""
+    """Return the titles of one plot per joint, each in the joint's colour."""
     return [joint_title(joint) for joint in range(joints)]
 
 
 def joint_title(joint: int) -> str:
-    """The joint's (from 0) name in its colour."""
+    """Return the name of `joint` (from 0) in its colour."""
     return f"<b style='color:{joint_colour(joint)}'>joint {joint + 1}</b>"

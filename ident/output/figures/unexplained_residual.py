@@ -1,4 +1,4 @@
-"""What the last model of a diagnosis leaves."""
+"""Draw the residual of the last model of a diagnosis."""
 
 import plotly.graph_objects as go
 
@@ -10,20 +10,20 @@ from ident.output.figures.residuals import curve_grid
 from ident.residuals.curves import curves
 
 
-def rms_components(found: Diagnosis, document: Document) -> go.Figure:
-    """Per joint: noise, what encoder steps leave, and what is structured, beside the held-out error [N m RMS]."""
-    floor = found.selection.noise_floor
+def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
+    """Draw per joint noise, effect of encoder steps, and structured residual beside the held-out error [N m RMS]."""
+    floor = diagnosis.selection.noise_floor
     last = document.rungs[-1].validate_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
-    parts = [
+    components = [
         ("noise", floor.noise, theme.NOISE),
         ("encoder steps", floor.encoder, theme.JOINTS[4]),
         ("structured", document.remaining.structured_rms, theme.JOINTS[3]),
         ("held-out error", last, theme.MEASURED),
     ]
-    texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in parts for value in values]))
-    for label, values, colour in parts:
+    texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in components for value in values]))
+    for label, values, colour in components:
         numbers = [float(value) for value in values]
         figure.add_trace(
             go.Bar(
@@ -40,9 +40,9 @@ def rms_components(found: Diagnosis, document: Document) -> go.Figure:
     return figure
 
 
-def residual_curves(found: Diagnosis, document: Document) -> go.Figure:
-    """The residual of the last model over each quantity."""
-    pairs = zip(found.split.datasets, found.selection.computed, strict=True)
+def residual_curves(diagnosis: Diagnosis, document: Document) -> go.Figure:
+    """Draw the residual of the last model over each quantity."""
+    pairs = zip(diagnosis.split.datasets, diagnosis.selection.computed, strict=True)
     predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
     per_joint = [curves(predictions, joint) for joint in range(len(document.joints))]
-    return curve_grid({"final model": per_joint}, document.effort_units, [float(x) for x in found.selection.noise_floor.rms])
+    return curve_grid({"final model": per_joint}, document.effort_units, [float(value) for value in diagnosis.selection.noise_floor.rms])

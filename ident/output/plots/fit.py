@@ -1,4 +1,4 @@
-"""Pictures of a fit: measured against computed torque (Figures 3 and 6), residual, convergence."""
+"""Draw a fit: measured against computed torque (Figures 3 and 6), residual, convergence."""
 
 import logging
 from collections.abc import Iterator
@@ -16,10 +16,10 @@ from ident.estimation.lad_certificate import Certificate
 from ident.identification.identify import Identification
 from recordings.recording import Floats
 
-# A font that is missing is replaced: no news for who wants a fit.
+# A missing font is replaced; the warning is of no use to the user.
 logging.getLogger("matplotlib.font_manager").setLevel(logging.ERROR)
 
-# Okabe and Ito's palette, which stays distinct for colour-blind readers.
+# Palette of Okabe and Ito, distinct for colour-blind readers.
 MEASURED, COMPUTED, NOMINAL = "#000000", "#0072B2", "#E69F00"
 STYLE: Any = {
     "font.size": 10,
@@ -31,7 +31,7 @@ STYLE: Any = {
 
 
 def draw(result: Identification, folder: Path) -> None:
-    """Draw into `folder`: torque and residual of every recording, named by its role, and the convergence."""
+    """Draw torque and residual of every recording, named by its role, and the convergence into `folder`."""
     model = result.model
     roles = [(f"train_{i}", dataset) for i, dataset in enumerate(result.train, start=1)]
     if result.validation:
@@ -52,29 +52,29 @@ def draw(result: Identification, folder: Path) -> None:
 def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
     """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
     with _figure(path, title, dataset.torque.shape[1]) as axes:
-        shown = first_cycle(dataset)
-        time, units = dataset.time[shown], dataset.recording.rig.effort_units
+        rows = first_cycle(dataset)
+        time, units = dataset.time[rows], dataset.recording.rig.effort_units
         for joint, axis in enumerate(axes):
             if dataset.nominal is not None:
-                nominal = dataset.nominal[shown, joint]
+                nominal = dataset.nominal[rows, joint]
                 axis.plot(time, nominal, color=NOMINAL, lw=1.2, ls="--", label="Table 1 in Eq. (1)")
-            axis.plot(time, dataset.torque[shown, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
-            axis.plot(time, computed[shown, joint], color=COMPUTED, lw=1.2, label="fitted model")
+            axis.plot(time, dataset.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+            axis.plot(time, computed[rows, joint], color=COMPUTED, lw=1.2, label="fitted model")
             axis.margins(x=0)
-            axis.set_ylabel(f"joint {joint + 1}\n{_effort(units[joint])}")
+            axis.set_ylabel(f"joint {joint + 1}\n{_effort_label(units[joint])}")
         axes[-1].set_xlabel("time [s]")
         axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
 
 
 def residual(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
     """Draw measured minus computed torque (m, dof) [N m] over the whole recording, with its RMS."""
-    left = dataset.torque - computed
-    limit = 1.1 * float(np.nanmax(np.abs(left)))
+    error = dataset.torque - computed
+    limit = 1.1 * float(np.nanmax(np.abs(error)))
     units = dataset.recording.rig.effort_units
-    with _figure(path, title, left.shape[1]) as axes:
+    with _figure(path, title, error.shape[1]) as axes:
         for joint, axis in enumerate(axes):
-            rms = float(np.sqrt(np.nanmean(left[:, joint] ** 2)))
-            axis.plot(dataset.time, left[:, joint], color=COMPUTED, lw=0.6)
+            rms = float(np.sqrt(np.nanmean(error[:, joint] ** 2)))
+            axis.plot(dataset.time, error[:, joint], color=COMPUTED, lw=0.6)
             label = f"± RMS, {rms:.3g} {units[joint]}"
             axis.axhspan(-rms, rms, color=NOMINAL, alpha=0.35, lw=0, zorder=3, label=label)
             axis.set(ylim=(-limit, limit), ylabel=f"joint {joint + 1}\nresidual [{units[joint]}]")
@@ -95,21 +95,21 @@ def convergence(path: Path, title: str, history: Floats, certificate: Certificat
 
 @contextmanager
 def figure(path: Path, title: str, width: float, height: float) -> Iterator[Figure]:
-    """An empty figure in the common style, `width` by `height` inches; saved at the end."""
+    """Yield an empty figure in the common style, `width` by `height` inches, and save it at the end."""
     with mpl.rc_context(STYLE):
-        drawn = Figure(figsize=(width, height), layout="constrained")
-        FigureCanvasAgg(drawn)
-        drawn.suptitle(title, fontsize=11)
-        yield drawn
-        drawn.savefig(path, dpi=110)
+        canvas = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(canvas)
+        canvas.suptitle(title, fontsize=11)
+        yield canvas
+        canvas.savefig(path, dpi=110)
 
 
 @contextmanager
 def _figure(path: Path, title: str, rows: int) -> Iterator[list[Any]]:
-    """Axes one below the other; saved at the end."""
-    with figure(path, title, 10.0, 1.6 + 2.2 * rows) as drawn:
-        yield list(drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
+    """Yield `rows` axes, one below the other, and save the figure at the end."""
+    with figure(path, title, 10.0, 1.6 + 2.2 * rows) as canvas:
+        yield list(canvas.subplots(rows, 1, sharex=True, squeeze=False)[:, 0])
 
 
-def _effort(unit: str) -> str:
+def _effort_label(unit: str) -> str:
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"

@@ -1,4 +1,4 @@
-"""A folder of pictures that is there whole or not at all."""
+"""Write a folder of pictures completely or not at all."""
 
 import shutil
 from collections.abc import Iterator, Sequence
@@ -8,9 +8,9 @@ from pathlib import Path
 
 @contextmanager
 def staged_folder(folder: Path, stale: Sequence[str] = ()) -> Iterator[Path]:
-    """A folder beside `folder` to draw into; its pictures go to `folder` at the end, unless something went wrong.
+    """Yield a temporary folder to draw into; at the end, unless an error occurs, its pictures move to `folder`.
 
-    stale: patterns of names; pictures there that are not drawn anew are removed, as they would be taken for new ones.
+    stale: name patterns of old pictures that are deleted from `folder` then, as they would be taken for new ones.
     """
     folder = folder.resolve()
     partial = folder.with_name(folder.name + ".part")

@@ -1,4 +1,4 @@
-"""A comparison as pictures: phases, curves, spectrum, the worst stretches, and the residual over time."""
+"""Draw a residual analysis: phases, curves, spectrum, the worst windows, and the residual over time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,43 +15,43 @@ from ident.residuals.phases import PHASES
 from ident.residuals.windows import Window
 
 NOISE = "#009E73"
-"""Of Okabe and Ito's palette, as the others."""
-HIGHEST = 1.3
-"""What curves are drawn of, over the largest RMS of any bin."""
-AROUND = 0.5
-"""Seconds that are drawn before and after a worst stretch."""
+"""From the palette of Okabe and Ito, as the others."""
+AXIS_RANGE = 1.3
+"""Range of the residual axis over the largest RMS of any bin."""
+WINDOW_MARGIN = 0.5
+"""Time that is drawn before and after a worst window [s]."""
 
 
 def draw(comparison: Comparison, folder: Path) -> None:
-    """Draw into `folder`."""
+    """Draw all pictures into `folder`."""
     first = comparison.predictions[0].dataset
-    names = ", ".join(one.dataset.recording.path.name for one in comparison.predictions)
-    about = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
+    names = ", ".join(prediction.dataset.recording.path.name for prediction in comparison.predictions)
+    recordings = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
     phases(
-        folder / "phases.png", f"Residual by phase of the motion (with its share of the time): {about}", comparison
+        folder / "phases.png", f"Residual by phase of the motion (with its share of the time): {recordings}", comparison
     )
     curves(
         folder / "curves.png",
-        f"Mean residual, its 95 % band, ± RMS (dotted) and noise (green): {about}",
+        f"Mean residual, its 95 % band, ± RMS (dotted) and noise (green): {recordings}",
         comparison,
     )
-    spectra(folder / "spectrum.png", f"Residual by frequency: {about}", comparison)
-    worst_windows(folder / "worst.png", f"The worst stretches: {about}", comparison)
-    for number, one in enumerate(comparison.predictions, start=1):
-        fit.residual(folder / f"residual_{number}.png", f"Residual: {about}", one.dataset, one.computed)
+    spectra(folder / "spectrum.png", f"Residual by frequency: {recordings}", comparison)
+    worst_windows(folder / "worst.png", f"The worst stretches: {recordings}", comparison)
+    for number, prediction in enumerate(comparison.predictions, start=1):
+        fit.residual(folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.dataset, prediction.computed)
 
 
 def phases(path: Path, title: str, comparison: Comparison) -> None:
-    """RMS of each joint in each phase, with its noise floor."""
+    """Draw the RMS of each joint in each phase, with its noise floor."""
     with figure(path, title, 10.0, 4.0) as drawn:
         axes = drawn.subplots(1, len(comparison.joints), squeeze=False)[0]
         for axis, joint in zip(axes, comparison.joints, strict=True):
-            found = joint.summary.phases
-            names = [name for name in PHASES if name in found]
-            axis.bar(names, [found[name].rms for name in names], color=COMPUTED, width=0.6, zorder=2)
+            phases_of_joint = joint.summary.phases
+            names = [name for name in PHASES if name in phases_of_joint]
+            axis.bar(names, [phases_of_joint[name].rms for name in names], color=COMPUTED, width=0.6, zorder=2)
             for name in names:
-                share = f"{100 * found[name].time_share:.0f} %"
-                axis.annotate(share, (name, found[name].rms), ha="center", va="bottom", fontsize=8)
+                share = f"{100 * phases_of_joint[name].time_share:.0f} %"
+                axis.annotate(share, (name, phases_of_joint[name].rms), ha="center", va="bottom", fontsize=8)
             if joint.split:
                 axis.axhline(joint.split.noise_rms, color=NOISE, lw=1.6, ls="--", zorder=3, label="noise")
                 axis.legend(frameon=False, loc="upper left", fontsize=8)
@@ -62,9 +62,9 @@ def phases(path: Path, title: str, comparison: Comparison) -> None:
 
 
 def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[float] | None = None) -> None:
-    """One row per joint, one column per quantity.
+    """Draw the mean residual, one row per joint, one column per quantity.
 
-    floors: (dof,) to draw; None: noise alone, as the repetitions tell it.
+    floors: (dof,) noise floors to draw; None: the noise estimated from the repetitions, if there are any.
     """
     noise = [joint.split.noise_rms if joint.split else None for joint in comparison.joints]
     columns = max(len(joint.curves) for joint in comparison.joints)
@@ -75,9 +75,9 @@ def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[floa
             for axis, curve in zip(row, joint.curves, strict=True):
                 _curve(axis, curve, floor)
             row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
-            # Bands of bins that were hardly visited would hide all others.
-            most = HIGHEST * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
-            row[0].set_ylim(-most or -1.0, most or 1.0)
+            # The wide bands of bins with few samples must not set the scale.
+            limit = AXIS_RANGE * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
+            row[0].set_ylim(-limit or -1.0, limit or 1.0)
 
 
 def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
@@ -97,17 +97,17 @@ def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
 
 
 def spectra(path: Path, title: str, comparison: Comparison) -> None:
-    """Amplitude densities of torque, residual and noise."""
+    """Draw the amplitude densities of torque, residual and noise."""
     rows = len(comparison.joints)
     with figure(path, title, 10.0, 1.2 + 2.4 * rows) as drawn:
         axes = drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
         for axis, joint in zip(axes, comparison.joints, strict=True):
-            found = joint.spectrum
-            axis.semilogy(found.frequency, np.sqrt(found.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque")
-            axis.semilogy(found.frequency, np.sqrt(found.residual), color=COMPUTED, lw=1.3, label="residual")
-            if found.noise is not None:
+            spectrum = joint.spectrum
+            axis.semilogy(spectrum.frequency, np.sqrt(spectrum.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque")
+            axis.semilogy(spectrum.frequency, np.sqrt(spectrum.residual), color=COMPUTED, lw=1.3, label="residual")
+            if spectrum.noise is not None:
                 axis.semilogy(
-                    found.frequency, np.sqrt(found.noise), color=NOISE, lw=1.3, ls="--", label="of it, noise"
+                    spectrum.frequency, np.sqrt(spectrum.noise), color=NOISE, lw=1.3, ls="--", label="noise"
                 )
             axis.set_ylabel(f"joint {joint.summary.number}\n[{joint.unit}/√Hz]")
             axis.margins(x=0)
@@ -116,10 +116,10 @@ def spectra(path: Path, title: str, comparison: Comparison) -> None:
 
 
 def worst_windows(path: Path, title: str, comparison: Comparison) -> None:
-    """Measured and computed torque around each of the worst stretches."""
+    """Draw measured and computed torque around each of the worst windows."""
     if not comparison.windows:
         return
-    by_name = {one.dataset.recording.path.name: one for one in comparison.predictions}
+    by_name = {prediction.dataset.recording.path.name: prediction for prediction in comparison.predictions}
     rows = -(-len(comparison.windows) // 2)
     with figure(path, title, 11.0, 1.0 + 2.4 * rows) as drawn:
         axes = drawn.subplots(rows, 2, squeeze=False).ravel()
@@ -132,11 +132,11 @@ def worst_windows(path: Path, title: str, comparison: Comparison) -> None:
 
 def _window(axis: Any, window: Window, prediction: Prediction) -> None:
     dataset, joint = prediction.dataset, window.joint - 1
-    shown = (dataset.time >= window.start - AROUND) & (dataset.time <= window.end + AROUND)
-    time = dataset.time[shown]
+    rows = (dataset.time >= window.start - WINDOW_MARGIN) & (dataset.time <= window.end + WINDOW_MARGIN)
+    time = dataset.time[rows]
     axis.axvspan(window.start, window.end, color=NOMINAL, alpha=0.3, lw=0)
-    axis.plot(time, dataset.torque[shown, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
-    axis.plot(time, prediction.computed[shown, joint], color=COMPUTED, lw=1.3, label="model")
+    axis.plot(time, dataset.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+    axis.plot(time, prediction.computed[rows, joint], color=COMPUTED, lw=1.3, label="model")
     axis.margins(x=0)
     axis.set_xlabel("time [s]")
     axis.set_ylabel(f"joint {window.joint} [{dataset.recording.rig.effort_units[joint]}]")

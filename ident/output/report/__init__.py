@@ -1,1 +1,1 @@
-"""The report: one HTML file that shows a model against recordings, what is missing, and how to do it again."""
+"""The report: one HTML file that compares models with recordings, with findings and the commands to reproduce it."""

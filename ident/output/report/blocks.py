@@ -1,4 +1,4 @@
-"""What a section of the report is made of. Texts are plain: the page escapes them."""
+"""Building blocks of the report's sections. Their texts are plain; the page escapes them."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class Notes:
 
 @dataclass(frozen=True)
 class Code:
-    """Lines to be typed."""
+    """Commands to type."""
 
     kind: ClassVar[str] = "code"
     lines: tuple[str, ...]
@@ -33,19 +33,19 @@ class Code:
 
 @dataclass(frozen=True)
 class ReportTable:
-    """Cells as they are shown."""
+    """A table of formatted cells."""
 
     kind: ClassVar[str] = "table"
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     caption: str = ""
     words: tuple[int, ...] = (0,)
-    """Columns that hold words; those of numbers are aligned to the right."""
+    """Columns of text; the others hold numbers and are aligned to the right."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plot:
-    """A figure with what it shows."""
+    """A figure with its caption."""
 
     kind: ClassVar[str] = "plot"
     id: str
@@ -65,7 +65,7 @@ class Fold:
 
 @dataclass(frozen=True, eq=False)
 class Card:
-    """Something that was found."""
+    """One finding, in a frame."""
 
     kind: ClassVar[str] = "card"
     title: str
@@ -86,7 +86,7 @@ class ReportSection:
 
 
 def plots(blocks: Sequence[ReportBlock]) -> Iterator[Plot]:
-    """All figures, in their order."""
+    """Yield all figures of `blocks`, also nested ones, in their order."""
     for block in blocks:
         if isinstance(block, Plot):
             yield block

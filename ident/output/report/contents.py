@@ -1,4 +1,4 @@
-"""Everything that a report is made from: models, recordings, what compare and diagnose say of them."""
+"""Contents of a report: models, recordings, comparisons and diagnosis."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -21,7 +21,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True)
 class ReportRequest:
-    """What the user asked for."""
+    """Files and options of the command."""
 
     models: tuple[Path, ...]
     recordings: tuple[Path, ...]
@@ -32,95 +32,96 @@ class ReportRequest:
 
 @dataclass(frozen=True, eq=False)
 class ReportContents:
-    """What the report shows; models and recordings by the names they have in it."""
+    """Data that the report shows; models by the names they have in it."""
 
     request: ReportRequest
     models: Mapping[str, Model]
     digests: Mapping[str, str]
     """SHA-256 of the model files."""
     comparisons: Mapping[str, Comparison]
+    """By model, on the recordings given."""
     held_out_comparisons: Mapping[str, Comparison]
-    """Empty where no recording was held out."""
+    """By model, on the recordings held out; empty if there are none."""
     sources: tuple[Source, ...]
     """The recordings, those held out last."""
     diagnosis: Diagnosis | None
     document: Document | None
-    """What the diagnosis says."""
+    """The diagnosis as JSON."""
 
     @property
     def primary_comparisons(self) -> Mapping[str, Comparison]:
-        """What the models are judged on: the recordings held out, if there are any."""
+        """Comparisons that judge the models: on the recordings held out, if there are any."""
         return self.held_out_comparisons or self.comparisons
 
     @property
     def recordings(self) -> tuple[Recording, ...]:
-        """Those held out last."""
+        """All recordings, those held out last."""
         return tuple(prediction.dataset.recording for _, _, prediction in self.predictions)
 
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, Comparison], int, prediction.Prediction], ...]:
-        """Of each recording: the comparisons it is in, its place there, and what the first model makes of it."""
+        """For each recording its comparisons, its index in them, and the prediction of the first model."""
         groups = [self.comparisons, *([self.held_out_comparisons] if self.held_out_comparisons else [])]
         return tuple(
-            (group, place, found)
+            (group, index, predicted)
             for group in groups
-            for place, found in enumerate(next(iter(group.values())).predictions)
+            for index, predicted in enumerate(next(iter(group.values())).predictions)
         )
 
     def as_json(self) -> dict[str, Any]:
-        """The numbers, as `ident compare --json` and `ident diagnose --json` print them."""
+        """Return the numbers as `ident compare --json` and `ident diagnose --json` print them."""
         groups = [(False, self.comparisons), (True, self.held_out_comparisons)]
         return {
             "schema": SCHEMA,
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
             "recordings": [source.model_dump(mode="json") for source in self.sources],
             "comparisons": [
-                {"model": name, "held_out": held, "comparison": analysis.as_json(found)}
-                for held, group in groups
-                for name, found in group.items()
+                {"model": name, "held_out": held_out, "comparison": analysis.as_json(comparison)}
+                for held_out, group in groups
+                for name, comparison in group.items()
             ],
             "diagnosis": self.document.as_json() if self.document else None,
         }
 
 
 def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportContents:
-    """Compare every model with every recording, and find out what the base model lacks, if that is asked for.
+    """Compare every model with every recording, and diagnose the base model if that is asked for.
 
     Raises:
         BadInput: a file cannot be used, or they are not of the same rig.
     """
-    known = library(request.effect_files)
-    paths = dict(zip(_names(request.models), request.models, strict=True))
+    effects = library(request.effect_files)
+    paths = dict(zip(_display_names(request.models), request.models, strict=True))
     models = {name: model.load(path) for name, path in paths.items()}
 
     def compared(files: Sequence[Path]) -> dict[str, Comparison]:
-        found = {}
-        for name, one in models.items():
+        results = {}
+        for name, identified in models.items():
             progress(f"comparing {name}")
-            found[name] = analysis.compare(one, prediction.predict(one, files, known))
-        return found
+            results[name] = analysis.compare(identified, prediction.predict(identified, files, effects))
+        return results
 
-    recorded = compared(request.recordings)
-    held_out = compared(request.held_out) if request.held_out else {}
+    comparisons = compare_all(request.recordings)
+    held_out = compare_all(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        diagnosis = diagnose(request.recordings, request.held_out, known, DiagnosisOptions(), progress)
-    groups = [recorded, *([held_out] if held_out else [])]
-    read = [one.dataset.recording for group in groups for one in next(iter(group.values())).predictions]
+        diagnosis = diagnose(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
+    groups = [comparisons, *([held_out] if held_out else [])]
+    recordings = [predicted.dataset.recording for group in groups for predicted in next(iter(group.values())).predictions]
     return ReportContents(
         request=request,
         models=models,
         digests={name: _digest(path) for name, path in paths.items()},
-        comparisons=recorded,
+        comparisons=comparisons,
         held_out_comparisons=held_out,
-        sources=tuple(model.source(recording) for recording in read),
+        sources=tuple(model.source(recording) for recording in recordings),
         diagnosis=diagnosis,
         document=answer.to_document(diagnosis) if diagnosis else None,
     )
 
 
-def _names(paths: Sequence[Path]) -> list[str]:
-    """Of the files, with their folders where that alone tells them apart."""
+def _display_names(paths: Sequence[Path]) -> list[str]:
+    """Return the names of the files, with their folders where names are equal."""
     names = [path.name for path in paths]
     return [str(path) if names.count(path.name) > 1 else path.name for path in paths]
 

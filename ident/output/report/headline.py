@@ -1,4 +1,4 @@
-"""The report in two or three plain sentences, and what must be known before a figure is believed."""
+"""Summary of the report in two or three sentences, with warnings about its numbers."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,13 +10,13 @@ from ident.output.report.contents import ReportContents
 VERDICTS = {
     "adequate": "Nothing is missing",
     "missing-effect": "An effect is missing",
-    "unknown-structure": "Something unknown is left",
+    "unknown-structure": "An unknown effect remains",
 }
 
 
 @dataclass(frozen=True)
 class Tile:
-    """One large figure."""
+    """One large number."""
 
     label: str
     value: str
@@ -28,35 +28,35 @@ class Headline:
     """The top of the report."""
 
     verdict: str
-    """Name for the style: a verdict, or none."""
+    """Name of the style: a verdict or "none"."""
     title: str
     sentences: tuple[str, ...]
     tiles: tuple[Tile, ...]
     warnings: tuple[str, ...]
 
 
-def headline(material: ReportContents) -> Headline:
-    """What a reader with half a minute must know."""
-    document = material.document
-    warnings = tuple(_warnings(material))
+def headline(contents: ReportContents) -> Headline:
+    """Return title, sentences, key numbers and warnings."""
+    document = contents.document
+    warnings = tuple(_warnings(contents))
     if document:
-        known = tuple(_known(material, document))
-        sentences = (*known, document.sentence, *_fall(document), *_next(document))
-        title = "Nothing more is missing" if known else VERDICTS[document.verdict]
-        return Headline(document.verdict, title, sentences, tuple(_tiles(material, document)), warnings)
-    return Headline("none", "Models against measurement", tuple(_compared(material)), (), warnings)
+        complete_models = tuple(_complete_models(contents, document))
+        sentences = (*complete_models, document.sentence, *_error_reduction(document), *_next_motion(document))
+        title = "Nothing more is missing" if complete_models else VERDICTS[document.verdict]
+        return Headline(document.verdict, title, sentences, tuple(_tiles(contents, document)), warnings)
+    return Headline("none", "Models against measurement", tuple(_comparison_sentences(contents)), (), warnings)
 
 
-def _known(material: ReportContents, document: Document) -> Iterator[str]:
-    """Where the model already holds all that the base model lacks."""
-    lacking = {one.effect for one in document.findings}
-    for name, model in material.models.items():
-        if document.verdict == "missing-effect" and lacking <= set(model.effects):
-            yield f"{name} holds all that is said below to be missing in the base model."
+def _complete_models(contents: ReportContents, document: Document) -> Iterator[str]:
+    """Yield a sentence for each model that already has all effects the base model lacks."""
+    missing = {finding.effect for finding in document.findings}
+    for name, model in contents.models.items():
+        if document.verdict == "missing-effect" and missing <= set(model.effects):
+            yield f"{name} already has all effects that are named below as missing in the base model."
 
 
-def _fall(document: Document) -> Iterator[str]:
-    """How far the held-out error of the worst joint fell."""
+def _error_reduction(document: Document) -> Iterator[str]:
+    """Yield how far the held-out error of the worst joint fell."""
     before, after = document.rungs[0].validate_rms, document.rungs[-1].validate_rms
     joint = before.index(max(before))
     if len(document.rungs) == 1 or not before[joint]:
@@ -64,17 +64,17 @@ def _fall(document: Document) -> Iterator[str]:
     unit = document.effort_units[joint].replace(" ", "\u00a0")
     first, last, floor = (number(value, 2) for value in (before[joint], after[joint], document.noise_rms[joint]))
     yield (
-        f"On rows that no fit saw, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
+        f"On rows that no fit has used, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
         f"{percent(1 - after[joint] / before[joint])}; the noise floor is at {floor}\u00a0{unit}."
     )
 
 
-def _next(document: Document) -> Iterator[str]:
+def _next_motion(document: Document) -> Iterator[str]:
     if document.next_motion:
         yield document.next_motion.why
 
 
-def _tiles(material: ReportContents, document: Document) -> Iterator[Tile]:
+def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
     base, top = document.rungs[0], document.rungs[-1]
     for joint, unit in enumerate(document.effort_units):
         before, after = base.validate_rms[joint], top.validate_rms[joint]
@@ -84,25 +84,25 @@ def _tiles(material: ReportContents, document: Document) -> Iterator[Tile]:
         yield Tile(f"joint {joint + 1}: held-out error [{unit} RMS]", value, note)
 
 
-def _compared(material: ReportContents) -> Iterator[str]:
-    for name, comparison in material.primary_comparisons.items():
+def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
+    for name, comparison in contents.primary_comparisons.items():
         shares = ", ".join(f"{percent(joint.summary.share)}" for joint in comparison.joints)
-        prefix = f"{name} leaves" if len(material.primary_comparisons) > 1 else "The model leaves"
+        prefix = f"{name} leaves" if len(contents.primary_comparisons) > 1 else "The model leaves"
         yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(comparison.joints)})."
-    if len(material.primary_comparisons) == 1:
-        yield from next(iter(material.primary_comparisons.values())).sentences[1:3]
-    yield "What is missing was not asked for: leave out --no-diagnose to find out."
+    if len(contents.primary_comparisons) == 1:
+        yield from next(iter(contents.primary_comparisons.values())).sentences[1:3]
+    yield "Missing effects were not searched for: leave out --no-diagnose to find them."
 
 
-def _warnings(material: ReportContents) -> Iterator[str]:
-    simulated = [source.name for source in material.sources if source.simulated]
+def _warnings(contents: ReportContents) -> Iterator[str]:
+    simulated = [source.name for source in contents.sources if source.simulated]
     if simulated:
         yield f"SIMULATED data: {', '.join(simulated)}."
-    interrupted = [one.path.name for one in material.recordings if not one.complete]
+    interrupted = [recording.path.name for recording in contents.recordings if not recording.complete]
     if interrupted:
-        yield f"Interrupted, used as far as it goes: {', '.join(interrupted)}."
-    relative = [name for name, model in material.models.items() if model.relative]
+        yield f"Interrupted recording, used up to its end: {', '.join(interrupted)}."
+    relative = [name for name, model in contents.models.items() if model.relative]
     if relative:
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
-    if material.diagnosis and material.diagnosis.excerpt_share is not None:
-        yield f"Long recordings: the diagnosis looked at {percent(material.diagnosis.excerpt_share)} of them, in excerpts."
+    if contents.diagnosis and contents.diagnosis.excerpt_share is not None:
+        yield f"Long recordings: the diagnosis used excerpts, {percent(contents.diagnosis.excerpt_share)} of all rows."

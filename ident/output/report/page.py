@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else: no network, no other file."""
+"""Render the report as one HTML page without references to the network or other files."""
 
 import base64
 import hashlib
@@ -28,35 +28,35 @@ from ident.output.report.sections import (
     unexplained_residual,
 )
 
-_HARMLESS = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029"}
-"""Inside a script element; JSON reads them all the same."""
+_SCRIPT_ESCAPES = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029"}
+"""Escapes for characters that could end or break a script element; JSON decodes them."""
 
 
-def render(material: ReportContents) -> str:
-    """The whole page."""
+def render(contents: ReportContents) -> str:
+    """Return the whole page."""
     folder = importlib.resources.files("ident.output.report") / "assets"
-    sections = list(_sections(material))
+    sections = list(_sections(contents))
     scripts = [plotly.offline.get_plotlyjs(), (folder / "page.js").read_text(encoding="utf-8")]
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     template = environment.from_string((folder / "page.html").read_text(encoding="utf-8"))
     return template.render(
-        title=f"Report: {', '.join(material.models)}",
-        files=[source.name for source in material.sources],
-        headline=headline(material),
+        title=f"Report: {', '.join(contents.models)}",
+        files=[source.name for source in contents.sources],
+        headline=headline(contents),
         sections=sections,
         figures=[
-            (plot.id, _embedded(plot.figure.to_json())) for one in sections for plot in blocks.plots(one.blocks)
+            (plot.id, _script_json(plot.figure.to_json())) for section in sections for plot in blocks.plots(section.blocks)
         ],
-        templates=_embedded(_templates()),
-        data=_embedded(json.dumps(material.as_json(), allow_nan=False)),
+        templates=_script_json(_templates()),
+        data=_script_json(json.dumps(contents.as_json(), allow_nan=False)),
         style=Markup((folder / "page.css").read_text(encoding="utf-8")),
-        # Ours, and the hash of each stands in the page's policy: no other script runs in it.
+        # Own scripts; the page's policy lists their hashes, so that no other script runs.
         scripts=[Markup(script) for script in scripts],
         hashes=[_hash(script) for script in scripts],
     )
 
 
-def _sections(material: ReportContents) -> Iterator[ReportSection]:
+def _sections(contents: ReportContents) -> Iterator[ReportSection]:
     makers = (
         torque.section,
         residuals.section,
@@ -70,19 +70,19 @@ def _sections(material: ReportContents) -> Iterator[ReportSection]:
         reproduce.section,
     )
     for make in makers:
-        section = make(material)
+        section = make(contents)
         if section:
             yield section
 
 
 def _templates() -> str:
-    both: dict[str, Any] = {"light": theme.LIGHT.to_plotly_json(), "dark": theme.DARK.to_plotly_json()}
-    return json.dumps(both)
+    templates: dict[str, Any] = {"light": theme.LIGHT.to_plotly_json(), "dark": theme.DARK.to_plotly_json()}
+    return json.dumps(templates)
 
 
-def _embedded(text: str) -> Markup:
-    """JSON that may stand in a script element."""
-    return Markup(text.translate(_HARMLESS))
+def _script_json(text: str) -> Markup:
+    """Return JSON `text` escaped for a script element."""
+    return Markup(text.translate(_SCRIPT_ESCAPES))
 
 
 def _hash(script: str) -> str:

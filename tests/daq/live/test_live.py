@@ -58,7 +58,7 @@ def address(process: "subprocess.Popen[str]") -> str:
 
 def wait_for(page: Any, state: str) -> str:
     """Until the state on the page begins so; returns it."""
-    page.wait_for_function(f"document.getElementById('state').textContent.startsWith('{state}')", timeout=120_000)
+    page.wait_for_function(f"document.getElementById('state').textContent.startsWith('{state}')")
     return str(page.inner_text("#state"))
 
 

@@ -52,7 +52,9 @@ class LossyBus(can.BusABC):
         """Sees what the master sends, also what is lost."""
         self._period = 1 / rig.rate
         self._inbox: deque[tuple[int, bytes]] = deque()
-        self.drives = [SimulatedCanopenDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives]
+        self.drives = [
+            SimulatedCanopenDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives
+        ]
 
     @property
     def enabled(self) -> list[int]:

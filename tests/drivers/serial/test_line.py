@@ -6,7 +6,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.serial.line import SerialLine, converse
-from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, Script, ReplyTimeout, ask, ask_integer, tell
+from drivers.serial.protocol import (
+    InvalidReply,
+    LineError,
+    LineLost,
+    Reply,
+    Script,
+    ReplyTimeout,
+    ask,
+    ask_integer,
+    tell,
+)
 from tests.drivers.serial.scripted_port import ScriptedPort, line_on
 
 

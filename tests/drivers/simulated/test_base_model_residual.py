@@ -74,5 +74,7 @@ def test_a_joint_at_rest_does_no_harm() -> None:
         motion.position * [1, 1, 0], motion.velocity * [1, 1, 0], motion.acceleration * [1, 1, 0], motion.torque
     )
     torque = exact_torque(GEOMETRY, Links(), still.position, still.velocity, still.acceleration)
-    left = base_model_residual(GEOMETRY, JointMotion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5)
+    left = base_model_residual(
+        GEOMETRY, JointMotion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5
+    )
     assert np.all(_rms(left.residual) < 1e-4 * _rms(left.torque).mean())

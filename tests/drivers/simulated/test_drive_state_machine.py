@@ -36,7 +36,10 @@ def test_transition(state: DriveState, controlword: int, expected: DriveState) -
 
 
 def test_fault_reset_acts_on_the_rising_edge_only() -> None:
-    assert drive_state_machine.next_state(DriveState.FAULT, Controlword.FAULT_RESET, previous=Controlword.FAULT_RESET) is DriveState.FAULT
+    assert (
+        drive_state_machine.next_state(DriveState.FAULT, Controlword.FAULT_RESET, previous=Controlword.FAULT_RESET)
+        is DriveState.FAULT
+    )
 
 
 @given(st.sampled_from(DriveState), st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))

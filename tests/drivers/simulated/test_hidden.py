@@ -70,7 +70,9 @@ def test_two_effects_have_the_sizes_asked_for(ruler: EffectSizer) -> None:
         (("cogging", "coging"), 0.01, "'coging' found"),
     ],
 )
-def test_what_cannot_be_drawn_is_explained(ruler: EffectSizer, names: tuple[str, ...], size: float, complaint: str) -> None:
+def test_what_cannot_be_drawn_is_explained(
+    ruler: EffectSizer, names: tuple[str, ...], size: float, complaint: str
+) -> None:
     with pytest.raises(BadInput, match=complaint):
         draw(1, RIG, SimConfig(), names=names, sizes=(size, size), sizer=ruler)
 

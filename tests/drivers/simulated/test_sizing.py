@@ -81,7 +81,9 @@ def test_payload_change_counts_wherever_it_happens(ruler: EffectSizer) -> None:
         ("stribeck", (1, 2, 3), 1.0, 0.01),
     ],
 )
-def test_asked_size_is_found(ruler: EffectSizer, name: str, joints: tuple[int, ...], sign: float, wanted: float) -> None:
+def test_asked_size_is_found(
+    ruler: EffectSizer, name: str, joints: tuple[int, ...], sign: float, wanted: float
+) -> None:
     effect = build(EffectSpec(name=name, joints=joints))
     found, size = ruler.nearest(effect.scaled(sign * effect.model_dump()[effect.strength()]), wanted)
     assert size == pytest.approx(wanted, rel=0.02)

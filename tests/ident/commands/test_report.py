@@ -107,10 +107,10 @@ def test_the_report_opens_in_a_browser(reported: Path) -> None:
         page.on("pageerror", lambda error: said.append(f"error: {error}"))
         page.on("request", lambda request: said.append(request.url) if request.url.startswith("http") else None)
         page.goto((reported / "report.html").as_uri())
-        page.wait_for_selector("html[data-drawn]", state="attached", timeout=120_000)
+        page.wait_for_selector("html[data-drawn]", state="attached")
         page.evaluate("document.querySelectorAll('details').forEach(fold => { fold.open = true; })")
         places = page.locator(".plot")
-        page.wait_for_selector(f"html[data-drawn='{places.count()}']", state="attached", timeout=120_000)
+        page.wait_for_selector(f"html[data-drawn='{places.count()}']", state="attached")
         for place in places.all():
             assert place.locator("svg .xy, svg .hm, svg .cartesianlayer").count() > 0, place.get_attribute("id")
         page.click("#theme")

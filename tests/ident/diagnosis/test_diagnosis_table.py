@@ -5,12 +5,14 @@ import io
 from rich.console import Console
 
 from ident.diagnosis.document import Document, FindingEntry, Remaining, StepEntry, ParameterValue, labels
-from ident.dynamics.effects.base import NEVER
+from ident.dynamics.effects.base import INFINITE_TIME
 from ident.output.console import diagnosis
 from ident.output.report.sections import parameter_values
 
-TAKEN = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=NEVER)
-LEFT = ParameterValue(value=NEVER, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=NEVER)
+TAKEN = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=INFINITE_TIME)
+LEFT = ParameterValue(
+    value=INFINITE_TIME, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=INFINITE_TIME
+)
 PARAMETERS = {"payload_change.t_c": TAKEN, "payload_change.t_e": LEFT}
 
 
@@ -32,7 +34,7 @@ def test_an_instant_that_does_not_come_is_never() -> None:
     assert "95 % intervals" in screen.getvalue()
     assert "payload_change.t_e = never  when it is taken off again" in screen.getvalue()
     assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
-    assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == NEVER
+    assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 
 def test_a_rung_is_named_by_all_that_its_model_has_more_or_less_than_the_one_before() -> None:

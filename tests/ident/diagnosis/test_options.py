@@ -11,7 +11,7 @@ from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, 
 from ident.diagnosis.screening import Candidate
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from recordings.rig import simulated_rig
 
 ROWS = 1000.0
@@ -42,9 +42,9 @@ def test_what_contains_another_is_none_beside_it_unless_it_explains_more(
 def _with_springs(motor: float, damping: float, told: bool = True) -> tuple[Any, Any]:
     """A model with springs on all joints, whose shapes are told by the data or not, and the one without."""
     rig = simulated_rig()
-    before = Composition(mechanisms.create(rig), rig)
-    after = before.plus(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
-    own = np.ones(len(before.named))
+    before = ModelStructure(mechanisms.create(rig), rig)
+    after = before.with_term(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
+    own = np.ones(len(before.parameters))
     found = np.concatenate([own, [1e-3, 1e-3, 1e-3, motor, damping]])
     derivatives, weights = np.full((9, 3, len(found)), float(told)), np.ones((9, 3))
     return tuple(
@@ -68,9 +68,9 @@ def test_a_search_that_ends_at_the_end_of_its_range_speaks_against_the_effect(
 @pytest.mark.parametrize(("lines", "expected"), [(5.0, False), (5.5, True), (2000.0, True)])
 def test_a_wave_that_asks_to_be_slower_than_any_ripple_is_none(lines: float, expected: bool) -> None:
     rig = simulated_rig()
-    before = Composition(mechanisms.create(rig), rig)
-    after = before.plus(Term("cogging", library()["cogging"], (0,)))
-    own = np.ones(len(before.named))
+    before = ModelStructure(mechanisms.create(rig), rig)
+    after = before.with_term(Term("cogging", library()["cogging"], (0,)))
+    own = np.ones(len(before.parameters))
     x = np.concatenate([own, [0.3, 0.1, lines]])
     told: Any = {"derivatives": (np.ones((9, 3, len(x))),), "weights": (np.ones((9, 3)),), "loss": 27.0}
     with_it, without = (
@@ -86,7 +86,7 @@ def test_a_shape_that_the_data_do_not_tell_may_end_anywhere() -> None:
 
 def test_an_effect_may_be_on_one_more_joint() -> None:
     rig, known = simulated_rig(), library()
-    narrow = Composition(mechanisms.create(rig), rig, (Term("stribeck", known["stribeck"], (0, 2)),))
+    narrow = ModelStructure(mechanisms.create(rig), rig, (Term("stribeck", known["stribeck"], (0, 2)),))
     own = np.arange(float(len(mechanisms.create(rig).parameters)))
     solution = SimpleNamespace(composition=narrow, x=np.concatenate([own, [1.0, 3.0, 0.1]]))
     material = SimpleNamespace(
@@ -104,7 +104,7 @@ class _Search:
     def __init__(self, begun: Sequence[float], found: Sequence[float]) -> None:
         self._begun, self._found, self.searched = [*begun, NOTHING], list(found), list[float]()
 
-    def begun(self, composition: Composition, x: Any) -> Any:
+    def begun(self, composition: ModelStructure, x: Any) -> Any:
         return SimpleNamespace(loss=self._begun.pop(0), composition=composition, x=x)
 
     def improved(self, begun: Any) -> Any:
@@ -130,12 +130,12 @@ def test_a_search_goes_on_from_another_start_as_long_as_that_is_worth_it(
     effect: str, begun: Sequence[float], found: Sequence[float], searched: list[float], loss: float
 ) -> None:
     rig = simulated_rig()
-    bare = Composition(mechanisms.create(rig), rig)
+    bare = ModelStructure(mechanisms.create(rig), rig)
     before: Any = SimpleNamespace(
-        solution=SimpleNamespace(composition=bare, x=np.zeros(len(bare.named)), loss=100.0), terms=()
+        solution=SimpleNamespace(composition=bare, x=np.zeros(len(bare.parameters)), loss=100.0), terms=()
     )
     term = Term(effect, library()[effect], (0,))
-    start = np.zeros(len(bare.plus(term).named) - len(bare.named))
+    start = np.zeros(len(bare.with_term(term).parameters) - len(bare.parameters))
     candidate = Candidate(term, (start, start), 10.0, 2, np.ones(1), np.ones((1, 1)), np.ones(0))
     material: Any = _Search(begun, found)
     best = CandidateSearch(material, library()).add(before, candidate)

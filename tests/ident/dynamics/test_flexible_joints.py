@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ident.dynamics import mechanisms
-from ident.dynamics.flexible_joints import Arms, arms
+from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.motion import Motion
 from ident.dynamics.rods import torque as forearms
 from recordings.recording import Floats
@@ -24,9 +24,9 @@ def _swaying(duration: float = 2.0) -> Motion:
     )
 
 
-def _axis(inertia: float) -> Arms:
+def _axis(inertia: float) -> FlexibleJoints:
     """One axis without weight."""
-    return Arms(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
+    return FlexibleJoints(False, np.array([inertia, 0.0, 0.0, 0.0]), RATE)
 
 
 def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
@@ -38,15 +38,17 @@ def test_arms_that_follow_take_what_the_mechanism_says() -> None:
     mechanism = mechanisms.create(rig)
     known = np.array([OWN.get(one.name, 0.0) for one in mechanism.parameters])
     expected = mechanism.regressor(motion) @ known + OWN["m_d"] * forearms(rig.geometry, motion)
-    stiff = arms(rig, OWN, 0.0, RATE).on_springs(motion, np.zeros(3), 0.03)
-    tight = arms(rig, OWN, 0.0, RATE).with_play(motion, np.zeros(3))
+    stiff = flexible_joints(rig, OWN, 0.0, RATE).elastic_torque(motion, np.zeros(3), 0.03)
+    tight = flexible_joints(rig, OWN, 0.0, RATE).backlash_torque(motion, np.zeros(3))
     np.testing.assert_allclose(stiff[1:], expected[1:], atol=1e-7)
     np.testing.assert_allclose(tight, expected, atol=1e-9)
 
 
 def test_the_motors_share_stays_with_the_motors() -> None:
     rig, motion = simulated_rig(), _swaying()
-    whole, half = (arms(rig, OWN, share, RATE).with_play(motion, np.zeros(3)) for share in (0.0, 0.5))
+    whole, half = (
+        flexible_joints(rig, OWN, share, RATE).backlash_torque(motion, np.zeros(3)) for share in (0.0, 0.5)
+    )
     own = np.array([OWN["I_1"], OWN["I_2"], OWN["I_3"]])
     np.testing.assert_allclose(whole - half, 0.5 * own * motion.acceleration, atol=1e-9)
 
@@ -58,7 +60,7 @@ def test_a_mass_on_a_spring_answers_as_it_must(swing: float) -> None:
     compliance = 1 / (inertia * (2 * np.pi * swing) ** 2)
     time, omega = np.arange(0.0, 3.0, 1 / RATE), 2 * np.pi * frequency
     q, v, a = (one[:, None] for one in _sine(omega, time))
-    taken = _axis(inertia).on_springs(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
+    taken = _axis(inertia).elastic_torque(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
     gain = 1 / (1 - (frequency / swing) ** 2)
     forced = -inertia * omega**2 * gain * np.sin(omega * time)
     own = 2 * np.pi * swing
@@ -76,7 +78,7 @@ def test_swinging_arms_of_a_delta_keep_their_energy() -> None:
     speed = np.gradient(angle, 1 / RATE)
     q, v, a = (np.repeat(one[:, None], 3, axis=1) for one in (angle, speed, np.gradient(speed, 1 / RATE)))
     motion = Motion(q, v, a, np.zeros_like(v))
-    taken = arms(rig, OWN, 0.3, RATE).on_springs(motion, np.full(3, 1e-3), 0.0)
+    taken = flexible_joints(rig, OWN, 0.3, RATE).elastic_torque(motion, np.full(3, 1e-3), 0.0)
     early, late = (np.ptp(taken[part], axis=0) for part in (slice(500, 2000), slice(4500, 6000)))
     assert (early > 0.5).all()
     np.testing.assert_allclose(late, early, rtol=0.02)
@@ -90,7 +92,7 @@ def test_an_arm_flies_freely_through_the_gap() -> None:
     speed = np.cumsum(acceleration) / RATE
     q, v, a = (one[:, None] for one in (np.cumsum(speed) / RATE, speed, acceleration))
     motion = Motion(q, v, a, np.sign(v))
-    taken = _axis(inertia).with_play(motion, np.array([half]))[:, 0]
+    taken = _axis(inertia).backlash_torque(motion, np.array([half]))[:, 0]
     flight = np.sqrt(2 * 2 * half / -brake)
     flying = (time > 0.102) & (time < 0.1 + flight - 0.002)
     assert np.allclose(taken[time < 0.099], inertia * 20.0)
@@ -105,11 +107,13 @@ def test_play_is_recognised_by_a_first_look() -> None:
     rig, motion = simulated_rig(), _swaying(6.0)
     own = np.array([OWN["I_1"], OWN["I_2"], OWN["I_3"]])
     light = {**OWN, "m_p": 0.3, "T_g": 0.3, "m_d": 0.0}
-    geared = arms(rig, light, 0.5, RATE)
-    residual = geared.with_play(motion, np.array([0.0, 1e-3, 0.0])) - geared.with_play(motion, np.zeros(3))
+    geared = flexible_joints(rig, light, 0.5, RATE)
+    residual = geared.backlash_torque(motion, np.array([0.0, 1e-3, 0.0])) - geared.backlash_torque(
+        motion, np.zeros(3)
+    )
     smooth: Floats = np.apply_along_axis(lambda one: np.convolve(one, [0.25, 0.5, 0.25], "same"), 0, residual)
     shares, halves = np.linspace(0.0, 0.9, 10), np.geomspace(1e-4, 1e-2, 9)
-    falls = arms(rig, light, 0.0, RATE).falls(motion, own, smooth, shares, halves)[:, :, 1]
+    falls = flexible_joints(rig, light, 0.0, RATE).cost_reductions(motion, own, smooth, shares, halves)[:, :, 1]
     best = np.unravel_index(np.argmax(falls), falls.shape)
     assert shares[best[0]] == pytest.approx(0.5)
     assert halves[best[1]] == pytest.approx(1e-3)
@@ -119,7 +123,10 @@ def test_a_gap_in_the_motion_is_one_in_the_torque() -> None:
     rig, motion = simulated_rig(), _swaying()
     for signal in (motion.position, motion.velocity, motion.acceleration):
         signal[700:710] = np.nan
-    both = arms(rig, OWN, 0.3, RATE)
-    for taken in (both.on_springs(motion, np.full(3, 1e-3), 0.03), both.with_play(motion, np.full(3, 1e-3))):
+    both = flexible_joints(rig, OWN, 0.3, RATE)
+    for taken in (
+        both.elastic_torque(motion, np.full(3, 1e-3), 0.03),
+        both.backlash_torque(motion, np.full(3, 1e-3)),
+    ):
         assert np.isnan(taken[700:710]).all()
         assert np.isfinite(taken[710:]).all()

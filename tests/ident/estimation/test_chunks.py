@@ -7,7 +7,7 @@ import pytest
 
 from ident.data.prepared_recording import prepare
 from ident.dynamics.effects.library import library
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import chunks
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Recording
@@ -22,10 +22,10 @@ def test_stretches_say_what_the_whole_says(
     position = recording.position.copy()
     position[2000:2004, 1] = np.nan
     course = prepare(Recording(**{**vars(recording), "position": position}), "parallel", 30.0)
-    composition, known = Composition(course.as_recorded.mechanism, course.as_recorded.rig), library()
+    composition, known = ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig), library()
     for name in names:
-        composition = composition.plus(Term(name, known[name], (0, 1, 2)))
-    x = np.array([1.0 if entry.linear else entry.scale for entry in composition.named])
+        composition = composition.with_term(Term(name, known[name], (0, 1, 2)))
+    x = np.array([1.0 if entry.linear else entry.scale for entry in composition.parameters])
     whole = TorquePredictor(course).linearized(composition, x, nonlinear=False)
     monkeypatch.setattr(chunks, "LONGEST", size)
     assert len(list(chunks.overlapping_chunks(course))) > 2

@@ -94,7 +94,7 @@ class Browser:
 
     def open(self, address: str) -> None:
         self.page.goto(address)
-        self.page.locator('[data-test="tab-data"]').wait_for(timeout=120_000)
+        self.page.locator('[data-test="tab-data"]').wait_for()
 
     def at(self, name: str) -> Any:
         """Return the element with this test identifier."""

@@ -33,7 +33,9 @@ def test_undo_and_redo() -> None:
     assert branches.undone().current.ladder is first
     assert branches.undone().undone().redone().current.ladder is first
     assert branches.undone().redone().current.ladder is second
-    assert not branches.undone().extended(ladder("backlash")).current.undone_ladders, "a new change discards the undone ones"
+    assert not branches.undone().extended(ladder("backlash")).current.undone_ladders, (
+        "a new change discards the undone ones"
+    )
     with pytest.raises(BadInput, match="first model"):
         Branches.start(base).undone()
     with pytest.raises(BadInput, match="redo"):

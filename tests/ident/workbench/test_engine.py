@@ -96,7 +96,9 @@ def test_contribution_of_a_candidate_agrees_with_its_improvement(engine: Engine)
         contributions = previews.contributions[card.name]
         assert [contribution.shape for contribution in contributions] == [item.residual.shape for item in series]
         improvement = 1 - np.nansum((residual - contributions[0]) ** 2) / np.nansum(residual**2)
-        assert improvement == pytest.approx(card.improvement, abs=0.03), "rows are weighted by their noise, equal here"
+        assert improvement == pytest.approx(card.improvement, abs=0.03), (
+            "rows are weighted by their noise, equal here"
+        )
 
 
 def test_new_process_rebuilds_the_same_ladder(engine: Engine) -> None:

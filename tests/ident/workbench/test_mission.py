@@ -27,9 +27,9 @@ def test_missing_effect_is_suggested_and_reduces_the_errors(
 
     browser.click("tab-missing")
     browser.click("fit")
-    browser.at("step-1").wait_for(timeout=120_000)
+    browser.at("step-1").wait_for()
     suggested = browser.page.locator('[data-test^="card-"]').first
-    suggested.wait_for(timeout=120_000)
+    suggested.wait_for()
     assert suggested.get_attribute("data-test") == "card-stribeck"
     assert float(browser.text("improvement-stribeck").split()[0]) > 30
 
@@ -39,11 +39,11 @@ def test_missing_effect_is_suggested_and_reduces_the_errors(
 
     browser.click("tab-missing")
     browser.click("add-stribeck")
-    browser.at("step-2").wait_for(timeout=120_000)
+    browser.at("step-2").wait_for()
     assert "stribeck" in browser.text("step-2")
     for kind in ("train", "held"):
         assert rms(browser, kind, 2, 2) < 0.5 * rms(browser, kind, 1, 2) < rms(browser, kind, 0, 2)
-    suggested.wait_for(timeout=120_000)
+    suggested.wait_for()
     browser.screenshot("what-is-missing")
     browser.click("contrast")
     browser.screenshot("what-is-missing-dark")
@@ -53,7 +53,7 @@ def test_missing_effect_is_suggested_and_reduces_the_errors(
     browser.click("tab-missing")
     browser.click("diagnose")
     finding = browser.page.locator('[data-test="finding-1"]')
-    finding.wait_for(timeout=300_000)
+    finding.wait_for()
     names = [browser.text(f"finding-{number}") for number in range(2)]
     truth = unseal(hidden / "fig5a.sealed.json")
     assert truth["effects"][0]["name"] in names
@@ -64,7 +64,7 @@ def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None
     """The commands shown on the page give the errors shown on the page."""
     browser.click("tab-export")
     code = browser.at("script").filter(has_text="--only stribeck")
-    line = next(text for text in code.inner_text(timeout=120_000).splitlines() if text.startswith("ident diagnose"))
+    line = next(text for text in code.inner_text().splitlines() if text.startswith("ident diagnose"))
     words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
     done = ident(*words, "--json")
     assert done.code == 0, done.err
@@ -80,19 +80,19 @@ def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) 
     browser.open(workbench.address)
     browser.click("tab-missing")
     browser.click("fit")
-    browser.at("add-stribeck").wait_for(timeout=120_000)
+    browser.at("add-stribeck").wait_for()
     browser.click("diagnose")
     browser.click("cancel")
-    browser.page.get_by_text("nothing has changed").wait_for(timeout=120_000)
+    browser.page.get_by_text("nothing has changed").wait_for()
     browser.click("add-stribeck", timeout=120)
-    browser.at("step-2").wait_for(timeout=120_000)
+    browser.at("step-2").wait_for()
     browser.page.reload()
     assert "stribeck" in browser.text("step-2")
     browser.click("remove-stribeck", timeout=120)
-    browser.at("step-3").wait_for(timeout=120_000)
+    browser.at("step-3").wait_for()
     assert rms(browser, "held", 3, 2) == pytest.approx(rms(browser, "held", 1, 2), rel=0.01)
     browser.click("undo", timeout=120)
-    browser.at("step-3").wait_for(state="detached", timeout=120_000)
+    browser.at("step-3").wait_for(state="detached")
     assert "stribeck" in browser.text("step-2")
     browser.click("tab-model")
     browser.screenshot("model")
@@ -100,21 +100,19 @@ def test_undo_remove_and_a_reload(hidden: Path, serve: Serve, browser: Browser) 
     browser.screenshot("robot")
     browser.click("tab-export")
     browser.click("save", timeout=120)
-    browser.page.get_by_text("Saved fig5a.model.json").wait_for(timeout=120_000)
+    browser.page.get_by_text("Saved fig5a.model.json").wait_for()
     saved = json.loads((hidden / "fig5a.model.json").read_text())
     assert saved["effects"] == ["rod_inertia", "stribeck"]
 
 
-def test_uploaded_file_never_replaces_a_recording(
-    tmp_path: Path, serve: Serve, browser: Browser
-) -> None:
+def test_uploaded_file_never_replaces_a_recording(tmp_path: Path, serve: Serve, browser: Browser) -> None:
     source = Path("recordings/samples/fig5a.mcap")
     browser.open(serve(tmp_path).address)
     chooser = browser.page.locator('input[type="file"]')
     chooser.set_input_files(source)
-    browser.at("train-0").wait_for(timeout=120_000)
+    browser.at("train-0").wait_for()
     assert (tmp_path / "fig5a.mcap").read_bytes() == source.read_bytes()
     (tmp_path / "fig5a.mcap").write_bytes(b"mine")
     chooser.set_input_files(source)
-    browser.page.get_by_text("is not overwritten").wait_for(timeout=120_000)
+    browser.page.get_by_text("is not overwritten").wait_for()
     assert (tmp_path / "fig5a.mcap").read_bytes() == b"mine"

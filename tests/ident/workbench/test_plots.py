@@ -35,5 +35,7 @@ def test_limbs_have_the_lengths_of_the_geometry() -> None:
     np.testing.assert_allclose(rods, geometry.L2, atol=1e-9)
     rotation = np.array(PoseSequence.cylinder_rotation(poses.elbows[3, 0], poses.platform_joints[3, 0]))
     np.testing.assert_allclose(rotation @ rotation.T, np.eye(3), atol=1e-12)
-    np.testing.assert_allclose(rotation @ [0, geometry.L2, 0], poses.platform_joints[3, 0] - poses.elbows[3, 0], atol=1e-9)
+    np.testing.assert_allclose(
+        rotation @ [0, geometry.L2, 0], poses.platform_joints[3, 0] - poses.elbows[3, 0], atol=1e-9
+    )
     assert poses.colour(0, 0) == "#8a949c"

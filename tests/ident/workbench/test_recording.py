@@ -65,13 +65,13 @@ def test_stop_in_mid_motion_disables_the_drives_and_completes_the_file(
     browser.open(workbench.address)
     browser.click("tab-record")
     browser.click("preflight")
-    assert "✓" in browser.at("preflight-check").first.inner_text(timeout=120_000)
-    assert "✓" in browser.at("preflight-dry-run").first.inner_text(timeout=120_000)
+    assert "✓" in browser.at("preflight-check").first.inner_text()
+    assert "✓" in browser.at("preflight-dry-run").first.inner_text()
     start_recording(browser, workbench.address)
     browser.screenshot("recording-from-here")
     browser.click("stop")
     assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
-    browser.page.get_by_text("The simulated drives were disabled").wait_for(timeout=120_000)
+    browser.page.get_by_text("The simulated drives were disabled").wait_for()
 
 
 def test_motion_ends_with_the_server(tmp_path: Path, serve: Serve, browser: Browser) -> None:

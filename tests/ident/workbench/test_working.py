@@ -17,20 +17,20 @@ def fitted(hidden: Path, serve: Serve, browser: Browser) -> Browser:
     browser.open(serve(hidden, "fig5a.mcap", "fig5b.mcap").address)
     browser.click("tab-missing")
     browser.click("fit")
-    browser.at("preview").filter(has_text="would explain").wait_for(timeout=120_000)
+    browser.at("preview").filter(has_text="would explain").wait_for()
     return browser
 
 
 def test_hover_or_focus_of_a_card_shows_its_preview(fitted: Browser) -> None:
     assert fitted.text("preview").startswith("stribeck")
     fitted.at("card-backlash").hover()
-    fitted.at("preview").filter(has_text="backlash").wait_for(timeout=120_000)
+    fitted.at("preview").filter(has_text="backlash").wait_for()
     fitted.at("card-stribeck").focus()
-    fitted.at("preview").filter(has_text="stribeck").wait_for(timeout=120_000)
+    fitted.at("preview").filter(has_text="stribeck").wait_for()
     fitted.screenshot("preview")
     for _ in ("About", "Add", "the next card"):
         fitted.page.keyboard.press("Tab")
-    fitted.at("preview").filter(has_not_text="stribeck").wait_for(timeout=120_000)
+    fitted.at("preview").filter(has_not_text="stribeck").wait_for()
 
 
 def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -> None:
@@ -58,44 +58,44 @@ def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -
 
 def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
-    fitted.at("step-2").wait_for(timeout=120_000)
+    fitted.at("step-2").wait_for()
     error = rms(fitted, "held", 2, 2)
     fitted.click("fork", timeout=120)
     fitted.click("undo")
-    fitted.at("step-2").wait_for(state="detached", timeout=120_000)
+    fitted.at("step-2").wait_for(state="detached")
     fitted.click("add-joint_spring", timeout=120)
-    fitted.at("step-2").wait_for(timeout=120_000)
+    fitted.at("step-2").wait_for()
     assert fitted.text("branch-A") == "A: stribeck"
     assert fitted.text("branch-B") == "B: joint_spring (current)"
     assert rms(fitted, "held", 2, 2) > 2 * error
     fitted.screenshot("branches")
     fitted.click("switch-A", timeout=120)
-    fitted.at("branch-A").filter(has_text="current").wait_for(timeout=120_000)
+    fitted.at("branch-A").filter(has_text="current").wait_for()
     assert rms(fitted, "held", 2, 2) == error
     fitted.click("undo", timeout=120)
-    fitted.at("step-2").wait_for(state="detached", timeout=120_000)
+    fitted.at("step-2").wait_for(state="detached")
     fitted.click("redo", timeout=120)
-    fitted.at("step-2").wait_for(timeout=120_000)
+    fitted.at("step-2").wait_for()
     assert rms(fitted, "held", 2, 2) == error
     fitted.click("drop-B", timeout=120)
-    fitted.at("branch-A").wait_for(state="detached", timeout=120_000)
+    fitted.at("branch-A").wait_for(state="detached")
 
 
 def test_swarm_fit_on_the_page(hidden: Path, serve: Serve, browser: Browser) -> None:
     browser.open(serve(hidden, "fig5a.mcap", "fig5b.mcap").address)
     browser.click("tab-swarm")
-    browser.at("job").filter(has_text="train fig5a.mcap").wait_for(timeout=120_000)
+    browser.at("job").filter(has_text="train fig5a.mcap").wait_for()
     # Clicks without delay: a button that has just become visible must react.
     browser.page.evaluate(
         "() => ['swarm', 'pause'].forEach(name => document.querySelector(`[data-test=${name}]`).click())"
     )
-    browser.at("job").filter(has_text="paused").wait_for(timeout=120_000)
+    browser.at("job").filter(has_text="paused").wait_for()
     browser.click("resume")
     assert "above its certified minimum" in browser.text("swarm-proof", timeout=120)
     assert int(browser.text("swarm-steps").split()[0]) > 50
     browser.screenshot("swarm")
     browser.click("swarm-save")
-    browser.page.get_by_text("Saved fig5a.pso.model.json").wait_for(timeout=120_000)
+    browser.page.get_by_text("Saved fig5a.pso.model.json").wait_for()
     saved = json.loads((hidden / "fig5a.pso.model.json").read_text())
     assert saved["method"]["name"] == "pso"
     (hidden / "fig5a.pso.model.json").unlink()

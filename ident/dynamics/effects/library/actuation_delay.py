@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
@@ -10,7 +10,7 @@ _REACH = 12
 """Instants to either side from which a value between two is interpolated."""
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """The torque (n, dof) of delta later is reported now."""
     shifted = [_ahead(column, delta * view.rate) for column, delta in zip(torque.T, values["delta"], strict=True)]
     return np.stack(shifted, axis=1)
@@ -33,13 +33,13 @@ def _ahead(x: Floats, instants: float) -> Floats:
 
 effect = Signal(
     sentence="The torque comes later than the voltage that is reported, or the position is measured late.",
-    looks="The residual follows the rate of change of the torque.",
+    symptom="The residual follows the rate of change of the torque.",
     causes="filters and cycle times in the amplifier or encoder, values of different cycles in one message",
     remedy="find out when the drive samples what it reports, and enter or compensate the delay",
     equation="reported(t) = torque(t + delta); delta < 0: a measurement delay",
     axis="acceleration",
     parameters=(
-        Quantity(name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, starts=(5e-4,)),
+        Quantity(name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, initial_guesses=(5e-4,)),
     ),
     report=report,
     pointwise=False,

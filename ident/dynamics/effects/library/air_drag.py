@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """J' |P'| P' (n, dof, 1)."""
     velocity = view.platform.velocity
     force = np.linalg.norm(velocity, axis=1)[:, None] * velocity
@@ -17,7 +17,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The air brakes the platform and what it carries, with the square of its speed.",
-    looks="The residual opposes the platform's motion where it is fast, in all joints.",
+    symptom="The residual opposes the platform's motion where it is fast, in all joints.",
     causes="a large flat gripper or load, a cover, a fan or extraction that blows against it",
     remedy="slow down large loads, or add the drag to the feed-forward",
     equation="J' c |P'| P', c >= 0",

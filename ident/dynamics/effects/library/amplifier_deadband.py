@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.torque_map import not_a_command, torque_from_voltage, voltage_from_torque
+from ident.dynamics.torque_map import amplifier_unobservable, torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 
 _SMOOTH = 0.02
 """Of the voltage's sign around zero [V]; a step would have no derivative."""
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """The command is larger by the dead band than the voltage that gives the torque (n, dof)."""
     voltage = voltage_from_torque(torque, view.rig.torque)
     return torque_from_voltage(voltage + values["width"] * np.tanh(voltage / _SMOOTH), view.rig.torque)
@@ -19,14 +19,14 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
 
 effect = Signal(
     sentence="The amplifier does not answer to small commands: within a band around zero the motor gets no voltage.",
-    looks="The residual steps where the torque changes its sign, and grows with the load.",
+    symptom="The residual steps where the torque changes its sign, and grows with the load.",
     causes="dead time between the transistors of the output stage, a deliberate dead zone in its settings",
     remedy="compensate the dead time in the amplifier, or report the voltage at the motor",
     equation="command = v + width sgn v",
     axis="load",
     parameters=(
-        Quantity(name="width", unit="V", meaning="half of the dead band", lower=0.0, upper=5.0, starts=(0.01,)),
+        Quantity(name="width", unit="V", meaning="half of the dead band", lower=0.0, upper=5.0, initial_guesses=(0.01,)),
     ),
     report=report,
-    unobservable=not_a_command,
+    unobservable=amplifier_unobservable,
 )

@@ -2,16 +2,16 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
-from ident.dynamics.torque_map import not_a_command, torque_from_voltage, voltage_from_torque
+from ident.dynamics.torque_map import amplifier_unobservable, torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 
 _NEAR = 0.995
 """Nearer to the highest voltage than this share, the command is anybody's guess."""
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """The command u of which u / (1 + |u inverse_level|^n)^(1/n) is the voltage that gives the torque (n, dof)."""
     voltage = voltage_from_torque(torque, view.rig.torque)
     knee = values["n"]
@@ -19,7 +19,7 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), view.rig.torque)
 
 
-def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """Levels a little above the largest voltage that the model asks for, and knees."""
     largest = float(np.nanmax(np.abs(voltage_from_torque(view.rigid, view.rig.torque))))
     return [
@@ -29,12 +29,12 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
 
 effect = Signal(
     sentence="The amplifier runs out of voltage: large commands give less than they ask for.",
-    looks="The residual grows steeply where the torque is largest.",
+    symptom="The residual grows steeply where the torque is largest.",
     causes="a supply that is too low or sags, a current limit, the back-EMF at high speed",
     remedy="slow the motion down, raise the supply, or report the voltage at the motor",
     equation="command u: v = u / (1 + |u inverse_level|^n)^(1/n)",
     axis="load",
-    valleys=4,
+    multistart=4,
     parameters=(
         Quantity(
             name="inverse_level",
@@ -42,11 +42,11 @@ effect = Signal(
             meaning="1 / highest voltage",
             lower=0.0,
             upper=3.0,
-            starts=(0.05,),
+            initial_guesses=(0.05,),
         ),
     ),
-    shapes=(Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, starts=(6.0,)),),
+    shapes=(Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, initial_guesses=(6.0,)),),
     report=report,
     suggest=suggest,
-    unobservable=not_a_command,
+    unobservable=amplifier_unobservable,
 )

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """sin q (n, dof, 1)."""
     sine: Floats = np.sin(view.motion.position)[:, :, None]
     return sine
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The arm's centre of mass does not lie on the line from shoulder to elbow.",
-    looks="The residual follows the sine of the joint's angle, standing or moving.",
+    symptom="The residual follows the sine of the joint's angle, standing or moving.",
     causes="a motor, valve or cable bracket mounted on one side of the arm",
     remedy="measure or balance the arm; add the term to the gravity compensation",
     equation="a sin q",

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """cos q (n, dof, 1)."""
     cosine: Floats = np.cos(view.motion.position)[:, :, None]
     return cosine
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="One arm is heavier or lighter than the others.",
-    looks="The residual of one joint follows the cosine of its angle, standing or moving.",
+    symptom="The residual of one joint follows the cosine of its angle, standing or moving.",
     causes="a repaired or reinforced arm, a cable harness that hangs on one arm only",
     remedy="weigh the arms; give each its own gravity torque",
     equation="a cos q",

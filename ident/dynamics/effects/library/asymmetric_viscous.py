@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """|v| (n, dof, 1)."""
     size: Floats = np.abs(view.motion.velocity)[:, :, None]
     return size
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The joint is dragged harder in one direction than in the other, the more the faster it moves.",
-    looks="The residual is a V over the velocity: it rises to both sides of standstill.",
+    symptom="The residual is a V over the velocity: it rises to both sides of standstill.",
     causes="a gear or a seal that is not the same in both directions, a pump or fan that the joint drives",
     remedy="check the gear's preload and the seals; give the feed-forward a coefficient for each direction",
     equation="a |v|",

@@ -1,13 +1,13 @@
 """The voltage that the turning motor itself makes."""
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from ident.dynamics.torque_map import torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 from recordings.rig import Rig
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """The voltage contains k_e v beyond what the torque (n, dof) takes."""
     voltage = voltage_from_torque(torque, view.rig.torque) + values["k_e"] * view.motion.velocity
     return torque_from_voltage(voltage, view.rig.torque)
@@ -22,14 +22,14 @@ def unobservable(rig: Rig, torque_measured: bool) -> str | None:
 
 effect = Signal(
     sentence="The reported voltage contains what the turning motor makes itself.",
-    looks="The residual grows with speed, the more the harder the joint works at the time.",
+    symptom="The residual grows with speed, the more the harder the joint works at the time.",
     causes="an amplifier that reports the voltage at its terminals, not that which drives the current",
     remedy="record the current or the commanded torque, or take k_e from the motor's data sheet",
     equation="v = map^-1(torque) + k_e velocity",
     axis="velocity",
     parameters=(
         Quantity(
-            name="k_e", unit="V s/{position}", meaning="voltage per speed", lower=0.0, upper=5.0, starts=(0.01,)
+            name="k_e", unit="V s/{position}", meaning="voltage per speed", lower=0.0, upper=5.0, initial_guesses=(0.01,)
         ),
     ),
     report=report,

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
@@ -11,14 +11,14 @@ LOWEST, HIGHEST = 6.0, 500.0
 _BEST = 6
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """sin N q and cos N q (n, dof, 2)."""
     angle = shapes["N"] * view.motion.position
     both: Floats = np.stack([np.sin(angle), np.cos(angle)], axis=2)
     return both
 
 
-def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """The lines that stand out of the periodogram of the `residual` (n, dof) over the angle, all joints together."""
     travel = float(np.nanmax(np.nanmax(view.motion.position, axis=0) - np.nanmin(view.motion.position, axis=0)))
     lines = np.arange(LOWEST, HIGHEST, 1.0 / travel)
@@ -47,7 +47,7 @@ def _periodogram(position: Floats, residual: Floats, lines: Floats) -> Floats:
 
 effect = Additive(
     sentence="The torque ripples with the angle of the motor.",
-    looks="The residual is a wave over the angle, the same in both directions, at any speed.",
+    symptom="The residual is a wave over the angle, the same in both directions, at any speed.",
     causes="magnets that hold on to the teeth of the stator, current sensors out of balance, teeth of a gear",
     remedy="choose skewed motors, recalibrate the drive's current sensors, or add the wave to the feed-forward",
     equation="a sin N q + b cos N q",
@@ -63,7 +63,7 @@ effect = Additive(
             meaning="periods per turn of the joint",
             lower=LOWEST - 1,
             upper=2000.0,
-            open="lower",  # what is slower still is a curve over the angle, of which the wave is a piece
+            implausible_bound="lower",  # what is slower still is a curve over the angle, of which the wave is a piece
         ),
     ),
     suggest=suggest,

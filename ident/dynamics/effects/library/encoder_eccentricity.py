@@ -22,15 +22,15 @@ def position(measured: Floats, rig: Rig, values: Values) -> Floats:
 
 effect = Signal(
     sentence="The encoder's disc does not run true: within a turn it reads too much, then too little.",
-    looks="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
+    symptom="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
     causes="a disc or magnet that is not centred on its shaft, of the joint or of the motor",
     remedy="centre the encoder, or use one that compensates; a table of its error can be recorded once",
     equation="measured q = q + a sin N q + b cos N q",
     axis="motor angle",
     parameters=(
-        Quantity(name="a", unit="{position}", meaning="amplitude of the sine", lower=-0.3, upper=0.3, starts=(1e-4,)),
+        Quantity(name="a", unit="{position}", meaning="amplitude of the sine", lower=-0.3, upper=0.3, initial_guesses=(1e-4,)),
         Quantity(
-            name="b", unit="{position}", meaning="amplitude of the cosine", lower=-0.3, upper=0.3, starts=(1e-4,)
+            name="b", unit="{position}", meaning="amplitude of the cosine", lower=-0.3, upper=0.3, initial_guesses=(1e-4,)
         ),
     ),
     shapes=(
@@ -40,7 +40,7 @@ effect = Signal(
             meaning="turns of the disc per turn of the joint",
             lower=1.0,
             upper=400.0,
-            starts=(1.0,),
+            initial_guesses=(1.0,),
             searched=False,
         ),
     ),

@@ -13,7 +13,7 @@ def position(measured: Floats, rig: Rig, values: Values) -> Floats:
 
 effect = Signal(
     sentence="The encoder's zero is not where the rig file says.",
-    looks="The residuals vary slowly with the angle, like weight that is computed for the wrong place.",
+    symptom="The residuals vary slowly with the angle, like weight that is computed for the wrong place.",
     causes="a home position that was set by eye, a coupling that slipped, an encoder that was exchanged",
     remedy="set the zero anew with a jig, or enter the offset into the rig file",
     equation="measured q = q + c",
@@ -21,7 +21,7 @@ effect = Signal(
     mechanisms=("delta",),
     parameters=(
         Quantity(
-            name="c", unit="{position}", meaning="what is read too much", lower=-0.35, upper=0.35, starts=(0.005,)
+            name="c", unit="{position}", meaning="what is read too much", lower=-0.35, upper=0.35, initial_guesses=(0.005,)
         ),
     ),
     position=position,

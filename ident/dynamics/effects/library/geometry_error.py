@@ -16,7 +16,7 @@ def true_rig(rig: Rig, values: Values) -> Rig:
 
 effect = Signal(
     sentence="A length of the robot is not what the rig file says.",
-    looks="The residuals vary slowly with the platform's place, and with accelerations, in all joints.",
+    symptom="The residuals vary slowly with the platform's place, and with accelerations, in all joints.",
     causes="a drawing in place of a measurement, another gripper flange, forearms of another batch",
     remedy="measure arms, forearms and radii from joint centre to joint centre, and correct the rig file",
     equation="length = length in the rig file + e; which: 0 arms L1, 1 forearms L2, 2 radii R - r",
@@ -24,7 +24,7 @@ effect = Signal(
     mechanisms=("delta",),
     whole_robot=True,
     parameters=(
-        Quantity(name="e", unit="m", meaning="what the length is too long", lower=-0.12, upper=0.12, starts=(0.002,)),
+        Quantity(name="e", unit="m", meaning="what the length is too long", lower=-0.12, upper=0.12, initial_guesses=(0.002,)),
     ),
     shapes=(
         Quantity(
@@ -33,7 +33,7 @@ effect = Signal(
             meaning="0 L1, 1 L2, 2 R - r",
             lower=0,
             upper=2,
-            starts=(0.0, 1.0, 2.0),
+            initial_guesses=(0.0, 1.0, 2.0),
             searched=False,
         ),
     ),

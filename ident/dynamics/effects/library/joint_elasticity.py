@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
@@ -10,7 +10,7 @@ _BEYOND = 1.5
 """Of arms that swing so many times faster than the bandwidth of the analysis, noise is all that would be seen."""
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """What the motors give instead of `torque` (n, dof) if the arms hang on springs: the springs' torque.
 
     With the twist x = motor's angle - arm's angle, damping x' + stiffness x = torque of the arms as they then move.
@@ -18,16 +18,16 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
     share, ratio, compliance = float(values["motor"][0]), float(values["damping"][0]), values["compliance"]
     if not (compliance > 0).any():
         return torque
-    arms = view.arms(share)
-    slowest = arms.swings(view.motion, compliance).min(initial=np.inf) / (2 * np.pi * view.bandwidth)
-    view = view.calmed(float(np.clip((slowest - 1) / (_BEYOND - 1), 0.0, 1.0)))
-    changed = arms.on_springs(view.motion, compliance, ratio) - view.arm_torque(share)
+    arms = view.flexible_joints(share)
+    slowest = arms.natural_frequencies(view.motion, compliance).min(initial=np.inf) / (2 * np.pi * view.bandwidth)
+    view = view.low_passed(float(np.clip((slowest - 1) / (_BEYOND - 1), 0.0, 1.0)))
+    changed = arms.elastic_torque(view.motion, compliance, ratio) - view.arm_torque(share)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
 effect = Signal(
     sentence="Between motor and arm something gives way: under load the arm lags behind the encoder.",
-    looks="The residual follows fast changes of the torque, like a mass that swings on a spring.",
+    symptom="The residual follows fast changes of the torque, like a mass that swings on a spring.",
     causes="a gear with a soft flexspline, a belt, a long shaft or coupling, a clamping that has come loose",
     remedy="check couplings and clamps; use smoother motion, or a controller that knows the spring",
     equation="arm angle = motor angle - compliance * torque of the arm; the motor's inertia is on the encoder's side",
@@ -39,7 +39,7 @@ effect = Signal(
             meaning="1 / stiffness",
             lower=0.0,
             upper=0.02,
-            starts=(1e-4, 6e-4, 4e-3),
+            initial_guesses=(1e-4, 6e-4, 4e-3),
         ),
     ),
     shapes=(
@@ -49,8 +49,8 @@ effect = Signal(
             meaning="the motor's share of a joint's own inertia",
             lower=0.0,
             upper=0.98,
-            starts=(0.3, 0.7),
-            open="upper",
+            initial_guesses=(0.3, 0.7),
+            implausible_bound="upper",
         ),
         Quantity(
             name="damping",
@@ -58,8 +58,8 @@ effect = Signal(
             meaning="of the spring, over the critical one",
             lower=0.0,
             upper=0.4,  # beyond, a spring would explain any lag
-            starts=(0.05, 0.2),
-            open="upper",
+            initial_guesses=(0.05, 0.2),
+            implausible_bound="upper",
         ),
     ),
     report=report,

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """The angle and one (n, dof, 2)."""
     position = view.motion.position
     both: Floats = np.stack([position, np.where(np.isfinite(position), 1.0, np.nan)], axis=2)
@@ -16,7 +16,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Something springy pulls the joint towards one angle.",
-    looks="The residual is a straight line over the joint's angle.",
+    symptom="The residual is a straight line over the joint's angle.",
     causes="a cable or hose that is bent, a balancing spring, a bellows or a stiff cover",
     remedy="lead cables so that they do not pull; if the spring is meant, add it to the feed-forward",
     equation="k q + a, k >= 0 (rest angle -a / k)",

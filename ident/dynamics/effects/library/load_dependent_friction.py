@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """|torque of the rigid model| sgn v (n, dof, 1)."""
     lost: Floats = (np.abs(view.rigid) * view.motion.direction)[:, :, None]
     return lost
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The gear loses a share of the torque that it passes on: friction grows with the load.",
-    looks="The residual opposes the motion, and is the larger the harder the joint works.",
+    symptom="The residual opposes the motion, and is the larger the harder the joint works.",
     causes="sliding teeth (worm, hypoid or planetary gears), bearings under load, too little lubricant",
     remedy="lubricate, check the gear's efficiency; add the loss to the feed-forward",
     equation="a |torque of the rigid model| sgn v, a >= 0",

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import GRAVITY, View
-from ident.dynamics.effects.base import NEVER, Additive, Quantity, Shapes
+from ident.dynamics.effect_inputs import GRAVITY, EffectInputs
+from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity, Shapes
 from recordings.recording import Floats, Ints
 
 _COARSE = 100
@@ -17,7 +17,7 @@ _QUICK = 0.02
 _TINY = 1e-30
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """Torque that 1 kg at the platform takes while it is there (n, dof, 1)."""
     # Over an instant's time at least, so that a fit sees where the beginning should move to.
     length = np.hypot(shapes["t_r"], 1 / view.rate)
@@ -26,7 +26,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
     return torque
 
 
-def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
+def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """The instant from which on, and the stretch in which, a change of mass would explain most of the `residual`."""
     per_mass = _per_mass(view)
     known = np.isfinite(residual) & np.isfinite(per_mass)
@@ -49,7 +49,7 @@ def suggest(view: View, residual: Floats) -> list[dict[str, float]]:
     found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
     half = 0.5 / view.rate  # what is there at an instant was added since the one before
     return [
-        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else NEVER, "t_r": _QUICK}
+        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else INFINITE_TIME, "t_r": _QUICK}
         for i, j in found
         if i < end
     ]
@@ -63,7 +63,7 @@ def _falls(gain: Floats, weight: Floats, first: Ints | int, second: Ints | int) 
     return falls
 
 
-def _per_mass(view: View) -> Floats:
+def _per_mass(view: EffectInputs) -> Floats:
     """J' (P'' - g) (n, dof)."""
     lifted = view.platform.acceleration + np.array([0.0, 0.0, GRAVITY])
     torque: Floats = np.einsum("nij,ni->nj", view.platform.jacobian, lifted)
@@ -72,7 +72,7 @@ def _per_mass(view: View) -> Floats:
 
 effect = Additive(
     sentence="The platform becomes heavier or lighter at some moment of the run.",
-    looks="From one moment on, the residual follows the weight and inertia of a mass at the platform.",
+    symptom="From one moment on, the residual follows the weight and inertia of a mass at the platform.",
     causes="a gripper that picks something up or loses it, a part that came loose",
     remedy="record with the load fixed; tell the controller when the load changes",
     equation="J' dm (P'' - g) from t_c to t_e, coming and going within t_r",
@@ -81,8 +81,8 @@ effect = Additive(
     whole_robot=True,
     coefficients=(Quantity(name="dm", unit="kg", meaning="mass that is added"),),
     shapes=(
-        Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=NEVER),
-        Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=NEVER, searched=False),
+        Quantity(name="t_c", unit="s", meaning="when it is added", lower=0.0, upper=INFINITE_TIME),
+        Quantity(name="t_e", unit="s", meaning="when it is taken off again", upper=INFINITE_TIME, searched=False),
         Quantity(name="t_r", unit="s", meaning="how long it takes until it is all there", lower=1e-3, upper=0.5),
     ),
     suggest=suggest,

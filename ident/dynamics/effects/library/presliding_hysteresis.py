@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """z / z_s - sgn v (n, dof, 1), of bristles that bend by z."""
     motion = view.motion
     bent = compiled(_bent)(np.ascontiguousarray(motion.position), shapes["z_s"])
@@ -36,7 +36,7 @@ def _bent(position: Floats, z_s: float) -> Floats:
 
 effect = Additive(
     sentence="After a reversal, dry friction is not there at once: it builds up over a small displacement.",
-    looks="The residual opposes Coulomb friction just behind each reversal, over the same angle each time.",
+    symptom="The residual opposes Coulomb friction just behind each reversal, over the same angle each time.",
     causes="surfaces and seals that bend before they slide, gear teeth and bearings under preload",
     remedy="nothing is broken; a controller that holds position well wants the term in its feed-forward",
     equation="a (z / z_s - sgn v), z' = v - |v| z / z_s, a >= 0",
@@ -49,7 +49,7 @@ effect = Additive(
             meaning="displacement over which it builds up",
             lower=1e-5,
             upper=1.0,
-            starts=(1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3),
+            initial_guesses=(1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3),
         ),
     ),
     columns=columns,

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """v |v| (n, dof, 1)."""
     velocity = view.motion.velocity
     square: Floats = (velocity * np.abs(velocity))[:, :, None]
@@ -16,7 +16,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Beyond viscous friction, drag grows with the square of the joint's speed.",
-    looks="The residual bends away over the velocity, to opposite sides in the two directions.",
+    symptom="The residual bends away over the velocity, to opposite sides in the two directions.",
     causes="oil that is churned, a fan or turbulent air in the motor, a gear that runs full of grease",
     remedy="check the amount of oil or grease; add the term to the feed-forward",
     equation="a v |v|, a >= 0",

@@ -1,26 +1,26 @@
 """Forearms of uniform mass, where the base model has their mass in lumps at platform and arms."""
 
 from ident.dynamics import rods
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """Torque that moves and lifts one uniform rod of 1 kg in each limb (n, dof, 1)."""
     return rods.torque(view.rig.geometry, view.motion)[:, :, None]
 
 
 effect = Additive(
     sentence="The forearms' mass is spread over their length, not gathered at their ends.",
-    looks="The residual follows accelerations, in all joints, a few per mille to percent of the torque.",
+    symptom="The residual follows accelerations, in all joints, a few per mille to percent of the torque.",
     causes="every real delta robot has it; the base model of the paper leaves it out",
     remedy="add it to the model; nothing is wrong with the machine",
     equation="m_d times the inertia and weight of a uniform rod in each limb, m_d >= 0",
     axis="acceleration",
     mechanisms=("delta",),
     whole_robot=True,
-    always_true=True,
+    mandatory=True,
     coefficients=(Quantity(name="m_d", unit="kg", meaning="mass of the two rods of one limb", lower=0.0),),
     columns=columns,
 )

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """exp(-(v / v_s)^2) sgn v (n, dof, 1)."""
     bump: Floats = np.exp(-((view.motion.velocity / shapes["v_s"]) ** 2)) * view.motion.direction
     return bump[:, :, None]
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Near standstill the joint rubs harder than when it moves: friction falls as speed rises.",
-    looks="The residual peaks on both sides of a reversal and vanishes above some speed.",
+    symptom="The residual peaks on both sides of a reversal and vanishes above some speed.",
     causes="grease that carries the sliding parts only at speed; seals; a dry or worn bearing",
     remedy="lubricate; keep reversals away from where precision matters; add the term to the feed-forward",
     equation="a exp(-(v / v_s)^2) sgn v, a >= 0",
@@ -28,7 +28,7 @@ effect = Additive(
             meaning="Stribeck speed: there the excess has fallen to 37 %",
             lower=1e-4,
             upper=10.0,
-            starts=(0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6),
+            initial_guesses=(0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.6),
         ),
     ),
     columns=columns,

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """v exp(-t / T) and sgn v exp(-t / T) (n, dof, 2)."""
     fading = np.exp(-view.time / shapes["T"])[:, None]
     if shapes["T"] < 0:  # grows towards 1 at the end, whatever the length of the run
@@ -18,7 +18,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="Friction changes during the run, most of all at its beginning.",
-    looks="The residual opposes the motion, and shrinks or grows from cycle to cycle.",
+    symptom="The residual opposes the motion, and shrinks or grows from cycle to cycle.",
     causes="cold grease that warms up; a brake or seal that heats up and grips",
     remedy="warm the machine up before recording; let the feed-forward follow the temperature",
     equation="(a v + b sgn v) exp(-t / T)",
@@ -34,7 +34,7 @@ effect = Additive(
             meaning="time constant; negative where friction grows",
             lower=-1e4,
             upper=1e4,
-            starts=(3.0, 8.0, 20.0, 60.0, 300.0, -10.0, -60.0),
+            initial_guesses=(3.0, 8.0, 20.0, 60.0, 300.0, -10.0, -60.0),
         ),
     ),
     columns=columns,

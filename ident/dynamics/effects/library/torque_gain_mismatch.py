@@ -1,11 +1,11 @@
 """A motor that gives more or less torque per volt than its rig file says."""
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """A torque (n, dof) that is (1 + e) times what the map says is reported as that much less."""
     reported: Floats = torque / (1 + values["e"])
     return reported
@@ -13,14 +13,14 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
 
 effect = Signal(
     sentence="One motor gives more or less torque per volt than the rig file says.",
-    looks="The residual of one joint follows the torque of that joint, standing or moving.",
+    symptom="The residual of one joint follows the torque of that joint, standing or moving.",
     causes="a weak magnet, another motor type, a wrong scale of the voltage or current, a gear with another ratio",
     remedy="calibrate the gain of each joint (ident calibrate-gain) and write it into the rig file",
     equation="torque = (1 + e) gain v |v|",
     axis="load",
     parameters=(
         Quantity(
-            name="e", unit="1", meaning="relative excess of the gain", lower=-0.7, upper=2.0, starts=(0.02, -0.02)
+            name="e", unit="1", meaning="relative excess of the gain", lower=-0.7, upper=2.0, initial_guesses=(0.02, -0.02)
         ),
     ),
     report=report,

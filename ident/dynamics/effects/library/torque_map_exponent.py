@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.recording import Floats
@@ -11,7 +11,7 @@ _LEAST = 0.1
 """The exponent is positive."""
 
 
-def report(torque: Floats, view: View, values: Values) -> Floats:
+def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
     """True torque (n, dof) is gain |v|^p sgn v; what the rig's map makes of that v."""
     usual = 2.0 if view.rig.torque.map == "square" else 1.0
     exponent = np.maximum(usual + values["excess"], _LEAST)
@@ -21,13 +21,13 @@ def report(torque: Floats, view: View, values: Values) -> Floats:
 
 effect = Signal(
     sentence="Torque does not grow with the power of the voltage that the rig file says.",
-    looks="The residual bends away over the load, to opposite sides for the two signs of the torque.",
+    symptom="The residual bends away over the load, to opposite sides for the two signs of the torque.",
     causes="a motor near magnetic saturation, a voltage that stands for current in another way than assumed",
     remedy="calibrate torque against voltage at several loads, and correct the map in the rig file",
     equation="torque = gain |v|^(p + excess) sgn v, p = 2 (square) or 1 (linear)",
     axis="load",
     parameters=(
-        Quantity(name="excess", unit="1", meaning="exponent beyond the rig's", lower=-0.9, upper=2.0, starts=(0.02,)),
+        Quantity(name="excess", unit="1", meaning="exponent beyond the rig's", lower=-0.9, upper=2.0, initial_guesses=(0.02,)),
     ),
     report=report,
     unobservable=lambda rig, torque_measured: "The torque itself was recorded." if torque_measured else None,

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: View, shapes: Shapes) -> Floats:
+def columns(view: EffectInputs, shapes: Shapes) -> Floats:
     """One everywhere (n, dof, 1)."""
     ones: Floats = np.where(np.isfinite(view.motion.velocity), 1.0, np.nan)[:, :, None]
     return ones
@@ -15,7 +15,7 @@ def columns(view: View, shapes: Shapes) -> Floats:
 
 effect = Additive(
     sentence="The drive must give a constant torque, whatever the joint does.",
-    looks="The residual is shifted up or down by the same amount everywhere.",
+    symptom="The residual is shifted up or down by the same amount everywhere.",
     causes="an amplifier's zero, a cable's pull, a spring, or dry friction that differs between the directions",
     remedy="zero the amplifier's current or torque measurement, relieve the cables, record both directions equally",
     equation="a",

@@ -23,7 +23,7 @@
     drawn.push(plot);
   }
 
-  // One after the other, so that the page can be read meanwhile; what is folded away is drawn when it is unfolded.
+  // Draws one plot at a time, so that the page stays responsive; folded plots are drawn when they are unfolded.
   function drawNext() {
     for (const id of waiting.keys()) {
       if (document.getElementById(id).offsetParent !== null) {

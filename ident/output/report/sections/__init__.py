@@ -1,1 +1,1 @@
-"""What the report says, section by section. Each function makes one section from the material."""
+"""Sections of the report. Each function makes one section from the contents."""

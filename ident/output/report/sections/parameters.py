@@ -1,4 +1,4 @@
-"""Parameters and how well they are known."""
+"""Section with the parameters and their uncertainty."""
 
 from ident.identification.model import Model
 from ident.output.console import assessment
@@ -10,32 +10,32 @@ from ident.output.report.contents import ReportContents
 _KNOWN = {"identifiable": "yes", "weak": "weakly", "not": "no", None: "–"}
 
 
-def section(material: ReportContents) -> ReportSection:
-    """Values with intervals, side by side where there are several models."""
-    blocks: list[ReportBlock] = [_table(material)]
-    if any(parameters.relative_half_width(one) for model in material.models.values() for one in model.parameters):
-        caption = "How well each parameter is known; beyond the dotted line not even its sign is."
-        blocks.append(Plot("precision", parameters.precision(material.models), caption))
-    for place, (name, model) in enumerate(material.models.items(), start=1):
-        blocks += _trust(place, name, model)
+def section(contents: ReportContents) -> ReportSection:
+    """Return values with intervals, several models side by side."""
+    blocks: list[ReportBlock] = [_table(contents)]
+    if any(parameters.relative_half_width(entry) for model in contents.models.values() for entry in model.parameters):
+        caption = "Uncertainty of each parameter; beyond the dotted line not even its sign is known."
+        blocks.append(Plot("precision", parameters.precision(contents.models), caption))
+    for place, (name, model) in enumerate(contents.models.items(), start=1):
+        blocks += _assessment(place, name, model)
     return ReportSection("parameters", "Parameters", tuple(blocks))
 
 
-def _table(material: ReportContents) -> ReportTable:
-    models = material.models
-    known = {name: {one.name: one for one in model.parameters} for name, model in models.items()}
-    units = {one.name: one.unit for model in models.values() for one in model.parameters}
+def _table(contents: ReportContents) -> ReportTable:
+    models = contents.models
+    by_name = {name: {entry.name: entry for entry in model.parameters} for name, model in models.items()}
+    units = {entry.name: entry.unit for model in models.values() for entry in model.parameters}
     several = len(models) > 1
     rows = []
     for parameter, unit in units.items():
         cells = [parameter]
         for name in models:
-            one = known[name].get(parameter)
-            bound = " (at bound)" if one and one.at_bound else ""
+            fitted = by_name[name].get(parameter)
+            bound = " (at bound)" if fitted and fitted.at_bound else ""
             cells += [
-                f"{number(one.value, 4)}{bound}" if one else "",
-                assessment.half_width(one) if one else "",
-                _KNOWN[one.status] if one else "",
+                f"{number(fitted.value, 4)}{bound}" if fitted else "",
+                assessment.half_width(fitted) if fitted else "",
+                _KNOWN[fitted.status] if fitted else "",
             ]
         rows.append((*cells, unit))
     per_model = [(f"{name}: value" if several else "value", "± 95 %", "identifiable") for name in models]
@@ -46,13 +46,13 @@ def _table(material: ReportContents) -> ReportTable:
     return ReportTable(head, tuple(rows), caption, words=(0, len(head) - 1))
 
 
-def _trust(place: int, name: str, model: Model) -> list[ReportBlock]:
+def _assessment(place: int, name: str, model: Model) -> list[ReportBlock]:
     if model.trust is None:
         return []
-    title = f"How far to trust {name}"
+    title = f"Assessment of {name}"
     correlation = Plot(
         f"correlation-{place}",
         parameters.correlation(model),
-        "Correlation of the errors: of two parameters near -1 or 1, this motion tells only a combination.",
+        "Correlation of the errors: near -1 or 1, this motion determines only a combination of two parameters.",
     )
     return [Fold(title, (Notes(tuple(assessment.summary_lines(model, model.trust))), correlation), open=place == 1)]

@@ -1,4 +1,4 @@
-"""How to reproduce the report."""
+"""Section with the commands that reproduce the report."""
 
 import os
 import platform
@@ -12,13 +12,13 @@ from ident.output.report.contents import ReportContents, ReportRequest
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 
 
-def section(material: ReportContents) -> ReportSection:
-    """Commands, versions, digests."""
-    request = material.request
-    known = file_names(request)
+def section(contents: ReportContents) -> ReportSection:
+    """Return commands, versions and digests."""
+    request = contents.request
+    names = file_names(request)
     files = [*request.models, *request.recordings, *request.held_out]
-    values = [*material.digests.values(), *(source.sha256 for source in material.sources)]
-    digests = [(known[path], digest) for path, digest in zip(files, values, strict=True)]
+    values = [*contents.digests.values(), *(source.sha256 for source in contents.sources)]
+    digests = [(names[path], digest) for path, digest in zip(files, values, strict=True)]
     versions = [("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)]
     models = tuple(
         (
@@ -28,11 +28,11 @@ def section(material: ReportContents) -> ReportSection:
             str(model.method.seed),
             ", ".join(s.name for s in model.train.recordings),
         )
-        for name, model in material.models.items()
+        for name, model in contents.models.items()
     )
     blocks: list[ReportBlock] = [
         Text(("In the folder that holds the files, or their folders:",)),
-        Code(tuple(shlex.join(["ident", *line]) for line in commands(material))),
+        Code(tuple(shlex.join(["ident", *line]) for line in commands(contents))),
         ReportTable(("file", "SHA-256"), tuple(digests), words=(0, 1)),
         ReportTable(("model", "software", "method", "seed", "fitted to"), models, words=(0, 1, 2, 4)),
         ReportTable(("software", "version"), tuple(versions), words=(0, 1)),
@@ -41,7 +41,7 @@ def section(material: ReportContents) -> ReportSection:
 
 
 def file_names(request: ReportRequest) -> dict[Path, str]:
-    """Of all files: their own where no two are alike, else from the innermost folder that holds all of them."""
+    """Return the name of each file; if two are equal, the paths relative to the innermost common folder."""
     files = (*request.models, *request.recordings, *request.held_out, *request.effect_files)
     if len({path.name for path in files}) == len(files):
         return {path: path.name for path in files}
@@ -49,18 +49,18 @@ def file_names(request: ReportRequest) -> dict[Path, str]:
     return {path: Path(os.path.relpath(path, folder)).as_posix() for path in files}
 
 
-def commands(material: ReportContents) -> list[list[str]]:
-    """What makes this report, and the same numbers as JSON."""
-    request = material.request
-    known = file_names(request)
-    models, recorded, held = (
-        [known[path] for path in files] for files in (request.models, request.recordings, request.held_out)
+def commands(contents: ReportContents) -> list[list[str]]:
+    """Return the commands that make this report, and those that print its numbers as JSON."""
+    request = contents.request
+    names = file_names(request)
+    models, recorded, held_out = (
+        [names[path] for path in files] for files in (request.models, request.recordings, request.held_out)
     )
-    extra = [word for path in request.effect_files for word in ("--effect-file", known[path])]
-    validate = [word for name in held for word in ("--validate", name)]
-    asked = [] if request.diagnose else ["--no-diagnose"]
-    lines = [["report", *models, *recorded, *validate, *extra, *asked, "-o", "report.html"]]
-    groups = [recorded, *([held] if held else [])]
+    extra = [word for path in request.effect_files for word in ("--effect-file", names[path])]
+    validate = [word for name in held_out for word in ("--validate", name)]
+    no_diagnose = [] if request.diagnose else ["--no-diagnose"]
+    lines = [["report", *models, *recorded, *validate, *extra, *no_diagnose, "-o", "report.html"]]
+    groups = [recorded, *([held_out] if held_out else [])]
     lines += [["compare", model, *group, *extra, "--json"] for group in groups for model in models]
     if request.diagnose:
         lines.append(["diagnose", *recorded, *validate, *extra, "--json"])

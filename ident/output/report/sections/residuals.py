@@ -1,4 +1,4 @@
-"""Where the model fails."""
+"""Section with the residual by phase, window, quantity and frequency."""
 
 from collections.abc import Iterator
 
@@ -8,50 +8,50 @@ from ident.output.report.blocks import ReportBlock, Fold, Notes, Plot, ReportSec
 from ident.output.report.contents import ReportContents
 from ident.residuals.analysis import Comparison
 
-LEAST = 0.1
-"""Share of the mean square below which a quantity is not named."""
+MIN_SHARE = 0.1
+"""Share of the mean square that a quantity must explain to be named."""
 _QUANTITY = {"load": "computed load"}
 
 
-def section(material: ReportContents) -> ReportSection:
-    """Phases, worst stretches, what the residual depends on, spectrum."""
-    judged = material.primary_comparisons
-    several = len(judged) > 1
-    said = [f"{f'{name}: ' if several else ''}{line}" for name, one in judged.items() for line in _said(one)]
+def section(contents: ReportContents) -> ReportSection:
+    """Return phases, worst windows, dependence on each quantity, and spectrum."""
+    comparisons = contents.primary_comparisons
+    several = len(comparisons) > 1
+    sentences = [f"{f'{name}: ' if several else ''}{line}" for name, comparison in comparisons.items() for line in _sentences(comparison)]
     blocks: list[ReportBlock] = [
-        Notes(tuple(said)),
+        Notes(tuple(sentences)),
         Plot(
             "phases",
-            residuals.phases(judged),
-            "Residual by phase of the motion; the percentages say how much of the time the joint is in that phase.",
+            residuals.phases(comparisons),
+            "Residual by phase of the motion; the percentages are the share of time in that phase.",
         ),
         Plot(
             "curves",
-            residuals.curves(judged),
-            "Mean residual over what it may depend on. A straight line at zero is what a right model leaves; each "
-            "title says how much of the mean square the curve accounts for, of several models that of the first.",
+            residuals.curves(comparisons),
+            "Mean residual over each quantity. A correct model leaves a straight line at zero; each title gives the "
+            "share of the mean square that the curve explains (with several models, for the first).",
         ),
-        Plot("spectrum", spectrum.densities(judged), "By frequency: what is measured, what is left, what is noise."),
+        Plot("spectrum", spectrum.densities(comparisons), "Spectra of measured torque, residual and noise."),
     ]
-    for place, (name, comparison) in enumerate(judged.items(), start=1):
+    for place, (name, comparison) in enumerate(comparisons.items(), start=1):
         if comparison.windows:
             blocks.append(_worst(place, name if several else "", comparison))
     return ReportSection("where", "Where the model fails", tuple(blocks))
 
 
-def _said(comparison: Comparison) -> Iterator[str]:
-    """What stands out, and with what quantity the residual goes most."""
+def _sentences(comparison: Comparison) -> Iterator[str]:
+    """Yield the summary sentences and the quantity that explains most of each joint's residual."""
     yield from comparison.sentences
-    most = [
+    strongest = [
         (joint.summary.number, max(joint.curves, key=lambda curve: curve.explained)) for joint in comparison.joints
     ]
     named = [
         f"joint {n} {_QUANTITY.get(curve.axis, curve.axis)} ({percent(curve.explained)})"
-        for n, curve in most
-        if curve.explained > LEAST
+        for n, curve in strongest
+        if curve.explained > MIN_SHARE
     ]
     if named:
-        yield f"Most of the residual's mean square goes with: {', '.join(named)}."
+        yield f"Quantity that explains most of the residual's mean square: {', '.join(named)}."
 
 
 def _worst(place: int, name: str, comparison: Comparison) -> Fold:

@@ -1,4 +1,4 @@
-"""Rig and run."""
+"""Section with rig and runs."""
 
 from ident.data.samples import holds_torque
 from ident.output.figures import quality
@@ -7,10 +7,10 @@ from ident.output.report.contents import ReportContents
 from recordings.recording import Recording
 
 
-def section(material: ReportContents) -> ReportSection:
-    """What machine, what motion."""
-    blocks: list[ReportBlock] = [_rig(material.recordings[0]), _runs(material)]
-    for place, recording in enumerate(material.recordings, start=1):
+def section(contents: ReportContents) -> ReportSection:
+    """Return the machine and the motion of each recording."""
+    blocks: list[ReportBlock] = [_rig(contents.recordings[0]), _runs(contents)]
+    for place, recording in enumerate(contents.recordings, start=1):
         caption = "The whole run. Click a joint in the legend to hide it."
         plot = Plot(f"motion-{place}", quality.motion(recording), caption)
         blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=place == 1))
@@ -36,13 +36,13 @@ def _rig(recording: Recording) -> ReportTable:
     return ReportTable(("", ""), tuple(rows), words=(0, 1))
 
 
-def _runs(material: ReportContents) -> ReportTable:
+def _runs(contents: ReportContents) -> ReportTable:
     rows = []
-    for place, (recording, source) in enumerate(zip(material.recordings, material.sources, strict=True)):
+    for place, (recording, source) in enumerate(zip(contents.recordings, contents.sources, strict=True)):
         run = recording.run
-        fitted = [name for name, one in material.models.items() if source in one.train.recordings]
-        held = place >= len(material.request.recordings)
-        role = "held out" if held else f"fitted by {', '.join(fitted)}" if fitted else "not seen by the models"
+        fitted = [name for name, model in contents.models.items() if source in model.train.recordings]
+        held_out = place >= len(contents.request.recordings)
+        role = "held out" if held_out else f"fitted by {', '.join(fitted)}" if fitted else "not used by the models"
         pace = "lockstep" if run.pace == "lockstep" else "real time"
         ended = (run.reason or "done") if recording.complete else "INTERRUPTED"
         cycles = f"{run.cycles} × {run.period:g} s" if run.period else "–"

@@ -1,4 +1,4 @@
-"""How the error fell, effect by effect."""
+"""Section with the steps of the selection and the error of each."""
 
 from ident.output.figures import ladder
 from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection, ReportTable
@@ -6,22 +6,22 @@ from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 
 
-def section(material: ReportContents) -> ReportSection | None:
-    """The ladder, the model at its top, and what was not added; None where nobody asked."""
-    found, document = material.diagnosis, material.document
-    if found is None or document is None:
+def section(contents: ReportContents) -> ReportSection | None:
+    """Return the steps, the final model, and the effects not added; None without a diagnosis."""
+    diagnosis, document = contents.diagnosis, contents.document
+    if diagnosis is None or document is None:
         return None
     caption = (
         f"Error of each model on the rows it was fitted to, and on rows held out ({document.held_out}). A bar that "
-        "falls in training only is overfitting. The dashed line is what a right model reaches."
+        "falls in training only is overfitting. The dashed line is the error of a correct model."
     )
     blocks: list[ReportBlock] = [Plot("ladder", ladder.ladder(document), caption)]
-    if found.selection.first_extensions.loss_reductions or found.selection.last_extensions.loss_reductions:
-        promised = "What each effect would explain at first sight; in bold what was added in the end."
-        blocks.append(Plot("candidates", ladder.candidates(found), promised))
-    rejected = tuple((one.effect, one.status, one.why) for one in document.rejected)
+    if diagnosis.selection.first_extensions.loss_reductions or diagnosis.selection.last_extensions.loss_reductions:
+        caption = "Predicted share of the residual that each effect explains; added effects in bold."
+        blocks.append(Plot("candidates", ladder.candidates(diagnosis), caption))
+    rejected = tuple((entry.effect, entry.status, entry.why) for entry in document.rejected)
     blocks.append(
         Fold("Effects that were not added", (ReportTable(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
     )
-    blocks.append(Fold("Parameters of the model at the top", (parameter_values.table(document.rungs[-1].parameters),)))
+    blocks.append(Fold("Parameters of the last model", (parameter_values.table(document.rungs[-1].parameters),)))
     return ReportSection("ladder", "The ladder", tuple(blocks))

@@ -1,4 +1,4 @@
-"""Torque measured against computed."""
+"""Section with measured and computed torque over time."""
 
 from ident.output.figures import theme, torque
 from ident.output.figures.theme import percent
@@ -6,38 +6,38 @@ from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection
 from ident.output.report.contents import ReportContents
 
 BUDGET = 3_000_000
-"""Bytes of the page for these plots: with Plotly and all else, it stays well below 10 MB."""
+"""Size of these plots in the page [bytes]; the whole page stays well below 10 MB."""
 _POINT = 8 * 4 / 3
-"""Bytes of a point: two single precision numbers in base64."""
+"""Size of a point [bytes]: two single precision numbers in base64."""
 
 
-def section(material: ReportContents) -> ReportSection:
-    """Every recording over time; the first one that was held out is open."""
-    opened = len(material.request.recordings) if material.held_out_comparisons else 0
-    points = _points(material)
+def section(contents: ReportContents) -> ReportSection:
+    """Return every recording over time; the first one held out is open."""
+    open_index = len(contents.request.recordings) if contents.held_out_comparisons else 0
+    points = _points(contents)
     blocks: list[ReportBlock] = []
-    for number, (group, place, found) in enumerate(material.predictions):
-        dataset = found.dataset
+    for number, (group, place, prediction) in enumerate(contents.predictions):
+        dataset = prediction.dataset
         caption = (
-            f"Measured and computed torque, and below it what is left, low-pass {dataset.bandwidth:g} Hz. Drag to "
+            f"Measured and computed torque, and below it the residual, low-pass {dataset.bandwidth:g} Hz. Drag to "
             f"zoom (all joints follow), double click for the whole recording. {_detail(len(dataset.time), points)}"
         )
         plot = Plot(f"torque-{number + 1}", torque.over_time(group, place, points), caption)
-        held = ", held out" if group is material.held_out_comparisons else ""
-        blocks.append(Fold(f"{dataset.recording.path.name}{held}", (plot,), open=number == opened))
+        suffix = ", held out" if group is contents.held_out_comparisons else ""
+        blocks.append(Fold(f"{dataset.recording.path.name}{suffix}", (plot,), open=number == open_index))
     return ReportSection("torque", "Torque: measured against model", tuple(blocks))
 
 
-def _points(material: ReportContents) -> int:
-    """Of each trace, so that all of them together keep to the budget."""
-    traces = sum(len(found.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, found in material.predictions)
+def _points(contents: ReportContents) -> int:
+    """Return the number of points per trace at which all traces keep to the budget."""
+    traces = sum(len(prediction.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, prediction in contents.predictions)
     return max(theme.MAX_POINTS, int(BUDGET / _POINT / traces))
 
 
 def _detail(rows: int, points: int) -> str:
     if rows <= points:
-        return "Every sample is there."
+        return "Every sample is drawn."
     return (
-        f"Every sample of the first repetition is there; of the rest {percent(points / rows)}, the extremes, so that "
+        f"Every sample of the first repetition is drawn; of the rest the extremes, {percent(points / rows)}, so that "
         "no peak is lost."
     )

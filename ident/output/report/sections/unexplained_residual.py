@@ -1,4 +1,4 @@
-"""What remains, and what to record next."""
+"""Sections with the unexplained residual and the next recording."""
 
 from collections.abc import Iterator
 
@@ -10,38 +10,38 @@ from ident.output.report.contents import ReportContents
 from recordings.rig import is_default
 
 _CAPTION = (
-    "Noise, what encoder steps leave, and what is structured in all rows (their squares add up), beside the error on "
+    "Noise, effect of encoder steps, and structured residual of all rows (their squares add up), beside the error on "
     "rows held out."
 )
 
 
-def remaining(material: ReportContents) -> ReportSection | None:
-    """What the last model leaves; None where nobody asked."""
-    found, document = material.diagnosis, material.document
-    if found is None or document is None:
+def remaining(contents: ReportContents) -> ReportSection | None:
+    """Return the residual of the last model; None without a diagnosis."""
+    diagnosis, document = contents.diagnosis, contents.document
+    if diagnosis is None or document is None:
         return None
-    left = document.remaining
+    summary = document.remaining
     sentences = (
-        f"{left.why[0].upper()}{left.why[1:]}",
-        f"{percent(left.structured_share)} of the remaining mean square is structured, the rest is noise.",
+        f"{summary.why[0].upper()}{summary.why[1:]}",
+        f"{percent(summary.structured_share)} of the remaining mean square is structured, the rest is noise.",
     )
     blocks: list[ReportBlock] = [
         Text(sentences),
-        Plot("remainder", unexplained_residual.rms_components(found, document), _CAPTION),
-        Plot("left", unexplained_residual.residual_curves(found, document), "What the last model leaves, over what it may depend on."),
+        Plot("remainder", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
+        Plot("left", unexplained_residual.residual_curves(diagnosis, document), "Residual of the last model over the quantities that it may depend on."),
     ]
-    return ReportSection("remains", "What remains", tuple(blocks))
+    return ReportSection("remains", "Unexplained residual", tuple(blocks))
 
 
-def next_recording(material: ReportContents) -> ReportSection | None:
-    """What to record next; None where nobody asked."""
-    document = material.document
+def next_recording(contents: ReportContents) -> ReportSection | None:
+    """Return the next motion to record; None without a diagnosis."""
+    document = contents.document
     if document is None:
         return None
     lines = tuple(_reasons(document))
     blocks: list[ReportBlock] = [Text(lines)]
     if document.next_motion:
-        rig = "" if is_default(material.recordings[0].rig) else " --rig RIG.toml"
+        rig = "" if is_default(contents.recordings[0].rig) else " --rig RIG.toml"
         blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
     return ReportSection("next", "What to record next", tuple(blocks))
 
@@ -50,9 +50,9 @@ def _reasons(document: Document) -> Iterator[str]:
     if document.next_motion:
         yield document.next_motion.why
     else:
-        yield "Nothing is needed to tell the findings from other effects."
-    untested = [one.effect for one in document.rejected if one.status == "not-tested"]
+        yield "No further motion is needed to separate the findings from other effects."
+    untested = [entry.effect for entry in document.rejected if entry.status == "not-tested"]
     if untested:
         yield (
-            f"These motions do not show {', '.join(untested)}; another one may, such as one that ident design finds."
+            f"These motions do not excite {', '.join(untested)}; another motion may, such as one from ident design."
         )

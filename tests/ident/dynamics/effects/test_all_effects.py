@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects import library as library_package
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.library import library, load
 from ident.dynamics.motion import Motion
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import nonlinear_least_squares
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
@@ -33,7 +33,7 @@ def course(make: object) -> PreparedRecording:
 
 
 @pytest.fixture(scope="module")
-def view(course: PreparedRecording, truth: Floats) -> View:
+def view(course: PreparedRecording, truth: Floats) -> EffectInputs:
     return course.as_recorded.effect_inputs(course, truth)
 
 
@@ -50,11 +50,11 @@ def test_the_library_has_all_that_was_agreed() -> None:
 @pytest.mark.parametrize("name", LIBRARY)
 def test_it_explains_itself(name: str) -> None:
     effect = LIBRARY[name]
-    for text in (effect.sentence, effect.looks, effect.causes, effect.remedy, effect.equation):
+    for text in (effect.sentence, effect.symptom, effect.causes, effect.remedy, effect.equation):
         assert text.strip() == text != ""
     assert effect.sentence.endswith(".")
-    assert effect.looks.endswith(".")
-    for quantity in (*Term(name, effect, (0, 1, 2)).own, *effect.shapes):
+    assert effect.symptom.endswith(".")
+    for quantity in (*Term(name, effect, (0, 1, 2)).local_parameters, *effect.shapes):
         assert quantity.meaning
         assert re.search(rf"\b{quantity.name}\b", effect.equation) or name in (
             "base_tilt",
@@ -68,19 +68,21 @@ def test_it_explains_itself(name: str) -> None:
 def test_its_searches_begin_inside_its_physical_ranges(name: str) -> None:
     effect = LIBRARY[name]
     searched = (*(effect.parameters if isinstance(effect, Signal) else ()), *effect.shapes)
-    assert all(quantity.lower < quantity.upper for quantity in (*Term(name, effect, (0,)).own, *effect.shapes))
+    assert all(
+        quantity.lower < quantity.upper for quantity in (*Term(name, effect, (0,)).local_parameters, *effect.shapes)
+    )
     for quantity in searched:
-        assert quantity.starts or effect.suggest
-        assert all(quantity.lower <= start <= quantity.upper for start in quantity.starts)
+        assert quantity.initial_guesses or effect.suggest
+        assert all(quantity.lower <= start <= quantity.upper for start in quantity.initial_guesses)
 
 
 def _shapes(name: str) -> list[dict[str, float]]:
-    found = product(*(shape.starts or (20.0,) for shape in LIBRARY[name].shapes))
+    found = product(*(shape.initial_guesses or (20.0,) for shape in LIBRARY[name].shapes))
     return [dict(zip((shape.name for shape in LIBRARY[name].shapes), values, strict=True)) for values in found]
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
-def test_columns_fit_the_motion_and_are_unknown_where_it_is(name: str, view: View) -> None:
+def test_columns_fit_the_motion_and_are_unknown_where_it_is(name: str, view: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
     for shapes in _shapes(name):
@@ -90,17 +92,17 @@ def test_columns_fit_the_motion_and_are_unknown_where_it_is(name: str, view: Vie
         assert np.isfinite(columns[known]).all()
 
 
-def _motion_with_gap(view: View) -> View:
+def _motion_with_gap(view: EffectInputs) -> EffectInputs:
     motion = Motion(
         *(getattr(view.motion, field).copy() for field in ("position", "velocity", "acceleration", "direction"))
     )
     for field in ("position", "velocity", "acceleration", "direction"):
         getattr(motion, field)[700] = np.nan
-    return View(view.rig, view.rate, view.time, motion, view.rigid_at, view.bandwidth, view.parameters)
+    return EffectInputs(view.rig, view.rate, view.time, motion, view.rigid_at, view.bandwidth, view.parameters)
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
-def test_a_gap_stays_a_gap(name: str, view: View) -> None:
+def test_a_gap_stays_a_gap(name: str, view: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
     columns = effect.columns(_motion_with_gap(view), _shapes(name)[0])
@@ -110,12 +112,16 @@ def test_a_gap_stays_a_gap(name: str, view: View) -> None:
 
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_distortion_of_nothing_is_none(name: str, course: PreparedRecording, truth: Floats) -> None:
-    composition = Composition(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, LIBRARY[name], (0, 1, 2)),))
-    x = np.zeros(len(composition.named))
+    composition = ModelStructure(
+        course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, LIBRARY[name], (0, 1, 2)),)
+    )
+    x = np.zeros(len(composition.parameters))
     x[: len(truth)] = truth
-    x[len(truth) + composition.terms[0].owners * len(composition.terms[0].own) :] = list(_shapes(name)[0].values())
+    x[len(truth) + composition.terms[0].instances * len(composition.terms[0].local_parameters) :] = list(
+        _shapes(name)[0].values()
+    )
     evaluator = TorquePredictor(course)
-    bare = Composition(course.as_recorded.mechanism, course.as_recorded.rig)
+    bare = ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig)
     computed, expected = evaluator.torque(composition, x), evaluator.torque(bare, truth)
     known = np.isfinite(computed)
     np.testing.assert_allclose(computed[known], expected[known], atol=1e-6)
@@ -126,20 +132,20 @@ def test_what_was_planted_is_found(name: str, course: PreparedRecording, truth: 
     """The engine's own columns plus the mechanism give back the parameters from which they were made."""
     effect = LIBRARY[name]
     joints = (0, 1, 2) if effect.whole_robot else (1,)
-    composition = Composition(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, effect, joints),))
-    x = np.zeros(len(composition.named))
+    composition = ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, effect, joints),))
+    x = np.zeros(len(composition.parameters))
     x[: len(truth)] = truth
     shapes = _shapes(name)[len(_shapes(name)) // 2]
-    own = [_planted(quantity.lower, quantity.starts) for quantity in composition.terms[0].own]
+    own = [_planted(quantity.lower, quantity.initial_guesses) for quantity in composition.terms[0].local_parameters]
     x[len(truth) :] = [*own, *shapes.values()]
     evaluator = TorquePredictor(course)
     made = evaluator.torque(composition, x)
     object.__setattr__(course.dataset, "torque", np.where(course.usable, made, np.nan))
     start = x.copy()
-    start[len(truth) :] *= np.where([entry.free for entry in composition.named[len(truth) :]], 1.15, 1.0)
+    start[len(truth) :] *= np.where([entry.free for entry in composition.parameters[len(truth) :]], 1.15, 1.0)
     found = nonlinear_least_squares([evaluator], composition, start, [np.where(course.usable, 1.0, 0.0)])
     left = found.residuals[0][np.isfinite(found.residuals[0])]
-    size = made - evaluator.torque(Composition(course.as_recorded.mechanism, course.as_recorded.rig), truth)
+    size = made - evaluator.torque(ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig), truth)
     assert np.sqrt(np.mean(left**2)) < 0.03 * np.sqrt(np.nanmean(size**2))
 
 

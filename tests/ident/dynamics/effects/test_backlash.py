@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.dynamics.effects.library import load
-from ident.dynamics.flexible_joints import arms
+from ident.dynamics.flexible_joints import flexible_joints
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
@@ -26,7 +26,7 @@ class View:
         self.motion = Motion(position, velocity, -0.25 * omega**2 * np.sin(angle), np.sign(velocity))
 
     def arms(self, share: float) -> Any:
-        return arms(simulated_rig(), LIGHT, share, RATE)
+        return flexible_joints(simulated_rig(), LIGHT, share, RATE)
 
     def motor_inertia(self, share: float) -> Floats:
         return share * np.array([LIGHT[f"I_{joint}"] for joint in (1, 2, 3)])

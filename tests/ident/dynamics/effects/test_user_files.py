@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.data.prepared_recording import prepare
-from ident.dynamics.effect_inputs import View
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.user_files import from_file
 from recordings.errors import BadInput
@@ -28,7 +28,7 @@ effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it
 
 
 @pytest.fixture(scope="module")
-def view(make: object, truth: Floats) -> View:
+def view(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=250.0)  # type: ignore[operator]
     course = prepare(recording, "parallel", 30.0)
     return course.as_recorded.effect_inputs(course, truth)
@@ -48,7 +48,7 @@ def view(make: object, truth: Floats) -> View:
         ("raise ValueError('two' + chr(10) + 'lines')", "ValueError two lines; mend"),
     ],
 )
-def test_a_function_that_fails_is_named(tmp_path: Path, view: View, body: str, expected: str) -> None:
+def test_a_function_that_fails_is_named(tmp_path: Path, view: EffectInputs, body: str, expected: str) -> None:
     path = tmp_path / "mine.py"
     path.write_text(HEAD + ADDITIVE.format(body=body))
     effect = from_file(path)
@@ -59,7 +59,7 @@ def test_a_function_that_fails_is_named(tmp_path: Path, view: View, body: str, e
     np.testing.assert_array_equal(view.motion.velocity, before)
 
 
-def test_what_is_right_passes(tmp_path: Path, view: View) -> None:
+def test_what_is_right_passes(tmp_path: Path, view: EffectInputs) -> None:
     path = tmp_path / "mine.py"
     path.write_text(HEAD + ADDITIVE.format(body="return view.motion.position[..., None] ** 3"))
     effect = from_file(path)
@@ -67,7 +67,7 @@ def test_what_is_right_passes(tmp_path: Path, view: View) -> None:
     np.testing.assert_array_equal(effect.columns(view, {})[..., 0], view.motion.position**3)
 
 
-def test_a_report_keeps_its_shape(tmp_path: Path, view: View) -> None:
+def test_a_report_keeps_its_shape(tmp_path: Path, view: EffectInputs) -> None:
     path = tmp_path / "mine.py"
     path.write_text(
         HEAD

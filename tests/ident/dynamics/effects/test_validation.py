@@ -8,12 +8,12 @@ import pytest
 
 from ident.dynamics.effects.base import Quantity
 from ident.dynamics.effects.library import library, names
-from ident.dynamics.effects.validation import wrong
+from ident.dynamics.effects.validation import validation_error
 
 
 @pytest.mark.parametrize("name", names())
 def test_nothing_is_wrong_with_the_effects_of_the_library(name: str) -> None:
-    assert wrong(library()[name]) is None
+    assert validation_error(library()[name]) is None
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def test_nothing_is_wrong_with_the_effects_of_the_library(name: str) -> None:
 def test_what_is_wrong_with_an_effect_is_said(changed: dict[str, Any], message: str) -> None:
     effect = library()["stribeck"]
     shape = replace(effect.shapes[0], starts=())
-    assert_says(wrong(replace(effect, shapes=(shape,), **changed)), message)
+    assert_says(validation_error(replace(effect, shapes=(shape,), **changed)), message)
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def test_what_is_wrong_with_an_effect_is_said(changed: dict[str, Any], message: 
 )
 def test_what_is_wrong_with_a_quantity_is_said(changed: dict[str, Any], message: str) -> None:
     own = Quantity(**({"name": "a", "unit": "1", "meaning": "something"} | changed))
-    assert_says(wrong(replace(library()["stribeck"], coefficients=(own,))), message)
+    assert_says(validation_error(replace(library()["stribeck"], coefficients=(own,))), message)
 
 
 def assert_says(found: str | None, message: str) -> None:

@@ -3,9 +3,9 @@
 import numpy as np
 
 from ident.dynamics import mechanisms
-from ident.dynamics.effects.base import NEVER
+from ident.dynamics.effects.base import INFINITE_TIME
 from ident.dynamics.effects.library import load
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.linearized_model import LinearizedModel
 from ident.output.console.fit import shape_parameter_lines
 from recordings.rig import simulated_rig
@@ -14,9 +14,9 @@ from recordings.rig import simulated_rig
 def test_what_was_searched_for_is_said_and_an_instant_that_does_not_come_is_never() -> None:
     rig = simulated_rig()
     term = Term("payload_change", load("payload_change"), (0, 1, 2))
-    composition = Composition(mechanisms.create(rig), rig, (term,))
-    x = np.concatenate([np.ones(12), [7.25, NEVER, 0.05]])
+    composition = ModelStructure(mechanisms.create(rig), rig, (term,))
+    x = np.concatenate([np.ones(12), [7.25, INFINITE_TIME, 0.05]])
     (line,) = shape_parameter_lines(LinearizedModel(composition, x))
     assert line.endswith("payload_change.t_c = 7.25 s, payload_change.t_e never, payload_change.t_r = 0.05 s.")
-    bare = Composition(mechanisms.create(rig), rig)
+    bare = ModelStructure(mechanisms.create(rig), rig)
     assert not [*shape_parameter_lines(LinearizedModel(bare, np.ones(11)))]

@@ -44,7 +44,7 @@ def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], 
     assert {axis.matches for axis in figure.select_xaxes()} <= {None, "x6"}
     assert "time [s]" in axis_titles(figure, "x")
     assert all("[N m]" in title for title in axis_titles(figure, "y"))
-    residuals = [trace for trace in figure.data if trace.name.endswith("left")]
+    residuals = [trace for trace in figure.data if trace.name.endswith("residual")]
     assert len(residuals) == 3 * len(models)
     rms = np.sqrt(np.nanmean(np.asarray(residuals[0].y, np.float64) ** 2))
     assert rms == pytest.approx(comparison.joints[0].summary.rms, rel=1e-3)
