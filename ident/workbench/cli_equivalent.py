@@ -2,7 +2,7 @@
 
 import shlex
 
-from ident.workbench.views import SwarmRequest, LadderView
+from ident.workbench.views import LadderView, SwarmRequest
 
 
 def shell_script(ladder: LadderView, model: str) -> str:
@@ -47,16 +47,16 @@ def _model_command(ladder: LadderView, recordings: list[str]) -> list[str]:
     `ident diagnose` always includes the mandatory effects. A model without one of them, or without added effects, is
     therefore made by `ident fit`.
     """
-    present = ladder.steps[-1].terms
-    names = [name for name, _ in present]
-    true = {name for rung in ladder.steps for name, _ in rung.terms if name in ladder.mandatory}
-    added = [name for name in names if name not in true]
+    terms = ladder.steps[-1].terms
+    names = [name for name, _ in terms]
+    mandatory = {name for step in ladder.steps for name, _ in step.terms if name in ladder.mandatory}
+    added = [name for name in names if name not in mandatory]
     if ladder.diagnosed:
         return ["diagnose", *recordings, "--apply"]
-    if added and true <= set(names):
-        return ["diagnose", *recordings, *(part for name in added for part in ("--only", name)), "--apply"]
-    effects = [part for one in effect_options(ladder) for part in ("--with", one)]
-    return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *effects]
+    if added and mandatory <= set(names):
+        return ["diagnose", *recordings, *(word for name in added for word in ("--only", name)), "--apply"]
+    options = [word for effect in effect_options(ladder) for word in ("--with", effect)]
+    return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *options]
 
 
 def _effect_option(name: str, joints: tuple[int, ...], dof: int) -> str:

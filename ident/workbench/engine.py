@@ -1,8 +1,8 @@
-"""Manual stepwise selection: fit the base model, rate the candidates, add and remove effects. Runs in the worker process.
+"""Manual stepwise selection in the worker process: fit the base model, rate candidates, add and remove effects.
 
 Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process that
-has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of `ident diagnose`
-(`ident.diagnosis.stepwise_selection`), one step at a time.
+has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
+`ident diagnose` (`ident.diagnosis.stepwise_selection`), one step at a time.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -14,7 +14,7 @@ import numpy as np
 
 from ident.data.samples import holds_torque
 from ident.diagnosis import answer
-from ident.diagnosis.diagnosis import DiagnosisOptions, DiagnosisInputs, diagnose, prepare_inputs
+from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.steps import SelectionStep
@@ -26,10 +26,10 @@ from ident.output.figures.finding import before_after
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
 from ident.workbench.preview import candidate_previews
-from ident.workbench.recording_view import PREVIEW_BYTES, recording_views, mismatch
+from ident.workbench.recording_view import PREVIEW_BYTES, mismatch, recording_views
 from ident.workbench.residual_task import residual_view, residual_view_of_excerpts
-from ident.workbench.selection_state import SelectionState, LabelledStep
-from ident.workbench.views import ModelSpec, LadderSpec
+from ident.workbench.selection_state import LabelledStep, SelectionState
+from ident.workbench.views import LadderSpec, ModelSpec
 from recordings.errors import BadInput
 from recordings.reader import read
 
@@ -55,7 +55,7 @@ class Engine:
         self,
         progress: StatusCallback,
         effect_files: Sequence[Path] = (),
-        on_swarm_progress: Callable[[views.SwarmProgress], None] = lambda descent: None,
+        on_swarm_progress: Callable[[views.SwarmProgress], None] = lambda progress: None,
     ) -> None:
         """`on_swarm_progress`: called while the swarm searches."""
         self._progress, self._on_swarm_progress = progress, on_swarm_progress
@@ -74,8 +74,8 @@ class Engine:
 
     def fit(self, train: Path, validate: Path | None) -> Iterator[View]:
         """Fit the base model with the mandatory effects."""
-        self._selection = climb = self._start(train, validate)
-        yield from self._views(climb)
+        self._selection = selection = self._start(train, validate)
+        yield from self._views(selection)
 
     def show(self, base: LadderSpec) -> Iterator[View]:
         """Yield the views of the ladder `base`."""
@@ -83,43 +83,45 @@ class Engine:
 
     def add(self, base: LadderSpec, name: str) -> Iterator[View]:
         """Add an effect and refit all parameters."""
-        climb = self._selection_at(base)
+        selection = self._selection_at(base)
         if not self._candidates:  # a new process has no candidates yet
-            self._candidate_list(climb)
+            self._candidate_list(selection)
         if name not in self._candidates:
             raise BadInput(
                 f"an effect that this motion excites, with an admissible sign, expected, '{name}' found; "
                 "choose another card"
             )
         self._progress(f"fitting everything with {name}")
-        climb.push(f"+ {name}", name, climb.selector.search.add(climb.state, self._candidates[name]))
-        yield from self._views(climb)
+        selection.push(f"+ {name}", name, selection.selector.search.add(selection.model, self._candidates[name]))
+        yield from self._views(selection)
 
     def remove(self, base: LadderSpec, index: int) -> Iterator[View]:
         """Remove effect `index` (from 0) of the current model and refit; the result is appended as a new step."""
-        climb = self._selection_at(base)
-        if not 0 <= index < len(climb.state.terms):
+        selection = self._selection_at(base)
+        if not 0 <= index < len(selection.model.terms):
             raise BadInput(f"an effect of the model expected, number {index + 1} found; reload the page")
-        name = climb.state.terms[index].name
+        name = selection.model.terms[index].name
         self._progress(f"fitting everything without {name}")
-        climb.push(f"− {name}", None, climb.selector.without_effect(climb.state, index))
-        yield from self._views(climb)
+        selection.push(f"− {name}", None, selection.selector.without_effect(selection.model, index))
+        yield from self._views(selection)
 
     def diagnose(self, base: LadderSpec) -> Iterator[View]:
         """Run `ident diagnose`; its steps become the current ladder."""
-        climb = self._selection_at(base)
-        train, validate = climb.files
-        found = diagnose([train], _as_list(validate), self._library, DiagnosisOptions(), self._progress)
+        selection = self._selection_at(base)
+        train, validate = selection.files
+        diagnosis = diagnose([train], _as_list(validate), self._library, DiagnosisOptions(), self._progress)
         self._progress("writing the diagnosis")
-        named = {one.term.name: one for one in reversed(found.selection.findings)}
-        drawn = {name: plots.to_dict(before_after(found, one)) for name, one in named.items()}
-        yield views.DiagnosisView(answer.to_document(found).as_json(), drawn)
-        climb.question = DiagnosisInputs(found.split, climb.question.observable, found.unobservable, found.excerpt_share)
-        climb.selector = Selector(found.split, climb.question.observable, self._progress)
-        climb.known_steps.clear()
-        climb.set_steps(*_labelled_steps(found.selection.steps))
-        climb.diagnosed = climb.state
-        yield from self._views(climb)
+        findings = {finding.term.name: finding for finding in reversed(diagnosis.selection.findings)}
+        figures = {name: plots.to_dict(before_after(diagnosis, finding)) for name, finding in findings.items()}
+        yield views.DiagnosisView(answer.to_document(diagnosis).as_json(), figures)
+        selection.inputs = DiagnosisInputs(
+            diagnosis.split, selection.inputs.observable, diagnosis.unobservable, diagnosis.excerpt_share
+        )
+        selection.selector = Selector(diagnosis.split, selection.inputs.observable, self._progress)
+        selection.known_steps.clear()
+        selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
+        selection.diagnosed = selection.model
+        yield from self._views(selection)
 
     def swarm(self, train: Path, validate: Path | None, request: views.SwarmRequest) -> Iterator[View]:
         """Fit the parameters by the paper's particle swarm, as `ident fit` does."""
@@ -128,40 +130,42 @@ class Engine:
 
     def _selection_at(self, base: LadderSpec) -> SelectionState:
         """Return the selection state at the ladder `base`."""
-        climb = self._selection
-        if climb is None or climb.files != (base.train, base.validate):
-            climb = self._start(base.train, base.validate)
-        if climb.specs != base.steps:
+        selection = self._selection
+        if selection is None or selection.files != (base.train, base.validate):
+            selection = self._start(base.train, base.validate)
+        if selection.specs != base.steps:
             self._candidates = {}
-            climb.set_steps(*self._rebuild(climb, base.steps))
-        self._selection = climb
-        return climb
+            selection.set_steps(*self._rebuild(selection, base.steps))
+        self._selection = selection
+        return selection
 
     def _start(self, train: Path, validate: Path | None) -> SelectionState:
         self._progress("reading and preparing the recordings")
-        asked = prepare_inputs([train], _as_list(validate), self._library, DiagnosisOptions())
-        climber = Selector(asked.split, asked.observable, self._progress)
+        inputs = prepare_inputs([train], _as_list(validate), self._library, DiagnosisOptions())
+        selector = Selector(inputs.split, inputs.observable, self._progress)
         self._progress("fitting the base model")
-        state, rungs = climber.start(*asked.initial_model(self._library))
-        climb = SelectionState((train, validate), asked, climber)
-        climb.set_steps(*_labelled_steps(rungs))
-        if climb.state is not state:  # mandatory effects are in the model whether or not they improve it
-            name = state.terms[-1].name
-            climb.push(f"+ {name}", name, state)
+        model, steps = selector.start(*inputs.initial_model(self._library))
+        selection = SelectionState((train, validate), inputs, selector)
+        selection.set_steps(*_labelled_steps(steps))
+        if selection.model is not model:  # mandatory effects are in the model whether or not they improve it
+            name = model.terms[-1].name
+            selection.push(f"+ {name}", name, model)
         self._candidates = {}
-        return climb
+        return selection
 
     def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
         """Yield the steps of a ladder from their `specs`; solve only the unknown ones."""
-        bare = replace(selection.state.solution.structure, terms=())
+        base_structure = replace(selection.model.solution.structure, terms=())
         before: LabelledStep | None = None
         for number, (label, terms, x) in enumerate(specs, start=1):
             step = selection.known_steps.get(specs[:number])
             if step is None:
-                composition = replace(bare, terms=tuple(self._term(*term) for term in terms))
-                state = selection.selector.search.fit(composition, np.array(x))
-                gain = selection.selector.improvement(before.step.model, state) if before else None
-                step = LabelledStep(label, SelectionStep(terms[-1][0] if label.startswith("+") else None, state, gain))
+                structure = replace(base_structure, terms=tuple(self._term(*term) for term in terms))
+                model = selection.selector.search.fit(structure, np.array(x))
+                improvement = selection.selector.improvement(before.step.model, model) if before else None
+                step = LabelledStep(
+                    label, SelectionStep(terms[-1][0] if label.startswith("+") else None, model, improvement)
+                )
             yield step
             before = step
 
@@ -175,12 +179,14 @@ class Engine:
         self._progress("rating every effect of the library")
         yield self._candidate_list(selection)
         self._progress("drawing the candidate previews")
-        yield candidate_previews(selection.question.split, selection.state, self._candidates, selection.selector.noise_floor(selection.state))
+        yield candidate_previews(
+            selection.inputs.split, selection.model, self._candidates, selection.selector.noise_floor(selection.model)
+        )
         self._progress("analysing the residual")
-        if selection.question.excerpt_share is None:
+        if selection.inputs.excerpt_share is None:
             yield self._residual_view(selection)
         else:
-            yield residual_view_of_excerpts(selection.question.split, selection.state)
+            yield residual_view_of_excerpts(selection.inputs.split, selection.model)
 
     def fit_whole_recording(self, base: LadderSpec, bandwidth: float) -> Iterator[View]:
         """Fit the last model of `base` to entire long recordings at its `bandwidth` [Hz].
@@ -189,55 +195,58 @@ class Engine:
         """
         self._progress("fitting to the whole recording")
         rig, (_, terms, x) = read(base.train, PREVIEW_BYTES).rig, base.steps[-1]
-        composition = ModelStructure(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
-        yield residual_view((base.train, base.validate), (composition, np.array(x)), bandwidth, self._library)
+        structure = ModelStructure(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
+        yield residual_view((base.train, base.validate), (structure, np.array(x)), bandwidth, self._library)
 
     def _residual_view(self, selection: SelectionState) -> views.ResidualView:
-        solution = selection.state.solution
-        bandwidth = selection.question.split.datasets[0].bandwidth
+        solution = selection.model.solution
+        bandwidth = selection.inputs.split.datasets[0].bandwidth
         return residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
 
     def _ladder_view(self, selection: SelectionState) -> views.LadderView:
-        material, (train, validate) = selection.question.split, selection.files
-        recording = material.datasets[0].recording
+        split, (train, validate) = selection.inputs.split, selection.files
+        recording = split.datasets[0].recording
         return views.LadderView(
             train=train.name,
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),
-            noise_rms=tuple(selection.selector.noise_floor(selection.state).rms.tolist()),
-            torque_rms=tuple(material.torque_rms.tolist()),
+            noise_rms=tuple(selection.selector.noise_floor(selection.model).rms.tolist()),
+            torque_rms=tuple(split.torque_rms.tolist()),
             joints=recording.rig.joint_names,
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
-            simulated=any(data.recording.run.simulated for data in material.datasets),
-            bandwidth=material.datasets[0].bandwidth,
-            held_out=answer.describe_test_data(material),
-            excerpt=selection.question.excerpt_share,
+            simulated=any(data.recording.run.simulated for data in split.datasets),
+            bandwidth=split.datasets[0].bandwidth,
+            held_out=answer.describe_test_data(split),
+            excerpt=selection.inputs.excerpt_share,
             mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
-            diagnosed=selection.state is selection.diagnosed,
+            diagnosed=selection.model is selection.diagnosed,
         )
 
     def _step_view(self, selection: SelectionState, step: LabelledStep) -> views.StepView:
         if step not in self._step_views:
-            gain, (label, terms, x) = step.step.improvement, step.spec
+            improvement, (label, terms, x) = step.step.improvement, step.spec
             self._step_views[step] = views.StepView(
                 label=label,
-                entry=answer.step_entry(selection.question.split, step.step),
+                entry=answer.step_entry(selection.inputs.split, step.step),
                 terms=terms,
                 x=x,
-                improvement=gain.share if gain else None,
-                improvement_ci95=gain.interval if gain else None,
+                improvement=improvement.share if improvement else None,
+                improvement_ci95=improvement.interval if improvement else None,
             )
         return self._step_views[step]
 
     def _candidate_list(self, selection: SelectionState) -> views.CandidateList:
-        candidates, unseen, gains = selection.selector.search.screen(selection.state)
+        candidates, not_excited, improvements = selection.selector.search.screen(selection.model)
         self._candidates = {}
-        for one in candidates:
-            self._candidates.setdefault(one.term.name, one)  # of several spectral lines the best
-        shown = [views.CandidateCard(name, _joints(one.term), gains[name]) for name, one in self._candidates.items()]
-        return views.CandidateList(tuple(shown), tuple(unseen), dict(selection.question.unobservable))
+        for candidate in candidates:
+            self._candidates.setdefault(candidate.term.name, candidate)  # of several spectral lines the best
+        cards = [
+            views.CandidateCard(name, _joints(candidate.term), improvements[name])
+            for name, candidate in self._candidates.items()
+        ]
+        return views.CandidateList(tuple(cards), tuple(not_excited), dict(selection.inputs.unobservable))
 
 
 def _as_list(path: Path | None) -> list[Path]:
@@ -245,8 +254,8 @@ def _as_list(path: Path | None) -> list[Path]:
 
 
 def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:
-    names = labels([[term.name for term in rung.model.terms] for rung in steps])
-    return tuple(LabelledStep(name, rung) for name, rung in zip(names, steps, strict=True))
+    names = labels([[term.name for term in step.model.terms] for step in steps])
+    return tuple(LabelledStep(name, step) for name, step in zip(names, steps, strict=True))
 
 
 def _joints(term: Term) -> tuple[int, ...]:
@@ -254,11 +263,11 @@ def _joints(term: Term) -> tuple[int, ...]:
 
 
 def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
-    material, residuals = selection.question.split, selection.state.residuals
+    split, residuals = selection.inputs.split, selection.model.residuals
     return tuple(
         views.TorqueSeries(
             name=data.recording.path.name,
-            held_out=bool(held.any()) and not seen.any(),
+            held_out=bool(test.any()) and not train.any(),
             time=data.time,
             measured=data.torque,
             computed=data.torque - residual,
@@ -266,7 +275,7 @@ def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
             position=data.motion.position,
             phase=phases.phases(data),
             cycle=data.repeat + 1,
-            scored=seen | held,
+            scored=train | test,
         )
-        for data, residual, seen, held in zip(material.datasets, residuals, material.train, material.test, strict=True)
+        for data, residual, train, test in zip(split.datasets, residuals, split.train, split.test, strict=True)
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ident.output.figures import theme
 from ident.output.figures.ladder import rms_bars
 from ident.workbench.branches import Branch
-from ident.workbench.views import SwarmProgress, LadderView, RecordingView, TorqueSeries
+from ident.workbench.views import LadderView, RecordingView, SwarmProgress, TorqueSeries
 from recordings.recording import Floats
 
 Figure = dict[str, Any]
@@ -31,8 +31,8 @@ _MAX_LIVE_CYCLES = 600
 
 def to_dict(figure: go.Figure) -> Figure:
     """Return `figure` as a dictionary that can be sent between processes."""
-    found: Figure = json.loads(figure.to_json())
-    return found
+    plain: Figure = json.loads(figure.to_json())
+    return plain
 
 
 def with_theme(figure: Figure, dark: bool) -> Figure:
@@ -70,18 +70,20 @@ def signal(view: RecordingView, name: str, span: Span) -> Figure:
     return to_dict(figure)
 
 
-def torque_comparison(series: TorqueSeries, joint: int, unit: str, noise: float, span: Span, selecting: bool) -> Figure:
+def torque_comparison(
+    series: TorqueSeries, joint: int, unit: str, noise: float, span: Span, selecting: bool
+) -> Figure:
     """Plot measured and computed torque of a joint, and the residual below."""
     figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
-    colour, time, left = theme.joint_colour(joint), series.time, series.residual[:, joint]
+    colour, time, residual = theme.joint_colour(joint), series.time, series.residual[:, joint]
     thick, thin = {"color": theme.MEASURED, "width": 3.5}, {"color": colour, "width": 1.5}
     figure.add_trace(line(time, series.measured[:, joint], span, name="measured", line=thick), row=1, col=1)
     figure.add_trace(line(time, series.computed[:, joint], span, name="model", line=thin), row=1, col=1)
     theme.noise_band(figure, noise, 2, 1, True)
     # Plotly selects markers only, so the line gets nearly invisible ones.
     style = {"mode": "lines+markers", "marker": {"size": 2, "opacity": 0.01, "color": colour}, "showlegend": False}
-    residual = line(time, left, span, name="residual", line={"color": colour, "width": 1.1}, **style)
-    figure.add_trace(residual, row=2, col=1)
+    residual_line = line(time, residual, span, name="residual", line={"color": colour, "width": 1.1}, **style)
+    figure.add_trace(residual_line, row=2, col=1)
     figure.update_yaxes(title_text=theme.effort_label(unit), row=1, col=1)
     figure.update_yaxes(title_text=f"residual [{unit}]", row=2, col=1)
     figure.update_xaxes(range=list(span))
@@ -150,6 +152,6 @@ def live(rows: Sequence[dict[str, Any]], lateness: Sequence[tuple[float, float]]
 
 def _values(row: dict[str, Any], kind: str) -> list[float | None]:
     if kind != "following error":
-        found: list[float | None] = row[kind]
-        return found
+        values: list[float | None] = row[kind]
+        return values
     return [None if value is None else 1e3 * value for value in row["following_error"]]

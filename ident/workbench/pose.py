@@ -37,7 +37,10 @@ class PoseSequence:
     def colour(self, i: int, limb: int) -> str:
         """Return the colour of `limb` (from 0) at the instant `i`."""
         share = float(self.residual_share[i, limb])
-        return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in zip(_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR, strict=True))
+        return "#" + "".join(
+            f"{round(a + share * (b - a)):02x}"
+            for a, b in zip(_SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR, strict=True)
+        )
 
     @staticmethod
     def cylinder_rotation(start: Floats, end: Floats) -> list[list[float]]:

@@ -14,12 +14,14 @@ from ident.workbench import plots
 from ident.workbench.views import CandidatePreviews
 
 
-def candidate_previews(material: SplitData, state: FittedModel, candidates: Mapping[str, Candidate], floor: NoiseFloor) -> CandidatePreviews:
-    """Compute the previews of all `candidates` for the model `state`."""
-    remover = EffectContribution(material, state.solution)
-    removed, figures = {}, {}
-    for name, one in candidates.items():
-        taken = remover.compute(one)
-        removed[name] = tuple(part.astype(np.float32) for part in taken)
-        figures[name] = plots.to_dict(effect_contribution(material, state, one.term, taken, floor.rms))
-    return CandidatePreviews(removed, figures)
+def candidate_previews(
+    split: SplitData, model: FittedModel, candidates: Mapping[str, Candidate], floor: NoiseFloor
+) -> CandidatePreviews:
+    """Compute the previews of all `candidates` for `model`."""
+    estimator = EffectContribution(split, model.solution)
+    contributions, figures = {}, {}
+    for name, candidate in candidates.items():
+        torques = estimator.compute(candidate)
+        contributions[name] = tuple(torque.astype(np.float32) for torque in torques)
+        figures[name] = plots.to_dict(effect_contribution(split, model, candidate.term, torques, floor.rms))
+    return CandidatePreviews(contributions, figures)

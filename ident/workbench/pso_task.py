@@ -8,7 +8,7 @@ from ident.estimation import estimators
 from ident.identification import identify
 from ident.residuals.phases import failures
 from ident.workbench.cli_equivalent import swarm_command
-from ident.workbench.views import SwarmRequest, SwarmProgress, SwarmResult
+from ident.workbench.views import SwarmProgress, SwarmRequest, SwarmResult
 
 METHOD = "pso"
 _INTERVAL = 0.1
@@ -28,13 +28,13 @@ def run_swarm(
         BadInput: a recording cannot be used, or the recordings come from different rigs.
     """
     settings = estimators.settings(METHOD, {})
-    choices = identify.Choices(
+    options = identify.Choices(
         METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, tuple(effect_files)
     )
-    watch = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
-    result = identify.identify([train], validate, choices, watch)
+    log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
+    result = identify.identify([train], validate, options, log)
     command = swarm_command(request, train.name, validate.name if validate else None)
-    return SwarmResult(result.model, watch.progress, failures(result), command)
+    return SwarmResult(result.model, log.progress, failures(result), command)
 
 
 class _ConvergenceLog:

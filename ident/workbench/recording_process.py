@@ -58,8 +58,9 @@ class RecordingProcess:
         on_change: Callable[[], None],
         is_attended: Callable[[], bool] = lambda: True,
     ) -> None:
-        """`on_status`: called on every status line; `on_change`: called when a run begins and ends; `is_attended`: whether
-        a browser shows the page with its stop button.
+        """`on_status`: called on every status line; `on_change`: called when a run begins and ends.
+
+        `is_attended`: whether a browser shows the page with its stop button.
         """
         self._root, self._on_status, self._on_change, self._is_attended = root, on_status, on_change, is_attended
         self._process: subprocess.Popen[str] | None = None

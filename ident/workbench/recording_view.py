@@ -71,11 +71,11 @@ def _quality(recording: Recording) -> Iterator[tuple[str, str]]:
     yield "Drives", "simulated: no real robot moved" if run.simulated else "real"
     yield "Motion", f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory
     yield "Length", f"{time[-1] - time[0]:.2f} s, {len(time)} samples at {run.rate:g} Hz"
-    lost = recording.gaps
-    yield "Lost samples", ", ".join(f"joint {j}: {n}" for j, n in enumerate(lost, 1)) if lost.any() else "none"
-    late = recording.lateness[np.isfinite(recording.lateness)]
-    if len(late):
-        yield "Lateness", f"median {1e3 * np.median(late):.2f} ms, worst {1e3 * late.max():.2f} ms"
+    gaps = recording.gaps
+    yield "Lost samples", ", ".join(f"joint {j}: {n}" for j, n in enumerate(gaps, 1)) if gaps.any() else "none"
+    lateness = recording.lateness[np.isfinite(recording.lateness)]
+    if len(lateness):
+        yield "Lateness", f"median {1e3 * np.median(lateness):.2f} ms, worst {1e3 * lateness.max():.2f} ms"
     error = recording.command - recording.position
     if np.isfinite(error).any():
         yield "Following error", f"worst {1e3 * np.nanmax(np.abs(error)):.2f} m{recording.rig.position_units[0]}"
@@ -92,6 +92,6 @@ def _warnings(recording: Recording) -> Iterator[str]:
         yield f"The run did not end as planned: {recording.run.reason}"
     if recording.gaps.any():
         yield f"{int(recording.gaps.sum())} samples were lost; they are excluded, not interpolated."
-    found = [event for event in recording.events if event.level in _WARNING_LEVELS]
-    if found:
-        yield f"{len(found)} warnings and errors occurred while recording; see the events."
+    problems = [event for event in recording.events if event.level in _WARNING_LEVELS]
+    if problems:
+        yield f"{len(problems)} warnings and errors occurred while recording; see the events."

@@ -25,24 +25,24 @@ def residual_view(
     bandwidth: float,
     library: Mapping[str, Effect],
 ) -> ResidualView:
-    """Fit the model to the training recording, as `ident diagnose --apply` does; analyse it on the validation recording."""
+    """Fit the model to the training recording, as `ident diagnose --apply` does, and analyse it on the other one."""
     train, validate = files
-    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
-    model = identify.identify([train], validate, choices, lambda *_: None, solution).model
+    options = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
+    model = identify.identify([train], validate, options, lambda *_: None, solution).model
     return _view(model, analysis.compare(model, prediction.predict(model, [validate or train], library)))
 
 
-def residual_view_of_excerpts(material: SplitData, state: FittedModel) -> ResidualView:
+def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
     """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
-    chosen = [i for i, held in enumerate(material.test) if held.any() or not material.other_motion]
-    predictions = [Prediction(material.datasets[i], material.datasets[i].torque - state.residuals[i]) for i in chosen]
+    indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
+    predictions = [Prediction(split.datasets[i], split.datasets[i].torque - model.residuals[i]) for i in indices]
     return _view(None, analysis.compare(None, predictions))
 
 
 def _view(model: Model | None, analysed: Comparison) -> ResidualView:
     return ResidualView(
         model=model,
-        recordings=tuple(dict.fromkeys(one.dataset.recording.path.name for one in analysed.predictions)),
+        recordings=tuple(dict.fromkeys(item.dataset.recording.path.name for item in analysed.predictions)),
         unit=analysed.joints[0].unit,
         sentences=analysed.sentences,
         windows=analysed.windows,
@@ -52,11 +52,11 @@ def _view(model: Model | None, analysed: Comparison) -> ResidualView:
 
 def _figures(analysed: Comparison) -> dict[str, plots.Figure]:
     models = {"model": analysed}
-    drawn = {
+    figures = {
         "Residual by motion phase": residuals.phases(models),
         "Residual over the quantities that it depends on": residuals.curves(models),
         "Residual by frequency": spectrum.densities(models),
     }
     if analysed.windows:
-        drawn["Worst intervals in detail"] = torque.worst_windows(analysed)
-    return {title: plots.to_dict(figure) for title, figure in drawn.items()}
+        figures["Worst intervals in detail"] = torque.worst_windows(analysed)
+    return {title: plots.to_dict(figure) for title, figure in figures.items()}

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.workbench.views import TorqueSeries, Float32s
+from ident.workbench.views import Float32s, TorqueSeries
 from recordings.recording import Bools, Floats
 
 _MIN_ROWS = 5
@@ -19,19 +19,19 @@ def describe_span(
     series: TorqueSeries, joint: int, start: float, end: float, unit: str = "N m", angle: str = "rad"
 ) -> tuple[str, ...]:
     """Describe `joint` (from 0) between `start` and `end` [s]; `unit` of effort, `angle` of position."""
-    left = series.residual[:, joint]
-    known = np.isfinite(left)
-    inside = (series.time >= start) & (series.time <= end) & known
-    if inside.sum() < _MIN_ROWS or not (known & ~inside).any():
+    residual = series.residual[:, joint]
+    valid = np.isfinite(residual)
+    inside = (series.time >= start) & (series.time <= end) & valid
+    if inside.sum() < _MIN_ROWS or not (valid & ~inside).any():
         return ("The selection is too short, or covers everything; select a part of the residual.",)
-    here, rest = _rms(left[inside]), _rms(left[known & ~inside])
-    where = f"{start:.2f} to {end:.2f} s, joint {joint + 1}"
+    rms_inside, rms_outside = _rms(residual[inside]), _rms(residual[valid & ~inside])
+    span = f"{start:.2f} to {end:.2f} s, joint {joint + 1}"
     sentences = [
-        f"{where}: residual {here:.3g} {unit} RMS, {here / rest:.1f} times the residual elsewhere; "
-        f"mean {float(left[inside].mean()):+.3g} {unit}."
+        f"{span}: residual {rms_inside:.3g} {unit} RMS, {rms_inside / rms_outside:.1f} times the residual elsewhere; "
+        f"mean {float(residual[inside].mean()):+.3g} {unit}."
     ]
-    sentences.append(_motion_sentence(series, joint, inside, known, angle))
-    sentences.append(_phase_sentence(series, joint, inside, known))
+    sentences.append(_motion_sentence(series, joint, inside, valid, angle))
+    sentences.append(_phase_sentence(series, joint, inside, valid))
     return tuple(sentences)
 
 
@@ -49,20 +49,20 @@ def rank_effects(
 ) -> tuple[ExplainedShare, ...]:
     """Rank effects by the share of the residual of `joint` (from 0) between `start` and `end` [s] that they explain.
 
-    contributions: (m, dof) by effect, with coefficients fitted to all rows. An effect that would explain the span only at
-    the expense of the rest therefore ranks low.
+    contributions: (m, dof) by effect, with coefficients fitted to all rows. An effect that would explain the span only
+    at the expense of the rest therefore ranks low.
     """
-    left = series.residual[:, joint]
-    inside = (series.time >= start) & (series.time <= end) & np.isfinite(left)
+    residual = series.residual[:, joint]
+    inside = (series.time >= start) & (series.time <= end) & np.isfinite(residual)
     if inside.sum() < _MIN_ROWS:
         return ()
-    before = _rms(left[inside]) ** 2
-    found = []
+    total = _rms(residual[inside]) ** 2
+    ranking = []
     for effect, torque in contributions.items():
         rows = torque[inside, joint].astype(float)
-        share = 1 - float(np.mean((left[inside] - np.nan_to_num(rows)) ** 2)) / before if before else 0.0
-        found.append(ExplainedShare(effect, share))
-    return tuple(sorted(found, key=lambda one: -one.share))
+        share = 1 - float(np.mean((residual[inside] - np.nan_to_num(rows)) ** 2)) / total if total else 0.0
+        ranking.append(ExplainedShare(effect, share))
+    return tuple(sorted(ranking, key=lambda item: -item.share))
 
 
 def summary(ranking: Sequence[ExplainedShare]) -> str:
@@ -76,26 +76,32 @@ def summary(ranking: Sequence[ExplainedShare]) -> str:
 
 
 def _motion_sentence(series: TorqueSeries, joint: int, inside: Bools, valid: Bools, angle: str) -> str:
-    speed, place = np.abs(series.velocity[:, joint]), series.position[:, joint]
+    speed, position = np.abs(series.velocity[:, joint]), series.position[:, joint]
     here, typical = float(np.median(speed[inside])), float(np.median(speed[valid]))
-    word = "slower than" if here * _NOTABLE_RATIO < typical else "faster than" if here > _NOTABLE_RATIO * typical else "as"
-    low, high = (float(np.quantile(place[inside], q)) for q in (0.02, 0.98))
+    comparison = (
+        "slower than"
+        if here * _NOTABLE_RATIO < typical
+        else "faster than"
+        if here > _NOTABLE_RATIO * typical
+        else "as"
+    )
+    low, high = (float(np.quantile(position[inside], q)) for q in (0.02, 0.98))
     return (
-        f"Speed {here:.2g} {angle}/s median, {word} usual ({typical:.2g} {angle}/s); position {low:.2f} to "
-        f"{high:.2f} {angle} of {float(place[valid].min()):.2f} to {float(place[valid].max()):.2f} {angle} in all."
+        f"Speed {here:.2g} {angle}/s median, {comparison} usual ({typical:.2g} {angle}/s); position {low:.2f} to "
+        f"{high:.2f} {angle} of {float(position[valid].min()):.2f} to {float(position[valid].max()):.2f} {angle}."
     )
 
 
 def _phase_sentence(series: TorqueSeries, joint: int, inside: Bools, valid: Bools) -> str:
     phase = series.phase[:, joint]
-    names = [str(one) for one in np.unique(phase[inside])]
-    shares = {one: float((phase[inside] == one).mean()) for one in names}
-    usual = {one: float((phase[valid] == one).mean()) for one in names}
-    most = sorted(names, key=lambda one: -shares[one])
-    told = ", ".join(f"{one} {100 * shares[one]:.0f} % (usually {100 * usual[one]:.0f} %)" for one in most)
-    cycles = [int(one) for one in np.unique(series.cycle[inside]) if one > 0]
-    repeats = f" Cycle {', '.join(map(str, cycles))}." if cycles else ""
-    return f"Motion phases: {told}.{repeats}"
+    names = [str(name) for name in np.unique(phase[inside])]
+    shares = {name: float((phase[inside] == name).mean()) for name in names}
+    usual = {name: float((phase[valid] == name).mean()) for name in names}
+    most = sorted(names, key=lambda name: -shares[name])
+    text = ", ".join(f"{name} {100 * shares[name]:.0f} % (usually {100 * usual[name]:.0f} %)" for name in most)
+    cycles = [int(cycle) for cycle in np.unique(series.cycle[inside]) if cycle > 0]
+    cycle_text = f" Cycle {', '.join(map(str, cycles))}." if cycles else ""
+    return f"Motion phases: {text}.{cycle_text}"
 
 
 def _rms(x: Floats) -> float:

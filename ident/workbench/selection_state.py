@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ident.diagnosis.diagnosis import DiagnosisInputs
-from ident.diagnosis.steps import SelectionStep, FittedModel
+from ident.diagnosis.steps import FittedModel, SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
 from ident.workbench.views import ModelSpec
 
@@ -31,7 +31,7 @@ class SelectionState:
     """Recordings and the current ladder."""
 
     files: tuple[Path, Path | None]
-    question: DiagnosisInputs
+    inputs: DiagnosisInputs
     selector: Selector
     steps: tuple[LabelledStep, ...] = ()
     known_steps: dict[tuple[ModelSpec, ...], LabelledStep] = field(default_factory=dict)
@@ -40,7 +40,7 @@ class SelectionState:
     """Final model of the full diagnosis."""
 
     @property
-    def state(self) -> FittedModel:
+    def model(self) -> FittedModel:
         """Return the current model."""
         return self.steps[-1].step.model
 
@@ -57,6 +57,9 @@ class SelectionState:
         while len(self.known_steps) > max(_MAX_KNOWN_STEPS, len(steps)):
             del self.known_steps[next(iter(self.known_steps))]
 
-    def push(self, label: str, added: str | None, state: FittedModel) -> None:
-        """Append `state` as a step; `added`: name of the added effect, None for a removal."""
-        self.set_steps(*self.steps, LabelledStep(label, SelectionStep(added, state, self.selector.improvement(self.state, state))))
+    def push(self, label: str, added: str | None, model: FittedModel) -> None:
+        """Append `model` as a step; `added`: name of the added effect, None for a removal."""
+        self.set_steps(
+            *self.steps,
+            LabelledStep(label, SelectionStep(added, model, self.selector.improvement(self.model, model))),
+        )

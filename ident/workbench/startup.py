@@ -18,10 +18,10 @@ def open_session(paths: Sequence[Path], effect_files: Sequence[Path] = ()) -> Wo
         return WorkbenchSession(Folder.at(Path()), effect_files)
     if len(paths) == 1 and paths[0].is_dir():
         return WorkbenchSession(Folder.at(paths[0]), effect_files)
-    for place in paths:
-        if not place.is_file() or place.suffix != SUFFIX:
-            raise BadInput(f"a folder, or existing recordings ({SUFFIX}), expected, {place} found; check the path")
-    folders = {place.absolute().parent.resolve() for place in paths}
+    for path in paths:
+        if not path.is_file() or path.suffix != SUFFIX:
+            raise BadInput(f"a folder, or existing recordings ({SUFFIX}), expected, {path} found; check the path")
+    folders = {path.absolute().parent.resolve() for path in paths}
     if len(paths) > 2 or len(folders) > 1:
         raise BadInput(
             f"one folder, or a recording to fit and one to validate on in the same folder, expected, {len(paths)} "

@@ -57,8 +57,8 @@ class TorqueSeries:
     @property
     def residual(self) -> Floats:
         """Return measured minus computed torque (m, dof); NaN where a row is not scored."""
-        left: Floats = np.where(self.scored, self.measured - self.computed, np.nan)
-        return left
+        residual: Floats = np.where(self.scored, self.measured - self.computed, np.nan)
+        return residual
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Worker process: holds the recordings, executes the fits, and is controlled through a pipe.
 
-The page never waits for it and can end it at any time. A new task interrupts the current one: the views that are still
-due are skipped.
+The page never waits for it and can end it at any time. A new task interrupts the current one and its
+remaining views are skipped.
 """
 
 import multiprocessing

@@ -4,7 +4,7 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.branches import Branches
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 
 
 def draw(page: Page) -> None:

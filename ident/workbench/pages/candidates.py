@@ -5,7 +5,7 @@ from collections.abc import Callable
 from nicegui import ui
 
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 from ident.workbench.views import CandidateCard
 
 _COLUMNS = "grid-template-columns: repeat(auto-fill, minmax(290px, 1fr))"
@@ -63,8 +63,8 @@ def _head(page: Page) -> None:
         return
     ui.label("Candidate effects").classes("head q-mt-sm")
     ui.label(
-        "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a card, "
-        "or move to it with Tab, to see its preview."
+        "Percentage: estimated reduction of the squared error after adding the effect and refitting. Point at a "
+        "card, or move to it with Tab, to see its preview."
     ).classes("quiet")
 
 
@@ -87,7 +87,9 @@ def _analysis_missing(page: Page) -> None:
         ui.label("Rating every effect of the library …").classes("quiet")
         return
     ui.label("The analysis was cancelled before it was complete.").classes("quiet")
-    button = ui.button("Rate every effect", on_click=page.handler(page.session.resume_analysis)).props("outline no-caps")
+    button = ui.button("Rate every effect", on_click=page.handler(page.session.resume_analysis)).props(
+        "outline no-caps"
+    )
     set_test_id(button, "resume-analysis")
 
 
@@ -112,18 +114,20 @@ def _card(page: Page, candidate: CandidateCard, show_preview: Callable[[str], No
                 for label, text in _about(page, candidate.name):
                     ui.label(label).classes("quiet")
                     ui.label(text).classes("q-mb-xs")
-            add = ui.button("Add", on_click=_add_handler(page, candidate.name)).props("dense size=sm no-caps unelevated")
+            add = ui.button("Add", on_click=_add_handler(page, candidate.name)).props(
+                "dense size=sm no-caps unelevated"
+            )
             add.props(f'aria-label="Add {candidate.name}"')
             set_test_id(add, f"add-{candidate.name}")
 
 
 def _about(page: Page, effect: str) -> list[tuple[str, str]]:
-    known = page.session.library[effect]
+    definition = page.session.library[effect]
     return [
-        ("Equation", known.equation),
-        ("What it looks like", known.symptom),
-        ("Usual causes", known.causes),
-        ("What to do", known.remedy),
+        ("Equation", definition.equation),
+        ("Symptom", definition.symptom),
+        ("Usual causes", definition.causes),
+        ("Remedy", definition.remedy),
     ]
 
 

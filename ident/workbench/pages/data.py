@@ -21,7 +21,9 @@ def _draw(page: Page) -> None:
         ui.label(view.name).classes("head")
         for recording in (session.train, session.validate):
             if recording and recording != view.name:
-                ui.button(f"show {recording}", on_click=page.handler(session.show_recording, recording)).props("flat dense no-caps")
+                ui.button(f"show {recording}", on_click=page.handler(session.show_recording, recording)).props(
+                    "flat dense no-caps"
+                )
     for warning in view.warnings:
         with ui.row().classes("items-center no-wrap"):
             ui.icon("warning", color="warning")

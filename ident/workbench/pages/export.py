@@ -32,7 +32,7 @@ def _draw(page: Page) -> None:
         _files(page, file)
     ui.label("Equivalent commands").classes("head q-mt-md")
     ui.label(
-        "Run this in the folder of the recordings. It overwrites nothing: if the model file exists, choose another name."
+        "Run this in the folder of the recordings. It overwrites nothing; choose another name if the file exists."
     ).classes("quiet")
     text = shell_script(session.ladder, file)
     set_test_id(ui.code(text, language="bash").classes("w-full"), "script")
@@ -41,8 +41,12 @@ def _draw(page: Page) -> None:
 
 def _fit_whole_button(page: Page) -> None:
     """Draw the button for the fit to entire long recordings."""
-    ui.label("The ladder uses excerpts of these long recordings; a model can be saved after a fit to all of the data.")
-    button = ui.button("Fit to the whole recording", icon="timelapse", on_click=page.handler(page.session.fit_whole_recording))
+    ui.label(
+        "The ladder uses excerpts of these long recordings; a model can be saved after a fit to all of the data."
+    )
+    button = ui.button(
+        "Fit to the whole recording", icon="timelapse", on_click=page.handler(page.session.fit_whole_recording)
+    )
     button.props("no-caps").tooltip(
         "Takes about a minute for an hour at 500 Hz; the ladder is fitted again when you continue with it"
     )
@@ -73,7 +77,11 @@ def _make_report(session: WorkbenchSession, file_name: str) -> str:
     """Run `ident report`; return a message with its result."""
     assert session.ladder is not None
     try:
-        if session.saved_model is None or session.saved_model[0] != file_name or session.saved_model[1] is not session.residuals:
+        if (
+            session.saved_model is None
+            or session.saved_model[0] != file_name
+            or session.saved_model[1] is not session.residuals
+        ):
             _save_model(session, file_name)
         command = report_command(session.ladder, session.folder.existing_file(file_name).name)
     except (BadInput, OSError) as error:

@@ -1,23 +1,23 @@
-"""What the full diagnosis found, with the reasons."""
+"""Findings of the full diagnosis with their evidence."""
 
 from typing import Any
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 
 
 def draw(page: Page) -> None:
-    """Nothing, before the diagnosis was asked for."""
+    """Draw the diagnosis if there is one."""
     if page.session.diagnosis is None:
         return
     document = page.session.diagnosis.document
     ui.label("Full diagnosis").classes("head q-mt-sm")
     set_test_id(ui.label(document["sentence"]), "verdict")
     library = page.session.library
-    news = [n for n, one in enumerate(document["findings"]) if not library[one["effect"]].mandatory]
+    new_findings = [n for n, finding in enumerate(document["findings"]) if not library[finding["effect"]].mandatory]
     for number, finding in enumerate(document["findings"]):
-        with ui.expansion(value=number in news[:1]).classes("w-full") as box:
+        with ui.expansion(value=number in new_findings[:1]).classes("w-full") as box:
             _finding(finding, number)
             figure = page.session.diagnosis.figures.get(finding["effect"])
             if figure:
@@ -26,13 +26,15 @@ def draw(page: Page) -> None:
             _header(finding, number)
     if document["remaining"]["why"]:
         share = 100 * document["remaining"]["structured_share"]
-        ui.label(f"What remains: {share:.0f} % of it has structure; {document['remaining']['why']}").classes("quiet")
+        ui.label(f"Unexplained residual: {share:.0f} % of it is structured; {document['remaining']['why']}").classes(
+            "quiet"
+        )
     if document["next_motion"]:
         motion = document["next_motion"]
         ui.label(f"Record next: {motion['why']} {motion['command']}").classes("quiet")
-    with ui.expansion("Effects that were looked for in vain").classes("w-full"):
-        for one in document["rejected"]:
-            ui.label(f"{one['effect']}: {one['why']}").classes("text-sm")
+    with ui.expansion("Rejected effects").classes("w-full"):
+        for candidate in document["rejected"]:
+            ui.label(f"{candidate['effect']}: {candidate['why']}").classes("text-sm")
 
 
 def _header(finding: dict[str, Any], number: int) -> None:
@@ -41,17 +43,17 @@ def _header(finding: dict[str, Any], number: int) -> None:
         set_test_id(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
         ui.label(f"joint {', '.join(map(str, finding['joints']))}").classes("quiet")
         share = f"{100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f})"
-        ui.label(f"takes away {share} of the held-out error above the noise")
+        ui.label(f"removes {share} of the held-out error above the noise floor")
 
 
 def _finding(finding: dict[str, Any], number: int) -> None:
     for label, text in (
-        ("What it is", finding["sentence"]),
-        ("Why", finding["why"]),
-        ("What it looks like", finding["looks"]),
+        ("Effect", finding["sentence"]),
+        ("Evidence", finding["why"]),
+        ("Symptom", finding["looks"]),
         ("Usual causes", finding["causes"]),
-        ("What to do", finding["remedy"]),
-        ("Could also be", ", ".join(finding["confusable_with"]) or "nothing else of the library on these data"),
+        ("Remedy", finding["remedy"]),
+        ("Confusable with", ", ".join(finding["confusable_with"]) or "no other effect of the library on these data"),
     ):
         with ui.row().classes("no-wrap gap-3 q-py-xs"):
             ui.label(label).classes("quiet w-32 shrink-0")

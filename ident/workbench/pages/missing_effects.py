@@ -4,7 +4,7 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.pages import branching, candidates, findings
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 from ident.workbench.views import LadderView, StepView
 
 
@@ -54,7 +54,9 @@ def _draw_ladder(page: Page) -> None:
         return
     draw_figure(plots.ladder(ladder), "error of each model, training and held out", session.dark)
     _draw_table(ladder)
-    notes = [f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."]
+    notes = [
+        f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."
+    ]
     notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []
     notes += [f"{100 * ladder.excerpt:.0f} % of these long recordings was analysed."] if ladder.excerpt else []
     ui.label(" ".join(notes)).classes("quiet")

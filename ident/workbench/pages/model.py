@@ -7,7 +7,7 @@ from nicegui import events, ui
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.pages.zoom import ZoomablePlot
-from ident.workbench.selection import MIN_SHARE, rank_effects, describe_span, summary
+from ident.workbench.selection import MIN_SHARE, describe_span, rank_effects, summary
 from ident.workbench.views import TorqueSeries
 
 _MAX_EFFECTS = 4
@@ -70,7 +70,10 @@ def _draw(page: Page) -> None:
     recording.on_value_change(lambda: plot.show(full_span()))
     select.on_value_change(lambda: plot.show())
     plot.plot.on("plotly_selected", on_select, js_handler=_SELECTED_RANGE_JS)
-    _show_sentences(description, ("Drag over the plot to zoom, double-click to show everything. Select a time span to have it described.",))
+    _show_sentences(
+        description,
+        ("Drag over the plot to zoom, double-click to show everything. Select a time span to have it described.",),
+    )
     if requested_span:
         plot.show(requested_span[1:])
 
@@ -83,7 +86,7 @@ def _show_ranking(page: Page, number: int, joint: int, span: tuple[float, float]
     """Show the effects that would explain the selected span."""
     session = page.session
     if session.previews is None:
-        ui.label("The effects are still being looked at; select again in a moment to see recording explains it.")
+        ui.label("The effects are still being rated; select again in a moment to see which one explains it.")
         return
     contributions = {effect: arrays[number] for effect, arrays in session.previews.contributions.items()}
     ranking = rank_effects(session.series[number], contributions, joint, *span)
@@ -92,7 +95,9 @@ def _show_ranking(page: Page, number: int, joint: int, span: tuple[float, float]
         if item.share < MIN_SHARE:
             break
         with ui.row().classes("items-center gap-3"):
-            set_test_id(ui.label(f"{item.effect}: {100 * item.share:.0f} % of its mean square"), f"explains-{item.effect}")
+            set_test_id(
+                ui.label(f"{item.effect}: {100 * item.share:.0f} % of its mean square"), f"explains-{item.effect}"
+            )
             add = ui.button("Add", on_click=page.handler(session.add, item.effect))
             add.props(f'dense size=sm no-caps unelevated aria-label="Add {item.effect}"')
             set_test_id(add, f"add-{item.effect}")

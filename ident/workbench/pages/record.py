@@ -9,7 +9,7 @@ from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.folder import SUFFIX
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 from ident.workbench.recording_process import RunStatus, run_daq
 from recordings.errors import BadInput
 from trajectories.library import names
@@ -107,7 +107,11 @@ async def _check(page: Page, arguments: list[str], column: ui.column) -> None:
 
 def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:
     document = json.loads(process.stdout or "{}")
-    problems = [f"{finding['where']}: {finding['what']}" for finding in document.get("findings", []) if finding["verdict"] == "problem"]
+    problems = [
+        f"{finding['where']}: {finding['what']}"
+        for finding in document.get("findings", [])
+        if finding["verdict"] == "problem"
+    ]
     if process.returncode:
         return [f"✗ {title}", *problems, *(line for line in process.stderr.splitlines() if line.startswith("error"))]
     return [f"✓ {title}{': ' + document['bus'] if 'bus' in document else ''}"]
@@ -153,10 +157,14 @@ def run_summary(run: RunStatus | None) -> str:
         return f"{run.file.name}: done. Choose it with Train or Check on the left."
     if run.exit_code < 0:
         consequence = (
-            "CHECK THE DRIVES: only their watchdogs are active now." if run.has_rig_file else "Its simulated drives ended with it."
+            "CHECK THE DRIVES: only their watchdogs are active now."
+            if run.has_rig_file
+            else "Its simulated drives ended with it."
         )
         return f"{run.file.name}: daq was killed (signal {-run.exit_code}). {consequence}"
-    reason = next((line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}")
+    reason = next(
+        (line for line in reversed(run.messages) if line.startswith("error")), f"exit status {run.exit_code}"
+    )
     if run.exit_code == 2:
         return f"{run.file.name}: did not start. {reason}"
     drives = "drives" if run.has_rig_file else "simulated drives"

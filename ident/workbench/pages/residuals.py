@@ -5,7 +5,7 @@ from collections.abc import Callable
 from nicegui import ui
 
 from ident.residuals.windows import Window
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 
 
 def draw(page: Page) -> None:

@@ -88,5 +88,9 @@ def _show_residuals(column: ui.column, series: TorqueSeries | None, units: tuple
         row = int(abs(series.time - time).argmin())
         ui.label("Residual of each limb").classes("head")
         for joint, (residual, unit) in enumerate(zip(series.residual[row], units, strict=True), start=1):
-            ui.label(f"joint {joint}: {residual:+.3f} {unit}" if np.isfinite(residual) else f"joint {joint}: not scored here")
+            ui.label(
+                f"joint {joint}: {residual:+.3f} {unit}"
+                if np.isfinite(residual)
+                else f"joint {joint}: not scored here"
+            )
         ui.label("Grey: small residual. Orange: large residual.").classes("quiet")

@@ -103,7 +103,9 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         def toggle_dark() -> None:
             session.dark = not session.dark
             dark.set_value(session.dark)
-            session.mark_changed("recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run")
+            session.mark_changed(
+                "recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
+            )
 
         contrast = ui.button(icon="contrast", on_click=toggle_dark).tooltip("Dark or light")
         contrast.props('flat round color=white aria-label="Dark or light"')
@@ -149,7 +151,9 @@ def _recordings(page: Page) -> None:
     root = session.folder.root
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
     page.draw_on_change(lambda: _draw_list(page), "folder")
-    ui.label("Train: fit the model to this recording. Check: validate it on this recording of another motion.").classes("quiet")
+    ui.label(
+        "Train: fit the model to this recording. Check: validate it on this recording of another motion."
+    ).classes("quiet")
 
     async def add(upload: events.UploadEventArguments) -> None:
         await _save_upload(page, upload)
@@ -157,7 +161,10 @@ def _recordings(page: Page) -> None:
 
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
-    box.on("rejected", lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."))
+    box.on(
+        "rejected",
+        lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."),
+    )
     set_test_id(box, "upload")
 
 

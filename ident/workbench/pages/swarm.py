@@ -5,13 +5,13 @@ from nicegui import ui
 from ident.identification import model as file
 from ident.identification.model import FittedParameter, Model
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, set_test_id, draw_figure
+from ident.workbench.pages.page import Page, draw_figure, set_test_id
 from ident.workbench.views import SwarmResult
 
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
-    "certificate shows that the minimum is reached within the tolerance. The current model is fitted, or the base model "
-    "if there is none; the ladder does not change. Pause and Cancel are at the top."
+    "certificate shows that the minimum is reached within the tolerance. The current model is fitted, or the base "
+    "model if there is none; the ladder does not change. Pause and Cancel are at the top."
 )
 
 
@@ -40,7 +40,9 @@ def _draw_progress(page: Page) -> None:
     if progress is None:
         return
     set_test_id(ui.label(f"{len(progress.excess)} steps").classes("font-medium q-mt-sm"), "swarm-steps")
-    draw_figure(plots.swarm_convergence(progress), "objective above its certified minimum, step by step", session.dark)
+    draw_figure(
+        plots.swarm_convergence(progress), "objective above its certified minimum, step by step", session.dark
+    )
 
 
 def _draw_result(page: Page) -> None:
@@ -52,8 +54,8 @@ def _draw_result(page: Page) -> None:
     if certificate:
         set_test_id(
             ui.label(
-                f"Objective (33): {model.method.objective:.7g} {model.effort_units[0]}, at most {certificate.excess:.1e} "
-                "(relative) above its certified minimum."
+                f"Objective (33): {model.method.objective:.7g} {model.effort_units[0]}, at most "
+                f"{certificate.excess:.1e} (relative) above its certified minimum."
             ),
             "swarm-proof",
         )
@@ -79,7 +81,13 @@ def _parameters(model: Model) -> None:
     with ui.element("table").classes("figures"):
         _row("name", "value", "95 % interval", "unit", "at bound", cell="th")
         for parameter in model.parameters:
-            _row(parameter.name, f"{parameter.value:.4g}", _interval(parameter), parameter.unit, "yes" if parameter.at_bound else "")
+            _row(
+                parameter.name,
+                f"{parameter.value:.4g}",
+                _interval(parameter),
+                parameter.unit,
+                "yes" if parameter.at_bound else "",
+            )
 
 
 def _interval(parameter: FittedParameter) -> str:

@@ -12,7 +12,9 @@ from ident.workbench.plots import Figure, Span
 class ZoomablePlot:
     """Shows `make_figure(span)`; `full_span` returns the span of the whole recording."""
 
-    def __init__(self, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str, dark: bool) -> None:
+    def __init__(
+        self, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str, dark: bool
+    ) -> None:
         self._make_figure, self._full_span, self._dark = make_figure, full_span, dark
         self.span = full_span()
         self.plot = draw_figure(make_figure(self.span), label, dark)

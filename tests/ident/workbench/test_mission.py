@@ -1,4 +1,4 @@
-"""Model selection in a real browser: open, fit, analyse the residual, add the suggested effect, compare the errors."""
+"""Model selection in a real browser: open, fit, analyse the residual, add the suggested effect, compare errors."""
 
 import json
 from pathlib import Path
