@@ -1,7 +1,7 @@
 """Manual stepwise selection in the worker process: fit the base model, rate candidates, add and remove effects.
 
-Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process that
-has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
+Every task is a generator of views, the most urgent first. A task names the ladder from which it starts: a process
+that has this ladder continues at once, a new process rebuilds it. Models, errors and improvements are those of
 `ident diagnose` (`ident.diagnosis.stepwise_selection`), one step at a time.
 """
 

@@ -49,8 +49,8 @@ def rank_effects(
 ) -> tuple[ExplainedShare, ...]:
     """Rank effects by the share of the residual of `joint` (from 0) between `start` and `end` [s] that they explain.
 
-    contributions: (m, dof) by effect, with coefficients fitted to all rows. An effect that would explain the span only
-    at the expense of the rest therefore ranks low.
+    contributions: (m, dof) by effect, with coefficients fitted to all rows. An effect that would explain the span
+    only at the expense of the rest therefore ranks low.
     """
     residual = series.residual[:, joint]
     inside = (series.time >= start) & (series.time <= end) & np.isfinite(residual)

@@ -1,4 +1,4 @@
-"""Who may talk to the page. Nothing here starts a server: requests go straight into the application."""
+"""Access control of the page. Requests are passed directly to the application; no server is started."""
 
 import asyncio
 from collections.abc import Callable, MutableMapping
@@ -36,63 +36,63 @@ GUARDED = Guard(Starlette(routes=ROUTES), TOKEN, PORT, max_body_bytes=1000)
 
 @pytest.fixture
 def ask() -> Ask:
-    """Send one request, and get the answer."""
+    """Return a function that sends a request and returns the response."""
 
-    def send(method: str, path: str, headers: dict[str, str] | None = None, **more: Any) -> httpx.Response:
-        async def sent() -> httpx.Response:
+    def send(method: str, path: str, headers: dict[str, str] | None = None, **options: Any) -> httpx.Response:
+        async def request() -> httpx.Response:
             async with httpx.AsyncClient(transport=httpx.ASGITransport(GUARDED), base_url=HERE) as client:
-                return await client.request(method, path, headers=headers, **more)
+                return await client.request(method, path, headers=headers, **options)
 
-        return asyncio.run(sent())
+        return asyncio.run(request())
 
     return send
 
 
-def spoken(app: Any, scope: dict[str, Any], headers: dict[str, str], heard: dict[str, Any]) -> list[Any]:
-    """What `app` sends when it is called with raw messages."""
+def sent_messages(app: Any, scope: dict[str, Any], headers: dict[str, str], received: dict[str, Any]) -> list[Any]:
+    """Call `app` with a raw ASGI message and return the messages that it sends."""
     sent: list[MutableMapping[str, Any]] = []
 
     async def receive() -> dict[str, Any]:
-        return heard
+        return received
 
     async def send(message: MutableMapping[str, Any]) -> None:
         sent.append(message)
 
-    given = [(key.encode(), value.encode()) for key, value in headers.items()]
-    asyncio.run(app({"path": "/socket", "query_string": b"", "headers": given, **scope}, receive, send))
+    raw_headers = [(key.encode(), value.encode()) for key, value in headers.items()]
+    asyncio.run(app({"path": "/socket", "query_string": b"", "headers": raw_headers, **scope}, receive, send))
     return sent
 
 
-def test_the_token_becomes_a_cookie_and_leaves_the_address(ask: Ask) -> None:
-    answer = ask("GET", f"/?token={TOKEN}")
-    assert (answer.status_code, answer.headers["location"]) == (303, "/")
-    cookie = answer.headers["set-cookie"]
+def test_token_is_moved_from_the_address_into_a_cookie(ask: Ask) -> None:
+    response = ask("GET", f"/?token={TOKEN}")
+    assert (response.status_code, response.headers["location"]) == (303, "/")
+    cookie = response.headers["set-cookie"]
     assert "HttpOnly" in cookie
     assert "SameSite=Strict" in cookie
     assert ask("GET", "/", headers=COOKIE).text == "inside 0"
 
 
 @pytest.mark.parametrize("path", ["/", "/?token=", "/?token=wrong", "/_nicegui/anything", f"/?token={TOKEN}x"])
-def test_without_the_token_nothing_is_shown(path: str, ask: Ask) -> None:
-    answer = ask("GET", path, headers={"cookie": f"token_{PORT}=wrong"})
-    assert answer.status_code == 403
-    assert "inside" not in answer.text
-    assert answer.headers["content-type"].startswith("text/plain")
+def test_requests_without_the_token_are_refused(path: str, ask: Ask) -> None:
+    response = ask("GET", path, headers={"cookie": f"token_{PORT}=wrong"})
+    assert response.status_code == 403
+    assert "inside" not in response.text
+    assert response.headers["content-type"].startswith("text/plain")
 
 
 @pytest.mark.parametrize("host", ["evil.example", f"evil.example:{PORT}", "127.0.0.1", f"127.0.0.1:{PORT + 1}", ""])
-def test_another_host_name_is_refused_whatever_else_is_right(host: str, ask: Ask) -> None:
-    answer = ask("GET", f"/?token={TOKEN}", headers={**COOKIE, "host": host})
-    assert answer.status_code == 421
+def test_other_host_names_are_refused_even_with_the_token(host: str, ask: Ask) -> None:
+    response = ask("GET", f"/?token={TOKEN}", headers={**COOKIE, "host": host})
+    assert response.status_code == 421
 
 
 @pytest.mark.parametrize("origin", ["http://evil.example", "null", f"https://127.0.0.1:{PORT}", "http://127.0.0.1:1"])
-def test_another_origin_is_refused(origin: str, ask: Ask) -> None:
+def test_other_origins_are_refused(origin: str, ask: Ask) -> None:
     assert ask("GET", "/", headers={**COOKIE, "origin": origin}).status_code == 403
     assert ask("POST", "/", headers={**COOKIE, "origin": origin}).status_code == 403
 
 
-def test_what_changes_something_must_say_where_it_is_from(ask: Ask) -> None:
+def test_post_requires_an_origin(ask: Ask) -> None:
     assert ask("POST", "/", headers=COOKIE).status_code == 403
     assert ask("POST", "/", headers={**COOKIE, "origin": HERE}).text == "inside 0"
     assert ask("POST", "/", headers={**COOKIE, "origin": f"http://localhost:{PORT}"}).text == "inside 0"
@@ -102,40 +102,42 @@ def test_what_changes_something_must_say_where_it_is_from(ask: Ask) -> None:
     "headers",
     [{}, COOKIE, {"origin": HERE}, {**COOKIE, "origin": "http://evil.example"}, {"cookie": "x", "origin": HERE}],
 )
-def test_a_websocket_needs_token_and_origin(headers: dict[str, str]) -> None:
-    told = spoken(GUARDED, {"type": "websocket"}, {"host": f"127.0.0.1:{PORT}", **headers}, {})
-    assert [(one["type"], one["code"]) for one in told] == [("websocket.close", 1008)]
+def test_websocket_requires_token_and_origin(headers: dict[str, str]) -> None:
+    messages = sent_messages(GUARDED, {"type": "websocket"}, {"host": f"127.0.0.1:{PORT}", **headers}, {})
+    assert [(message["type"], message["code"]) for message in messages] == [("websocket.close", 1008)]
 
 
-def test_a_websocket_of_the_page_itself() -> None:
+def test_websocket_of_the_page_is_accepted() -> None:
     headers = {"host": f"127.0.0.1:{PORT}", "origin": HERE, **COOKIE}
-    told = spoken(GUARDED, {"type": "websocket"}, headers, {"type": "websocket.connect"})
-    assert told[0]["type"] == "websocket.accept"
+    messages = sent_messages(GUARDED, {"type": "websocket"}, headers, {"type": "websocket.connect"})
+    assert messages[0]["type"] == "websocket.accept"
 
 
-def test_a_long_upload_is_refused_before_it_is_read(ask: Ask) -> None:
-    answer = ask("POST", "/", headers={**COOKIE, "origin": HERE}, content=b"x" * 1001)
-    assert answer.status_code == 413
+def test_long_upload_is_refused_before_it_is_read(ask: Ask) -> None:
+    response = ask("POST", "/", headers={**COOKIE, "origin": HERE}, content=b"x" * 1001)
+    assert response.status_code == 413
     assert ask("POST", "/", headers={**COOKIE, "origin": HERE}, content=b"x" * 1000).text == "inside 1000"
     for length in ("-1", "many"):
         headers = {**COOKIE, "origin": HERE, "content-length": length}
         assert ask("POST", "/", headers=headers).status_code == 413
 
 
-def test_an_upload_that_is_longer_than_it_says_is_cut_off() -> None:
-    """Without a length, in pieces: they are counted while they come."""
+def test_upload_without_length_is_cut_off_at_the_limit() -> None:
+    """The chunks are counted as they arrive."""
 
     async def app(scope: MutableMapping[str, Any], receive: Any, send: Any) -> None:
         while (await receive()).get("more_body"):
             pass
 
     headers = {"host": f"127.0.0.1:{PORT}", "origin": HERE, **COOKIE}
-    heard = {"type": "http.request", "body": b"x" * 600, "more_body": True}
-    told = spoken(Guard(app, TOKEN, PORT, max_body_bytes=1000), {"type": "http", "method": "POST"}, headers, heard)
-    assert told[0]["status"] == 413
+    received = {"type": "http.request", "body": b"x" * 600, "more_body": True}
+    messages = sent_messages(
+        Guard(app, TOKEN, PORT, max_body_bytes=1000), {"type": "http", "method": "POST"}, headers, received
+    )
+    assert messages[0]["status"] == 413
 
 
-def test_pages_may_load_nothing_from_elsewhere(ask: Ask) -> None:
+def test_pages_load_nothing_from_other_hosts(ask: Ask) -> None:
     headers = ask("GET", "/", headers=COOKIE).headers
     assert "default-src 'self'" in headers["content-security-policy"]
     assert "http" not in headers["content-security-policy"]
