@@ -10,53 +10,57 @@ from ident.diagnosis.steps import Finding
 from ident.dynamics.effects.library import names as built_in
 
 
-def next_motion(found: Diagnosis, news: Sequence[Finding]) -> NextMotion | None:
+def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion | None:
     """Recommend a motion that discriminates the `findings` from their alternatives, or a second motion to confirm
     them.
     """
-    material = found.split
-    files = list(dict.fromkeys(str(data.recording.path) for data in material.datasets))
-    beside = [f"--recording {shlex.quote(file)}" for file in files]
-    for one in news:
+    split = diagnosis.split
+    files = list(dict.fromkeys(str(data.recording.path) for data in split.datasets))
+    recording_options = [f"--recording {shlex.quote(file)}" for file in files]
+    for finding in findings:
         # What changes with time no motion tells from anything.
-        others = [name for name in one.alternatives if found.library[name].axis != "time"]
-        if not others or one.term.effect.axis == "time":
+        alternatives = [name for name in finding.alternatives if diagnosis.library[name].axis != "time"]
+        if not alternatives or finding.term.effect.axis == "time":
             continue
-        name = one.term.name
-        own_files = [f"--effect-file {other}.py" for other in (name, *others) if other not in built_in()]
-        joints = () if one.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in one.term.joints)
-        pairs = (f"--discriminate {name} {other}" for other in others)
+        name = finding.term.name
+        effect_files = [f"--effect-file {effect}.py" for effect in (name, *alternatives) if effect not in built_in()]
+        joints = () if finding.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in finding.term.joints)
+        pairs = (f"--discriminate {name} {effect}" for effect in alternatives)
         return NextMotion(
-            why=f"{name} and {', '.join(others)} cannot be told apart on these recordings; another motion can.",
-            command=" ".join(("ident design", *pairs, *joints, *beside, *own_files, f"-o {_free_file_name()}")),
+            why=f"{name} and {', '.join(alternatives)} cannot be told apart on these recordings; another motion can.",
+            command=" ".join(
+                ("ident design", *pairs, *joints, *recording_options, *effect_files, f"-o {_free_file_name()}")
+            ),
         )
-    if not material.other_motion and len(files) == 1:
+    if not split.other_motion and len(files) == 1:
         return NextMotion(
             why="A second, different motion would show whether the findings hold beyond this one.",
-            command=" ".join(("ident design", *beside, f"-o {_free_file_name()}")),
+            command=" ".join(("ident design", *recording_options, f"-o {_free_file_name()}")),
         )
     return None
 
 
-def fit_command(found: Diagnosis, path: Path, joints: Sequence[int]) -> str:
+def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
     """The command that fits the final model of `diagnosis` together with the learned curves in the effect file
     `path`.
     """
-    material, terms = found.split, found.selection.steps[-1].model.terms
+    split, terms = diagnosis.split, diagnosis.selection.steps[-1].model.terms
     specified = [
         term.name if term.effect.whole_robot else f"{term.name}:{_joined(joint + 1 for joint in term.joints)}"
         for term in terms
     ]
-    own = {term.name for term in terms} - set(built_in())
-    files = [str(material.datasets[i].recording.path) for i in material.train_indices]
-    held = [
-        str(data.recording.path) for data, rows in zip(material.datasets, material.test, strict=True) if rows.any()
+    user_effects = {term.name for term in terms} - set(built_in())
+    files = [str(split.datasets[i].recording.path) for i in split.train_indices]
+    test_files = [
+        str(data.recording.path) for data, rows in zip(split.datasets, split.test, strict=True) if rows.any()
     ]
-    parts = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
-    parts += [f"--validate {shlex.quote(held[0])}"] if material.other_motion else []
-    parts += [f"--with {one}" for one in (*dict.fromkeys(specified), f"{path.stem}:{_joined(joints)}")]
-    parts += [f"--effect-file {shlex.quote(one)}" for one in (*(f"{name}.py" for name in sorted(own)), str(path))]
-    return " ".join(parts)
+    words = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
+    words += [f"--validate {shlex.quote(test_files[0])}"] if split.other_motion else []
+    words += [f"--with {one}" for one in (*dict.fromkeys(specified), f"{path.stem}:{_joined(joints)}")]
+    words += [
+        f"--effect-file {shlex.quote(one)}" for one in (*(f"{name}.py" for name in sorted(user_effects)), str(path))
+    ]
+    return " ".join(words)
 
 
 def _joined(joints: Iterable[int]) -> str:

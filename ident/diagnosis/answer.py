@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis.advice import next_motion, fit_command
+from ident.diagnosis.advice import fit_command, next_motion
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import (
     Document,
     FindingEntry,
     FindingStatus,
+    LearnedCurveEntry,
+    ParameterValue,
     RejectedEntry,
     Remaining,
     StepEntry,
-    LearnedCurveEntry,
-    ParameterValue,
     Verdict,
 )
 from ident.diagnosis.intervals import confidence_intervals
@@ -25,7 +25,7 @@ from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
 from ident.diagnosis.stepwise_selection import is_supported
 from ident.diagnosis.warnings import data_warnings, file_names
-from ident.dynamics.effects.learned_curve import source
+from ident.dynamics.effects.learned_curve import effect_file_text
 from recordings.recording import Floats
 
 _CHANCE_LEVEL = 0.01
@@ -35,54 +35,56 @@ _MIN_ABSORBED = 0.05
 first share of the final loss."""
 
 
-def to_document(found: Diagnosis) -> Document:
+def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
-    material, ladder = found.split, found.selection
-    rig = material.predictors[0].prepared.as_recorded.rig
-    verdict = _verdict(found)
+    split, selection = diagnosis.split, diagnosis.selection
+    rig = split.predictors[0].prepared.as_recorded.rig
+    verdict = _verdict(diagnosis)
     return Document(
         schema=1,
         verdict=verdict,
-        sentence=_sentence(found, verdict),
-        bandwidth_hz=material.datasets[0].bandwidth,
-        noise_rms=_numbers(ladder.noise_floor.rms),
-        torque_rms=_numbers(material.torque_rms),
+        sentence=_sentence(diagnosis, verdict),
+        bandwidth_hz=split.datasets[0].bandwidth,
+        noise_rms=_numbers(selection.noise_floor.rms),
+        torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
-        simulated=any(data.recording.run.simulated for data in material.datasets),
-        held_out=describe_test_data(material),
-        rungs=tuple(step_entry(material, rung) for rung in ladder.steps),
-        findings=tuple(_finding(found, finding) for finding in merge_repeated(ladder.findings)),
-        rejected=tuple(_rejected(found)),
+        simulated=any(data.recording.run.simulated for data in split.datasets),
+        held_out=describe_test_data(split),
+        rungs=tuple(step_entry(split, step) for step in selection.steps),
+        findings=tuple(_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)),
+        rejected=tuple(_rejected(diagnosis)),
         remaining=Remaining(
-            structured_share=found.unexplained.share,
-            depends_on=found.unexplained.variables,
-            why=found.unexplained.sentence,
-            structured_rms=_numbers(found.unexplained.rms),
+            structured_share=diagnosis.unexplained.share,
+            depends_on=diagnosis.unexplained.variables,
+            why=diagnosis.unexplained.sentence,
+            structured_rms=_numbers(diagnosis.unexplained.rms),
         ),
-        next_motion=next_motion(found, _new_findings(found)),
+        next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
         cautions=(
-            *_bias_caution(found),
-            *data_warnings(material, ladder.steps[-1].model, ladder.noise_floor, found.library.get("torque_offset")),
+            *_bias_caution(diagnosis),
+            *data_warnings(
+                split, selection.steps[-1].model, selection.noise_floor, diagnosis.library.get("torque_offset")
+            ),
         ),
-        recordings=tuple(file_names(material, range(len(material.datasets)))),
+        recordings=tuple(file_names(split, range(len(split.datasets)))),
     )
 
 
-def write_learned_curve(found: Diagnosis, path: Path) -> LearnedCurveEntry | None:
+def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry | None:
     """Write the learned curves to the effect file `path`; None if there are none that the test rows support."""
-    learned = found.learned
+    learned = diagnosis.learned
     if learned is None or not learned.supported:
         return None
-    about = ", ".join(dict.fromkeys(data.recording.path.name for data in found.split.datasets))
-    path.write_text(source(learned.curves, about))
+    about = ", ".join(dict.fromkeys(data.recording.path.name for data in diagnosis.split.datasets))
+    path.write_text(effect_file_text(learned.curves, about))
     joints = tuple(sorted({curve.joint for curve in learned.curves}))
     return LearnedCurveEntry(
         file=str(path),
-        command=fit_command(found, path, joints),
+        command=fit_command(diagnosis, path, joints),
         joints=joints,
         over=tuple(sorted({curve.variable for curve in learned.curves})),
-        validate_rms=_numbers(rms(learned.model.residuals, found.split.test)),
+        validate_rms=_numbers(rms(learned.model.residuals, diagnosis.split.test)),
         gain=learned.improvement.share,
         gain_ci95=learned.improvement.interval,
     )
@@ -92,24 +94,26 @@ def _numbers(values: Floats) -> tuple[float, ...]:
     return tuple(float(value) for value in values)
 
 
-def _new_findings(found: Diagnosis) -> list[Finding]:
+def _new_findings(diagnosis: Diagnosis) -> list[Finding]:
     """Findings that are neither mandatory effects nor part of the initial model, and that the test rows support."""
-    begun = _initial_effects(found)
+    initial = _initial_effects(diagnosis)
     return [
-        one
-        for one in merge_repeated(found.selection.findings)
-        if not one.term.effect.always_true and one.term.name not in begun and _is_supported(found, one)
+        finding
+        for finding in merge_repeated(diagnosis.selection.findings)
+        if not finding.term.effect.mandatory
+        and finding.term.name not in initial
+        and _is_supported(diagnosis, finding)
     ]
 
 
-def _is_supported(found: Diagnosis, finding: Finding) -> bool:
+def _is_supported(diagnosis: Diagnosis, finding: Finding) -> bool:
     """Whether the test rows support a finding. This is open only for forced effects, which are added in any case."""
-    return not found.forced or is_supported(finding.improvement)
+    return not diagnosis.forced or is_supported(finding.improvement)
 
 
-def _initial_effects(found: Diagnosis) -> set[str]:
+def _initial_effects(diagnosis: Diagnosis) -> set[str]:
     """Names of the effects of the initial model."""
-    return {term.name for term in found.selection.steps[0].model.terms}
+    return {term.name for term in diagnosis.selection.steps[0].model.terms}
 
 
 def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
@@ -118,40 +122,42 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
     The finding with the largest improvement is kept, with the joints of all of them.
     """
     merged: dict[str, Finding] = {}
-    for one in findings:
-        other = merged.setdefault(one.term.name, one)
-        joints = tuple(sorted({*one.term.joints, *other.term.joints}))
-        most = max(one, other, key=lambda finding: finding.improvement.share)
-        merged[one.term.name] = replace(most, term=replace(most.term, joints=joints))
+    for finding in findings:
+        present = merged.setdefault(finding.term.name, finding)
+        joints = tuple(sorted({*finding.term.joints, *present.term.joints}))
+        strongest = max(finding, present, key=lambda item: item.improvement.share)
+        merged[finding.term.name] = replace(strongest, term=replace(strongest.term, joints=joints))
     return list(merged.values())
 
 
-def _verdict(found: Diagnosis) -> Verdict:
-    if found.unexplained.significant:
+def _verdict(diagnosis: Diagnosis) -> Verdict:
+    if diagnosis.unexplained.significant:
         return "unknown-structure"
-    return "missing-effect" if _new_findings(found) else "adequate"
+    return "missing-effect" if _new_findings(diagnosis) else "adequate"
 
 
-def _sentence(found: Diagnosis, verdict: Verdict) -> str:
-    names = ", ".join(_describe(one) for one in _new_findings(found))
-    if found.forced:
-        left = "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
+def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
+    names = ", ".join(_describe(finding) for finding in _new_findings(diagnosis))
+    if diagnosis.forced:
+        remains = (
+            "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
+        )
         if not names:
-            return f"What was asked for explains nothing. {left.capitalize()} without it: {found.unexplained.sentence}"
-        return f"With {names}, as asked for, {left}: {found.unexplained.sentence}"
-    begun = ", ".join(sorted(_initial_effects(found)))
-    model = f"The model with {begun}" if begun else "The base model"
+            return f"What was asked for explains nothing. {remains.capitalize()} without it: {diagnosis.unexplained.sentence}"
+        return f"With {names}, as asked for, {remains}: {diagnosis.unexplained.sentence}"
+    initial = ", ".join(sorted(_initial_effects(diagnosis)))
+    model = f"The model with {initial}" if initial else "The base model"
     if verdict == "adequate":
         return "Nothing structured is left above the noise: the model is adequate on these recordings."
     if verdict == "missing-effect":
         return f"{model} lacks {names}; with it, nothing structured is left above the noise."
     partly = f"{model} lacks {names}, but something else repeats" if names else "Something repeats"
-    return f"{partly} that no effect of the library explains: {found.unexplained.sentence}"
+    return f"{partly} that no effect of the library explains: {diagnosis.unexplained.sentence}"
 
 
-def _bias_caution(found: Diagnosis) -> Iterator[str]:
+def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:
     """A caution that estimates may be biased while an effect is missing."""
-    if found.unexplained.significant and found.selection.findings:
+    if diagnosis.unexplained.significant and diagnosis.selection.findings:
         yield (
             "Values and intervals hold if nothing else is missing, but something is: they may be off by more than "
             "their intervals until that is found."
@@ -161,54 +167,54 @@ def _bias_caution(found: Diagnosis) -> Iterator[str]:
 def _describe(finding: Finding) -> str:
     term = finding.term
     joints = "" if term.effect.whole_robot else f" (joint {', '.join(str(joint + 1) for joint in term.joints)})"
-    other = f" or {' or '.join(finding.alternatives)}" if finding.alternatives else ""
-    return f"{term.name}{joints}{other}"
+    alternatives = f" or {' or '.join(finding.alternatives)}" if finding.alternatives else ""
+    return f"{term.name}{joints}{alternatives}"
 
 
-def describe_test_data(material: SplitData) -> str:
+def describe_test_data(split: SplitData) -> str:
     """The data on which the models are validated, in words."""
-    if material.other_motion:
-        files = file_names(material, [i for i, held in enumerate(material.test) if held.any()])
+    if split.other_motion:
+        files = file_names(split, [i for i, rows in enumerate(split.test) if rows.any()])
         return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
     return "phase segments of the same motion, as there is no other recording: give one with --validate"
 
 
-def step_entry(material: SplitData, rung: SelectionStep) -> StepEntry:
+def step_entry(split: SplitData, step: SelectionStep) -> StepEntry:
     """One model of the selection in numbers."""
-    state = rung.model
+    model = step.model
     return StepEntry(
-        added=rung.added,
-        effects=tuple(term.name for term in state.terms),
-        train_rms=_numbers(rms(state.residuals, material.train)),
-        validate_rms=_numbers(rms(state.residuals, material.test)),
-        parameters=_parameters(material, rung),
+        added=step.added,
+        effects=tuple(term.name for term in model.terms),
+        train_rms=_numbers(rms(model.residuals, split.train)),
+        validate_rms=_numbers(rms(model.residuals, split.test)),
+        parameters=_parameters(split, step),
     )
 
 
-def _parameters(material: SplitData, rung: SelectionStep) -> dict[str, ParameterValue]:
-    solution = rung.model.solution
-    recording = material.datasets[0].recording
-    gain = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
-    named = solution.structure.named
-    limits = confidence_intervals(material, solution, gain)
+def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterValue]:
+    solution = step.model.solution
+    recording = split.datasets[0].recording
+    gain_uncertainty = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
+    entries = solution.structure.parameters
+    limits = confidence_intervals(split, solution, gain_uncertainty)
     return {
-        one.name: ParameterValue(
+        entry.name: ParameterValue(
             value=float(value),
-            unit=one.unit,
+            unit=entry.unit,
             ci95=(float(low), float(high)) if np.isfinite([low, high]).all() else None,
-            meaning=one.meaning,
-            lower=one.lower if np.isfinite(one.lower) else None,
-            upper=one.upper if np.isfinite(one.upper) else None,
+            meaning=entry.meaning,
+            lower=entry.lower if np.isfinite(entry.lower) else None,
+            upper=entry.upper if np.isfinite(entry.upper) else None,
         )
-        for one, value, (low, high) in zip(named, solution.x, limits, strict=True)
+        for entry, value, (low, high) in zip(entries, solution.x, limits, strict=True)
     }
 
 
-def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
-    effect, gain = finding.term.effect, finding.improvement
+def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
+    effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    why = f"It takes away {gain.share:.0%} of the error above the noise on motion that the fit did not see"
-    if not _is_supported(found, finding):
+    why = f"It takes away {improvement.share:.0%} of the error above the noise on motion that the fit did not see"
+    if not _is_supported(diagnosis, finding):
         why = "It was asked for, but motion that the fit did not see does not bear it out"
     elif finding.alternatives:
         why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
@@ -216,62 +222,67 @@ def _finding(found: Diagnosis, finding: Finding) -> FindingEntry:
         effect=finding.term.name,
         joints=tuple(joint + 1 for joint in finding.term.joints),
         confusable_with=finding.alternatives,
-        gain=gain.share,
-        gain_ci95=gain.interval,
-        status=_status(found, finding),
-        in_model=finding.term.name in _initial_effects(found),
+        gain=improvement.share,
+        gain_ci95=improvement.interval,
+        status=_status(diagnosis, finding),
+        in_model=finding.term.name in _initial_effects(diagnosis),
         why=f"On {where}. {why}.",
         sentence=effect.sentence,
-        looks=effect.looks,
+        looks=effect.symptom,
         causes=effect.causes,
         remedy=effect.remedy,
     )
 
 
-def _status(found: Diagnosis, finding: Finding) -> FindingStatus:
-    if not _is_supported(found, finding):
+def _status(diagnosis: Diagnosis, finding: Finding) -> FindingStatus:
+    if not _is_supported(diagnosis, finding):
         return "not-supported"
-    return "asked-for" if found.forced else "supported"
+    return "asked-for" if diagnosis.forced else "supported"
 
 
-def _rejected(found: Diagnosis) -> Iterator[RejectedEntry]:
-    ladder = found.selection
-    present = {one.term.name for one in ladder.findings}
-    contained = {name: one.term.name for one in ladder.findings for name in one.term.effect.contains}
-    mechanism = found.split.predictors[0].prepared.as_recorded.rig.mechanism
-    for name, effect in found.library.items():
+def _rejected(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
+    selection = diagnosis.selection
+    present = {finding.term.name for finding in selection.findings}
+    contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
+    mechanism = diagnosis.split.predictors[0].prepared.as_recorded.rig.mechanism
+    for name, effect in diagnosis.library.items():
         if name in present:
             continue
         if mechanism not in effect.mechanisms:
             yield RejectedEntry(
                 effect=name, status="not-observable", why=f"It does not exist on mechanism {mechanism}."
             )
-        elif name in found.unobservable:
-            yield RejectedEntry(effect=name, status="not-observable", why=found.unobservable[name])
+        elif name in diagnosis.unobservable:
+            yield RejectedEntry(effect=name, status="not-observable", why=diagnosis.unobservable[name])
         elif name in contained:
-            why = f"It is a part of {contained[name]}, which has been added."
-            yield RejectedEntry(effect=name, status="absorbed", why=why)
-        elif ladder.last_extensions.excluded.get(name) == "collinear":
-            why = "This motion does not show it: other parameters can imitate all that it would change."
-            yield RejectedEntry(effect=name, status="not-tested", why=why)
-        elif name in ladder.last_extensions.excluded:
-            why = "Looked for, and not there: it would need a sign that it cannot have."
-            yield RejectedEntry(effect=name, status="not-supported", why=why)
+            reason = f"It is a part of {contained[name]}, which has been added."
+            yield RejectedEntry(effect=name, status="absorbed", why=reason)
+        elif selection.last_extensions.excluded.get(name) == "collinear":
+            reason = "This motion does not show it: other parameters can imitate all that it would change."
+            yield RejectedEntry(effect=name, status="not-tested", why=reason)
+        elif name in selection.last_extensions.excluded:
+            reason = "Looked for, and not there: it would need a sign that it cannot have."
+            yield RejectedEntry(effect=name, status="not-supported", why=reason)
         else:
-            yield _not_added(found, name, sorted(present))
+            yield _not_added(diagnosis, name, sorted(present))
 
 
-def _not_added(found: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
-    first, last = (options.loss_reductions.get(name, 0.0) for options in (found.selection.first_extensions, found.selection.last_extensions))
-    if found.forced:
-        why = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
-        return RejectedEntry(effect=name, status="not-supported", why=why)
+def _not_added(diagnosis: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
+    first, last = (
+        extensions.loss_reductions.get(name, 0.0)
+        for extensions in (diagnosis.selection.first_extensions, diagnosis.selection.last_extensions)
+    )
+    if diagnosis.forced:
+        reason = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
+        return RejectedEntry(effect=name, status="not-supported", why=reason)
     if first > _MIN_ABSORBED and last < first / 2:
         beside = ", ".join(present)
-        why = f"Alone it would explain {first:.0%} of the first residual, but once {beside} is in, {last:.1%}."
-        return RejectedEntry(effect=name, status="absorbed", why=why)
-    much = (
-        "but motion that the fit did not see does not bear it out" if last > _CHANCE_LEVEL else "hardly more than chance"
+        reason = f"Alone it would explain {first:.0%} of the first residual, but once {beside} is in, {last:.1%}."
+        return RejectedEntry(effect=name, status="absorbed", why=reason)
+    ending = (
+        "but motion that the fit did not see does not bear it out"
+        if last > _CHANCE_LEVEL
+        else "hardly more than chance"
     )
-    why = f"It would explain {last:.1%} of what is left, {much}."
-    return RejectedEntry(effect=name, status="not-supported", why=why, hopeless=last <= _CHANCE_LEVEL)
+    reason = f"It would explain {last:.1%} of what is left, {ending}."
+    return RejectedEntry(effect=name, status="not-supported", why=reason, hopeless=last <= _CHANCE_LEVEL)

@@ -33,7 +33,7 @@ def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Float
     """Values (m,) of the quantity `axis` of a joint over all rows of all recordings, and its label with the unit."""
     unit = datasets[0].recording.rig.position_units[joint]
     effort = datasets[0].recording.rig.effort_units[joint]
-    sources: dict[str, tuple[list[Floats], str]] = {
+    quantities: dict[str, tuple[list[Floats], str]] = {
         "position": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
         "motor angle": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
         "velocity": ([data.motion.velocity[:, joint] for data in datasets], f"velocity [{unit}/s]"),
@@ -41,7 +41,7 @@ def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Float
         "load": ([torque[:, joint] for torque in computed], f"computed load [{effort}]"),
         "time": ([data.time for data in datasets], "time [s]"),
     }
-    values, label = sources[axis]
+    values, label = quantities[axis]
     return np.concatenate(values), label
 
 
@@ -50,10 +50,10 @@ def bin_means(x: Floats, y: Floats) -> BinnedResidual:
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     edges = np.linspace(x.min(), x.max(), BINS + 1)
-    number = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
-    count = np.bincount(number, minlength=BINS)
+    index = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
+    count = np.bincount(index, minlength=BINS)
     enough = count >= _MIN_COUNT
-    mean = np.bincount(number, y, BINS)[enough] / count[enough]
-    centre = np.bincount(number, x, BINS)[enough] / count[enough]
+    mean = np.bincount(index, y, BINS)[enough] / count[enough]
+    centre = np.bincount(index, x, BINS)[enough] / count[enough]
     thin = slice(None, None, max(1, len(x) // SAMPLES))
     return BinnedResidual(x[thin], y[thin], centre, mean)

@@ -7,9 +7,9 @@ import numpy as np
 
 from ident.diagnosis.screening import Candidate, Screener
 from ident.diagnosis.split_data import SplitData
-from ident.diagnosis.steps import Extensions, FittedModel, Exclusion
+from ident.diagnosis.steps import Exclusion, Extensions, FittedModel
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
@@ -52,9 +52,13 @@ class CandidateSearch:
     def alternatives(self, name: str, reduced: FittedModel) -> list[FittedModel]:
         """Extensions of `reduced`, a model without the effect `name`, by another effect."""
         extensions = self._extensions.get(effect_key(reduced))
-        return [extension for extension in (extensions or self._search(reduced, name)).models if extension.terms[-1].name != name]
+        return [
+            extension
+            for extension in (extensions or self._search(reduced, name)).models
+            if extension.terms[-1].name != name
+        ]
 
-    def fit(self, structure: Composition, x: Floats) -> FittedModel:
+    def fit(self, structure: ModelStructure, x: Floats) -> FittedModel:
         """Fit the model `structure` starting from `x` (K,)."""
         solution = self._split.fit(structure, x)
         return FittedModel(solution, self._split.residuals(solution))
@@ -77,8 +81,12 @@ class CandidateSearch:
         """Extensions of `model` that `extensions` did not refine because others promised more; the best first."""
         refined = {candidate.terms[-1] for candidate in self.extensions(model).models}
         significant = self._significant(model, self._screened[effect_key(model)])
-        skipped = [candidate for candidate in significant if all(candidate.term.name != term.name for term in refined)][:MAX_REFINED]
-        return sorted((self.add(model, candidate) for candidate in skipped), key=lambda candidate: candidate.solution.loss)
+        skipped = [
+            candidate for candidate in significant if all(candidate.term.name != term.name for term in refined)
+        ][:MAX_REFINED]
+        return sorted(
+            (self.add(model, candidate) for candidate in skipped), key=lambda candidate: candidate.solution.loss
+        )
 
     def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
         """Models in which one effect of `model` acts on one more of the `joints` (from 0)."""
@@ -93,12 +101,13 @@ class CandidateSearch:
     def _extend_to_joint(self, model: FittedModel, index: int, joint: int) -> FittedModel:
         """Extend the effect `index` to one more `joint`, starting from the mean of the other joints' parameters."""
         narrow, x = model.solution.structure, model.solution.x
-        term, local = model.terms[index], narrow.own(index, x)
+        term, local = model.terms[index], narrow.local_values(index, x)
         joints = tuple(sorted((*term.joints, joint)))
         values = np.insert(local, joints.index(joint), local.mean(axis=0), axis=0)
-        extended = narrow.without(index).plus(replace(term, joints=joints))
+        extended = narrow.without_term(index).with_term(replace(term, joints=joints))
         return self.fit(
-            extended, np.concatenate([x[~narrow.entries(index)], values.ravel(), narrow.shapes(index, x)])
+            extended,
+            np.concatenate([x[~narrow.parameter_mask(index)], values.ravel(), narrow.shape_values(index, x)]),
         )
 
     def _search(self, model: FittedModel, skip: str) -> Extensions:
@@ -108,7 +117,11 @@ class CandidateSearch:
         return Extensions(tuple(self._refine(model, self._significant(model, candidates))), excluded, loss_reductions)
 
     def _significant(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[Candidate]:
-        return [candidate for candidate in candidates if self.is_significant(model.solution.loss, candidate.loss, candidate.parameter_count)]
+        return [
+            candidate
+            for candidate in candidates
+            if self.is_significant(model.solution.loss, candidate.loss, candidate.parameter_count)
+        ]
 
     def screen(
         self, model: FittedModel, skip: str = ""
@@ -155,10 +168,11 @@ class CandidateSearch:
         If every start increases the loss, the effect is set to zero. If one start realises what screening promised,
         the others are skipped, except for effects that require a multistart.
         """
-        structure = model.solution.structure.plus(candidate.term)
-        before, multistart = model.solution.loss, candidate.term.effect.valleys > 1
+        structure = model.solution.structure.with_term(candidate.term)
+        before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
         starts = [
-            self._split.fit_linear(structure, np.concatenate([model.solution.x, start])) for start in candidate.initial_guesses
+            self._split.fit_linear(structure, np.concatenate([model.solution.x, start]))
+            for start in candidate.initial_guesses
         ]
         if not multistart and min(start.loss for start in starts) > before:
             zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
@@ -179,17 +193,19 @@ class CandidateSearch:
             return model
         structure, index = model.solution.structure, len(model.terms) - 1
         instances = [i for i, joint in enumerate(term.joints) if joint in possible]
-        values = structure.own(index, model.solution.x)[instances].ravel()
-        shapes = structure.shapes(index, model.solution.x)
-        reduced = before.solution.structure.plus(replace(term, joints=tuple(possible)))
+        values = structure.local_values(index, model.solution.x)[instances].ravel()
+        shapes = structure.shape_values(index, model.solution.x)
+        reduced = before.solution.structure.with_term(replace(term, joints=tuple(possible)))
         return self.fit(reduced, np.concatenate([before.solution.x, values, shapes]))
 
 
 def within_limits(model: FittedModel) -> list[bool]:
     """For each instance of the last term, whether its local parameters are within their physical limits."""
     term = model.terms[-1]
-    local = model.solution.structure.own(len(model.terms) - 1, model.solution.x)
-    lower, upper = (np.array([getattr(quantity, side) for quantity in term.own]) for side in ("lower", "upper"))
+    local = model.solution.structure.local_values(len(model.terms) - 1, model.solution.x)
+    lower, upper = (
+        np.array([getattr(quantity, side) for quantity in term.local_parameters]) for side in ("lower", "upper")
+    )
     return [bool(((lower <= row) & (row <= upper)).all()) for row in local]
 
 
@@ -207,13 +223,15 @@ def is_physical(model: FittedModel, before: FittedModel) -> bool:
 
 
 def _shape_at_limit(model: FittedModel) -> bool:
-    """Whether an identifiable shape parameter stopped at a limit of its range beyond which it is no longer physical.
-    """
+    """Whether an identifiable shape parameter stopped at a limit of its range beyond which it is no longer physical."""
     term, index = model.terms[-1], len(model.terms) - 1
-    shapes = zip(term.effect.shapes, model.solution.structure.shapes(index, model.solution.x), strict=True)
+    shapes = zip(term.effect.shapes, model.solution.structure.shape_values(index, model.solution.x), strict=True)
     first = len(model.solution.x) - len(term.effect.shapes)
     return any(
-        ((shape.open == "upper" and value >= shape.upper) or (shape.open == "lower" and value <= shape.lower))
+        (
+            (shape.implausible_bound == "upper" and value >= shape.upper)
+            or (shape.implausible_bound == "lower" and value <= shape.lower)
+        )
         and _is_identifiable(model, entry, shape.upper - shape.lower)
         for entry, (shape, value) in enumerate(shapes, start=first)
     )

@@ -9,6 +9,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cutoff
+from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import holds_torque, sample
@@ -19,10 +20,9 @@ from ident.diagnosis.steps import Selection
 from ident.diagnosis.stepwise_selection import Selector
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import Composition
-from ident.identification.identify import refuse_different_rigs, refuse_overlap, refuse_the_same_twice
+from ident.dynamics.structure import ModelStructure
 from ident.identification.model import Model
-from ident.identification.prediction import composition_of, refuse_other_rig
+from ident.identification.prediction import structure_of, check_model_rig
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -62,18 +62,20 @@ class DiagnosisInputs:
     excerpt_share: float | None
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
 
-    def initial_model(self, library: Mapping[str, Effect], model: Model | None = None) -> tuple[Composition, Floats]:
+    def initial_model(
+        self, library: Mapping[str, Effect], model: Model | None = None
+    ) -> tuple[ModelStructure, Floats]:
         """The structure and initial parameters (K,) of `model`, or of the mechanism without effects.
 
         Raises:
             BadInput: the model is of another rig.
-        """as_recordedprepared
-        path = self.split.predictors[0].course.path
+        """
+        corrected = self.split.predictors[0].prepared.as_recorded
         if model is None:
-            bare = Composition(path.mechanism, path.rig)
-            return bare, np.zeros(len(bare.named))
-        refuse_other_rig(model, self.split.datasets[0].recording)
-        return composition_of(model, path.rig, library)
+            bare = ModelStructure(corrected.mechanism, corrected.rig)
+            return bare, np.zeros(len(bare.parameters))
+        check_model_rig(model, self.split.datasets[0].recording)
+        return structure_of(model, corrected.rig, library)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,24 +114,26 @@ def diagnose(
             exist or cannot be observed.
     """
     _check_effects(options.only, library, {})
-    asked = prepare_inputs(files, validate, library, options)
-    _check_effects(options.only, library, asked.unobservable)
-    material, climber = asked.split, Selector(asked.split, asked.observable, progress)
-    beginning = asked.initial_model(library, initial_model)
-    ladder = _select(climber, beginning, options)
-    told = material.without_saturated_rows(ladder.steps[-1].model.solution, ladder.noise_floor.rms)
-    if told is not material:
-        material, climber = told, Selector(told, asked.observable, progress)
-        ladder = _select(climber, beginning, options)
+    inputs = prepare_inputs(files, validate, library, options)
+    _check_effects(options.only, library, inputs.unobservable)
+    split, selector = inputs.split, Selector(inputs.split, inputs.observable, progress)
+    start = inputs.initial_model(library, initial_model)
+    selection = _select(selector, start, options)
+    reduced = split.without_saturated_rows(selection.steps[-1].model.solution, selection.noise_floor.rms)
+    if reduced is not split:
+        split, selector = reduced, Selector(reduced, inputs.observable, progress)
+        selection = _select(selector, start, options)
     progress("what remains")
-    left = estimate_unexplained(material, ladder.steps[-1].model, ladder.noise_floor)
-    stand_in = None
-    if left.significant:
-        ladder = ladder if options.only else remove_imitations(material, climber, ladder)
-        stand_in = fit_curves(material, ladder.steps[-1].model)
-        known = stand_in.dependences if stand_in and stand_in.supported else None
-        left = estimate_unexplained(material, ladder.steps[-1].model, ladder.noise_floor, known)
-    return Diagnosis(material, library, asked.unobservable, ladder, left, stand_in, asked.excerpt_share, bool(options.only))
+    unexplained = estimate_unexplained(split, selection.steps[-1].model, selection.noise_floor)
+    learned = None
+    if unexplained.significant:
+        selection = selection if options.only else remove_imitations(split, selector, selection)
+        learned = fit_curves(split, selection.steps[-1].model)
+        dependences = learned.dependences if learned and learned.supported else None
+        unexplained = estimate_unexplained(split, selection.steps[-1].model, selection.noise_floor, dependences)
+    return Diagnosis(
+        split, library, inputs.unobservable, selection, unexplained, learned, inputs.excerpt_share, bool(options.only)
+    )
 
 
 def _check_effects(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
@@ -142,8 +146,8 @@ def _check_effects(names: Sequence[str], library: Mapping[str, Effect], unobserv
             )
 
 
-def _select(climber: Selector, beginning: tuple[Composition, Floats], choices: DiagnosisOptions) -> Selection:
-    return climber.select_forced(*beginning, choices.only) if choices.only else climber.select(*beginning)
+def _select(selector: Selector, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
+    return selector.select_forced(*start, options.only) if options.only else selector.select(*start)
 
 
 def prepare_inputs(
@@ -154,71 +158,75 @@ def prepare_inputs(
     Raises:
         BadInput: a recording cannot be used, or the recordings are not of the same rig.
     """
-    refuse_the_same_twice((*files, *validate))
+    check_not_repeated((*files, *validate))
     recordings = [read(path) for path in (*files, *validate)]
-    refuse_different_rigs(recordings)
-    refuse_overlap(recordings)
-    courses, share = _prepare_recordings(recordings, options)
-    train, held = courses[: len(files)], courses[len(files) :]
-    material = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(held)))
-    return DiagnosisInputs(material, *_observable_effects(recordings[0], library), share)
+    check_same_rig(recordings)
+    check_no_overlap(recordings)
+    prepared, share = _prepare_recordings(recordings, options)
+    train, test = prepared[: len(files)], prepared[len(files) :]
+    split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
+    return DiagnosisInputs(split, *_observable_effects(recordings[0], library), share)
 
-PreparedRecording
-def _prepare_recordings(recordings: Sequence[Recording], choices: DiagnosisOptions) -> tuple[list[list[Course]], float | None]:
+
+def _prepare_recordings(
+    recordings: Sequence[Recording], options: DiagnosisOptions
+) -> tuple[list[list[PreparedRecording]], float | None]:
     """The prepared excerpts of each recording, all at the lowest cut-off of any, and the share of rows in them."""
-    cut = [excerpts(recording) for recording in recordings]
-    choices = replace(choices, cutoff=choices.cutoff or _choose_cutoff(recordings))
-    courses = [
-        [prepare(part.recording, choices.preprocessing, choices.cutoff, part.start) for part in parts]
-        for parts in cut
-    ]preprocessed
-    lowest = min(course.prepared.bandwidth for group in courses for course in group)
-    same = [
-        [
-            coursepreprocessed
-            if course.prepared.bandwidth == lowest
-            else prepare(course.recording, choices.preprocessing, lowest, course.start)
-            for course in group
-        ]
-        for group in courses
+    excerpt_lists = [excerpts(recording) for recording in recordings]
+    options = replace(options, cutoff=options.cutoff or _choose_cutoff(recordings))
+    groups = [
+        [prepare(excerpt.recording, options.preprocessing, options.cutoff, excerpt.start) for excerpt in excerpt_list]
+        for excerpt_list in excerpt_lists
     ]
-    kept = sum(len(part.recording.time) for parts in cut for part in parts)
+    lowest = min(prepared.preprocessed.bandwidth for group in groups for prepared in group)
+    aligned = [
+        [
+            prepared
+            if prepared.preprocessed.bandwidth == lowest
+            else prepare(prepared.recording, options.preprocessing, lowest, prepared.start)
+            for prepared in group
+        ]
+        for group in groups
+    ]
+    kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
     whole = sum(len(recording.time) for recording in recordings)
-    return same, None if kept == whole else kept / whole
+    return aligned, None if kept == whole else kept / whole
 
 
 def _choose_cutoff(recordings: Sequence[Recording]) -> float:
     """A cut-off [Hz] that leaves less encoder noise than a fit would tolerate, because effects are small."""
-    found = []
+    cutoffs = []
     for recording in recordings:
         samples = sample(excerpts(recording)[0].recording)
         position, torque = samples.position, samples.torque
-        spectra = cutofchoose_from_spectratra(position, torque, samples.rate)
-        usual = cutoff.decide(choose_from_spectraa, samples.rate).hz
-        fine = min(max(cutoff.decide(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
-        found.append(usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
-    return min(found)
+        spectra = cutoff.spectra(position, torque, samples.rate)
+        usual = cutoff.choose_from_spectra(spectra, samples.rate).hz
+        fine = min(max(cutoff.choose_from_spectra(spectra, samples.rate, MAX_ENCODER_NOISE).hz, MIN_BANDWIDTH), usual)
+        cutoffs.append(usual if _band_share(torque, samples.rate, fine, usual) > MAX_TORQUE_LOSS else fine)
+    return min(cutoffs)
 
 
 def _band_share(torque: Floats, rate: float, low: float, high: float) -> float:
     """Share of the RMS of `torque` (n, dof) below `high` that lies above `low` [Hz], of the joint with most."""
     if low >= high:
         return 0.0
-    more, less = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
-    share: Floats = np.nanstd(more - less, axis=0) / np.maximum(np.nanstd(more, axis=0), _TINY)
+    wide, narrow = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
+    share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), _TINY)
     return float(np.nanmax(share))
 
 
-def _observable_effects(recording: Recording, library: Mapping[str, Effect]) -> tuple[dict[str, Effect], dict[str, str]]:
+def _observable_effects(
+    recording: Recording, library: Mapping[str, Effect]
+) -> tuple[dict[str, Effect], dict[str, str]]:
     """The effects that such a recording can show, and the reasons why it cannot show the others of this mechanism."""
     rig, torque_measured = recording.rig, holds_torque(recording)
-    offered, unobservable = {}, {}
+    observable, unobservable = {}, {}
     for name, effect in library.items():
         if rig.mechanism not in effect.mechanisms:
             continue
-        why = effect.unobservable(rig, torque_measured)
-        if why:
-            unobservable[name] = why
+        reason = effect.unobservable(rig, torque_measured)
+        if reason:
+            unobservable[name] = reason
         else:
-            offered[name] = effect
-    return offered, unobservable
+            observable[name] = effect
+    return observable, unobservable

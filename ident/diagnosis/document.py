@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.dynamics.effects.base import is_never
+from ident.dynamics.effects.base import is_infinite
 from recordings.config import Section
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
@@ -28,7 +28,7 @@ class ParameterValue(Section):
     @property
     def infinite(self) -> bool:
         """Whether it is an instant that never occurs."""
-        return is_never(self.value, self.unit)
+        return is_infinite(self.value, self.unit)
 
 
 class StepEntry(Section):
@@ -42,16 +42,16 @@ class StepEntry(Section):
     parameters: dict[str, ParameterValue]
 
 
-def labels(rungs: Sequence[Sequence[str]]) -> list[str]:
+def labels(models: Sequence[Sequence[str]]) -> list[str]:
     """Names of the models of a selection, by the difference of their effects from the model before.
 
     models: the effects of each model. A step may add several effects: mandatory effects are always included.
     """
-    first, *others = rungs
+    first, *others = models
     names = [f"base model with {', '.join(first)}" if first else "base model"]
-    for before, effects in zip(rungs, others, strict=False):
-        more, less = Counter(effects) - Counter(before), Counter(before) - Counter(effects)
-        changes = [*(f"+ {name}" for name in more), *(f"− {name}" for name in less)]
+    for before, effects in zip(models, others, strict=False):
+        added, removed = Counter(effects) - Counter(before), Counter(before) - Counter(effects)
+        changes = [*(f"+ {name}" for name in added), *(f"− {name}" for name in removed)]
         names.append(" ".join(changes) or "the same effects, refitted")
     return names
 

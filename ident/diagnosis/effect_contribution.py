@@ -21,11 +21,11 @@ _MIN_SINGULAR_VALUE = 1e-12
 class EffectContribution:
     """A linearized model that can be combined with any number of candidates."""
 
-    def __init__(self, material: SplitData, solution: Solution) -> None:
-        self._split, self._solution = material, solution
-        x, composition = solution.x, solution.structure
-        self._rigid = composition.load(x)
-        linear = [one.linearized(composition, x) for one in material.predictors]
+    def __init__(self, split: SplitData, solution: Solution) -> None:
+        self._split, self._solution = split, solution
+        x, structure = solution.x, solution.structure
+        self._rigid = structure.load_parameters(x)
+        linear = [predictor.linearized(structure, x) for predictor in split.predictors]
         self._computed = [computed for computed, _ in linear]
         self._derivatives = [derivatives for _, derivatives in linear]
         regressor, _ = solution.rows()
@@ -37,28 +37,28 @@ class EffectContribution:
         """(m, dof) torque that `candidate` would remove from the residual of each recording [N m]; NaN where
         unknown.
         """
-        added = [
-            self._candidate_torque(evaluator, computed, candidate)
-            for evaluator, computed in zip(self._split.predictors, self._computed, strict=True)
+        torques = [
+            self._candidate_torque(predictor, computed, candidate)
+            for predictor, computed in zip(self._split.predictors, self._computed, strict=True)
         ]
         pairs = zip(self._split.train_indices, self._solution.weights, strict=True)
-        rows = np.concatenate([(weight * added[i])[weight > 0] for i, weight in pairs])
-        follows = self._inverse @ np.nan_to_num(rows)
-        return tuple(one - slopes @ follows for one, slopes in zip(added, self._derivatives, strict=True))
+        rows = np.concatenate([(weight * torques[i])[weight > 0] for i, weight in pairs])
+        adjustment = self._inverse @ np.nan_to_num(rows)
+        return tuple(torque - slopes @ adjustment for torque, slopes in zip(torques, self._derivatives, strict=True))
 
-    def _candidate_torque(self, evaluator: TorquePredictor, computed: Floats, candidate: Candidate) -> Floats:
+    def _candidate_torque(self, predictor: TorquePredictor, computed: Floats, candidate: Candidate) -> Floats:
         """(m, dof) torque of the candidate's columns, with the model's parameters unchanged."""
-        term, x, composition = candidate.term, self._solution.x, self._solution.structure
+        term, x, structure = candidate.term, self._solution.x, self._solution.structure
         if isinstance(term.effect, Additive):
-            path = evaluator.corrected_motion(composition, x)
-            columns = evaluator.columns(term, candidate.shapes, path, self._rigid)
-            return evaluator.prepared.condition(columns @ candidate.coefficients)
+            corrected = predictor.corrected_motion(structure, x)
+            columns = predictor.columns(term, candidate.shapes, corrected, self._rigid)
+            return predictor.prepared.condition(columns @ candidate.coefficients)
         total = np.zeros_like(computed)
-        parts = candidate.scale.shape[1]
+        count = candidate.scale.shape[1]
         for number, coefficient in enumerate(candidate.coefficients):
-            joints = term.joints if term.effect.whole_robot else term.joints[number // parts : number // parts + 1]
-            own = np.where(np.arange(parts) == number % parts, candidate.scale[number // parts], 0.0)
-            one = composition.plus(Term(term.name, term.effect, joints))
-            moved = evaluator.torque(one, np.concatenate([x, own, candidate.shapes]), self._rigid)
-            total += coefficient * (moved - computed)
+            joints = term.joints if term.effect.whole_robot else term.joints[number // count : number // count + 1]
+            local = np.where(np.arange(count) == number % count, candidate.scale[number // count], 0.0)
+            extended = structure.with_term(Term(term.name, term.effect, joints))
+            torque = predictor.torque(extended, np.concatenate([x, local, candidate.shapes]), self._rigid)
+            total += coefficient * (torque - computed)
         return total

@@ -45,71 +45,81 @@ class TrainingRange:
     """(m,) rows of each recording outside of the range."""
 
 
-def extrapolation_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
+def extrapolation_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
     """Yield one sentence for each range that the test recordings leave, if the `model` fails there."""
-    if not material.other_motion:
+    if not split.other_motion:
         return
-    failing = np.flatnonzero(rms(state.residuals, material.test) > _MIN_FAILURE * floor.rms)
-    ranges = list(_ranges(material)) if len(failing) else []
+    failed_joints = np.flatnonzero(rms(model.residuals, split.test) > _MIN_FAILURE * floor.rms)
+    ranges = list(_ranges(split)) if len(failed_joints) else []
     blamed: dict[str, list[tuple[int, float]]] = {}
-    for joint in map(int, failing):
-        shares = [(_excess_share(material, state, floor, one.outside, joint), one) for one in ranges]
-        found = [(share, one) for share, one in shares if share > _MIN_BLAMED_SHARE]
-        if found:  # what the joint itself does is the likelier reason
-            share, one = max(found, key=lambda each: (each[1].joint == joint, each[0]))
-            blamed.setdefault(one.text, []).append((joint + 1, min(share, 1.0)))
+    for joint in map(int, failed_joints):
+        shares = [
+            (_excess_share(split, model, floor, training_range.outside, joint), training_range)
+            for training_range in ranges
+        ]
+        large = [(share, training_range) for share, training_range in shares if share > _MIN_BLAMED_SHARE]
+        if large:  # what the joint itself does is the likelier reason
+            share, training_range = max(large, key=lambda item: (item[1].joint == joint, item[0]))
+            blamed.setdefault(training_range.text, []).append((joint + 1, min(share, 1.0)))
     for text, joints in blamed.items():
-        who, least = ", ".join(str(joint) for joint, _ in joints), min(share for _, share in joints)
+        numbers, smallest = ", ".join(str(joint) for joint, _ in joints), min(share for _, share in joints)
         yield (
-            f"Joint{'s' if len(joints) > 1 else ''} {who}: {least:.0%} of the held-out error above the noise floor "
+            f"Joint{'s' if len(joints) > 1 else ''} {numbers}: {smallest:.0%} of the held-out error above the noise floor "
             f"is where {text}. What shows only there cannot be known from the training: train on a motion that goes "
             "there, too."
         )
 
 
-def _ranges(material: SplitData) -> Iterator[TrainingRange]:
-    rig = material.datasets[0].recording.rig
-    for name, of in (
-        ("torque", [data.torque for data in material.datasets]),
-        ("speed", [data.motion.velocity for data in material.datasets]),
-        ("position", [data.motion.position for data in material.datasets]),
+def _ranges(split: SplitData) -> Iterator[TrainingRange]:
+    rig = split.datasets[0].recording.rig
+    for name, series in (
+        ("torque", [data.torque for data in split.datasets]),
+        ("speed", [data.motion.velocity for data in split.datasets]),
+        ("position", [data.motion.position for data in split.datasets]),
     ):
         for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
-            values = [one[:, joint] for one in of]
-            seen = np.concatenate([values[i][material.train[i][:, joint]] for i in material.train_indices])
-            if len(seen):  # it does not stand still all the time
-                yield _range(material, values, seen, joint, f"{name} of joint {joint + 1}", unit)
+            values = [signal[:, joint] for signal in series]
+            train = np.concatenate([values[i][split.train[i][:, joint]] for i in split.train_indices])
+            if len(train):  # it does not stand still all the time
+                yield _range(split, values, train, joint, f"{name} of joint {joint + 1}", unit)
 
 
-def _range(material: SplitData, values: Sequence[Floats], seen: Floats, joint: int, name: str, unit: str) -> TrainingRange:
-    low, high = float(np.nanmin(seen)), float(np.nanmax(seen))
+def _range(
+    split: SplitData, values: Sequence[Floats], train: Floats, joint: int, name: str, unit: str
+) -> TrainingRange:
+    low, high = float(np.nanmin(train)), float(np.nanmax(train))
     margin = _MARGIN * (high - low)
     outside = tuple(
-        _dilated((one < low - margin) | (one > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
-        for one, data in zip(values, material.datasets, strict=True)
+        _dilated((signal < low - margin) | (signal > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
+        for signal, data in zip(values, split.datasets, strict=True)
     )
     text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
     return TrainingRange(joint, text, outside)
 
 
-def _dilated(rows: Bools, by: float) -> Bools:
+def _dilated(rows: Bools, distance: float) -> Bools:
     """(m,) `rows`, extended by `distance` rows to both sides."""
-    around: Bools = maximum_filter1d(rows, 2 * int(by) + 1)
-    return around
+    dilated: Bools = maximum_filter1d(rows, 2 * int(distance) + 1)
+    return dilated
 
 
-def _excess_share(material: SplitData, state: FittedModel, floor: NoiseFloor, outside: Sequence[Bools], joint: int) -> float:
+def _excess_share(
+    split: SplitData, model: FittedModel, floor: NoiseFloor, outside: Sequence[Bools], joint: int
+) -> float:
     """Share of the excess mean square of a `joint` on the test rows that lies in the rows `outside`."""
-    squares, far, most, size = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
-    for data, residual, held, away in zip(material.datasets, state.residuals, material.test, outside, strict=True):
-        known = held[:, joint] & np.isfinite(residual[:, joint])
-        squares.append((residual[known, joint] / size) ** 2 - 1)
-        far.append(away[known])
-        if known.any():
-            most = max(most, float(np.bincount((data.time[known] // BLOCK_SECONDS).astype(int), squares[-1].clip(0)).max()))
-    above, there = np.concatenate(squares), np.concatenate(far)
-    if not there.any() or there.mean() > 1 - _MIN_INSIDE_SHARE or most > _MAX_BLOCK_SHARE * above.sum():
+    squares, outside_flags, largest_block, scale = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
+    for data, residual, test, flags in zip(split.datasets, model.residuals, split.test, outside, strict=True):
+        scored = test[:, joint] & np.isfinite(residual[:, joint])
+        squares.append((residual[scored, joint] / scale) ** 2 - 1)
+        outside_flags.append(flags[scored])
+        if scored.any():
+            largest_block = max(
+                largest_block,
+                float(np.bincount((data.time[scored] // BLOCK_SECONDS).astype(int), squares[-1].clip(0)).max()),
+            )
+    excess, out = np.concatenate(squares), np.concatenate(outside_flags)
+    if not out.any() or out.mean() > 1 - _MIN_INSIDE_SHARE or largest_block > _MAX_BLOCK_SHARE * excess.sum():
         return 0.0
-    alike = above[there].mean() < _MIN_DENSITY_RATIO * above[~there].mean()
-    return 0.0 if alike else float(above[there].sum() / above.sum())
+    uniform = excess[out].mean() < _MIN_DENSITY_RATIO * excess[~out].mean()
+    return 0.0 if uniform else float(excess[out].sum() / excess.sum())

@@ -31,7 +31,7 @@ class Improvement:
 
 
 def measure_improvement(
-    material: SplitData,
+    split: SplitData,
     before: Sequence[Floats],
     after: Sequence[Floats],
     floor: Floats,
@@ -42,19 +42,19 @@ def measure_improvement(
     Each joint is weighted by its squared noise floor, so that noise counts the same in all joints. rows: (m, dof)
     rows of every recording on which they are compared; default: the test rows.
     """
-    size, rows = np.maximum(floor, 1e-12), material.test if rows is None else rows
+    scale, rows = np.maximum(floor, 1e-12), split.test if rows is None else rows
     # An effect may know less of the recording than the model without it: both are judged where both say something.
     pairs = zip(rows, before, after, strict=True)
     rows = [judged & np.isfinite(old) & np.isfinite(new) for judged, old, new in pairs]
-    first, second = (_block_means(material, residuals, size, rows) for residuals in (before, after))
+    first, second = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
     fall = first - second
     count = len(fall)
     if count < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     spread = float(fall.std(ddof=1)) / np.sqrt(count)
     excess = first - 1.0
-    drawn = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
-    shares = _share(fall[drawn].mean(axis=1), excess[drawn].mean(axis=1))
+    samples = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
+    shares = _share(fall[samples].mean(axis=1), excess[samples].mean(axis=1))
     low, high = np.percentile(shares, [2.5, 97.5])
     share = _share(fall.mean(), excess.mean())
     t = float(fall.mean() / spread) if spread else 0.0
@@ -65,13 +65,13 @@ def _share(fall: Floats, excess: Floats) -> Floats:
     return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
 
 
-def _block_means(material: SplitData, residuals: Sequence[Floats], size: Floats, rows: Sequence[Bools]) -> Floats:
+def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
-    found = []
-    for dataset, known, residual in zip(material.datasets, rows, residuals, strict=True):
-        squares = np.where(known, (residual / size) ** 2, 0.0).sum(axis=1)
+    means = []
+    for dataset, known, residual in zip(split.datasets, rows, residuals, strict=True):
+        squares = np.where(known, (residual / scale) ** 2, 0.0).sum(axis=1)
         number = np.floor(dataset.time / BLOCK_SECONDS).astype(int)
         count = np.bincount(number, known.sum(axis=1))
         sums = np.bincount(number, squares)
-        found.append(sums[count > 0] / count[count > 0])
-    return np.concatenate(found)
+        means.append(sums[count > 0] / count[count > 0])
+    return np.concatenate(means)

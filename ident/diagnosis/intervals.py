@@ -15,7 +15,7 @@ _MIN_INDEPENDENT_SHARE = 1e-7
 """A parameter is not identifiable if less than this share of its column is independent of the other columns."""
 
 
-def confidence_intervals(material: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
+def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
     """(K, 2) 95 % intervals, including noise and encoder quantization; NaN for parameters that are not identifiable.
 
     gain_uncertainty: relative uncertainty of the torque gain; it applies to parameters that are proportional to the
@@ -23,12 +23,12 @@ def confidence_intervals(material: SplitData, solution: Solution, gain_uncertain
     """
     linear = solution.structure.linear
     gain = np.where(linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
-    noise, steps = parameter_uncertainty(material, solution).half_width(), _NORMAL * encoder_step_errors(material, solution)
+    noise, steps = parameter_uncertainty(split, solution).half_width(), _NORMAL * encoder_step_errors(split, solution)
     width = np.sqrt(noise**2 + steps**2 + gain**2)
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
-def encoder_step_errors(material: SplitData, solution: Solution) -> Floats:
+def encoder_step_errors(split: SplitData, solution: Solution) -> Floats:
     """(K,) standard errors of the parameters of `solution` due to encoder quantization; 0 where not identifiable.
 
     Perturbed readings of the encoders are propagated to the parameters by linearized least squares. The errors repeat
@@ -37,52 +37,54 @@ def encoder_step_errors(material: SplitData, solution: Solution) -> Floats:
     ones.
     """
     regressor, residual = solution.rows()
-    told = _identifiable(solution, regressor)
-    composition, x = solution.structure, solution.x
-    basis, triangle = np.linalg.qr(regressor[:, told])
-    shifts = np.zeros((len(material.perturbed_draws), len(x)))
-    read = [material.predictors[i].torque(composition, x) for i in material.train_indices]
-    for shift, misread in zip(shifts, material.perturbed_draws, strict=True):
-        parts = zip(solution.weights, misread, read, strict=True)
+    identifiable = _identifiable(solution, regressor)
+    structure, x = solution.structure, solution.x
+    basis, triangle = np.linalg.qr(regressor[:, identifiable])
+    shifts = np.zeros((len(split.perturbed_draws), len(x)))
+    nominal = [split.predictors[i].torque(structure, x) for i in split.train_indices]
+    for shift, predictors in zip(shifts, split.perturbed_draws, strict=True):
+        pairs = zip(solution.weights, predictors, nominal, strict=True)
         changed = np.concatenate(
-            [(w * np.nan_to_num(other.torque(composition, x) - one))[w > 0] for w, other, one in parts]
+            [(w * np.nan_to_num(predictor.torque(structure, x) - torque))[w > 0] for w, predictor, torque in pairs]
         )
-        along = basis.T @ changed
-        left = max(float(np.linalg.norm(changed - basis @ along)), _TINY)
-        shift[told] = np.linalg.solve(triangle, along) * min(1.0, float(np.linalg.norm(residual)) / left)
-    again: Floats = np.sqrt(_repetition_factor(material) * np.mean(shifts**2, axis=0))
-    return again
+        projection = basis.T @ changed
+        remaining = max(float(np.linalg.norm(changed - basis @ projection)), _TINY)
+        shift[identifiable] = np.linalg.solve(triangle, projection) * min(
+            1.0, float(np.linalg.norm(residual)) / remaining
+        )
+    errors: Floats = np.sqrt(_repetition_factor(split) * np.mean(shifts**2, axis=0))
+    return errors
 
 
-def _repetition_factor(material: SplitData) -> float:
+def _repetition_factor(split: SplitData) -> float:
     """Variance inflation because encoder errors are partly the same in all repetitions."""
-    found = []
-    for index in material.train_indices:
-        repeat = material.datasets[index].repeat
+    factors = []
+    for index in split.train_indices:
+        repeat = split.datasets[index].repeat
         cycles = max(len(np.unique(repeat[repeat >= 0])), 1)
-        found.append(1 + (cycles - 1) * float(material.repeating_share[index].mean()))
-    return float(np.mean(found))
+        factors.append(1 + (cycles - 1) * float(split.repeating_share[index].mean()))
+    return float(np.mean(factors))
 
 
-def parameter_uncertainty(material: SplitData, solution: Solution) -> Uncertainty:
+def parameter_uncertainty(split: SplitData, solution: Solution) -> Uncertainty:
     """Uncertainty of the K parameters of `solution` due to noise; NaN for parameters that are not identifiable."""
-    told = _identifiable(solution, solution.rows()[0])
-    parts = []
-    pairs = zip(material.train_indices, solution.residuals, solution.derivatives, solution.weights, strict=True)
+    identifiable = _identifiable(solution, solution.rows()[0])
+    estimates = []
+    pairs = zip(split.train_indices, solution.residuals, solution.derivatives, solution.weights, strict=True)
     for index, residual, derivatives, weight in pairs:
         known = np.where(weight > 0, residual, np.nan)
         std = np.where(weight > 0, 1 / np.where(weight > 0, weight, 1.0), 1.0)
-        repeat = material.datasets[index].repeat
-        parts.append(covariance.least_squares(derivatives[:, :, told], known, std, repeat, weight))
-    return covariance.of(parts).among(told)
+        repeat = split.datasets[index].repeat
+        estimates.append(covariance.least_squares(derivatives[:, :, identifiable], known, std, repeat, weight))
+    return covariance.estimate(estimates).expanded(identifiable)
 
 
 def _identifiable(solution: Solution, regressor: Floats) -> Bools:
     """(K,) identifiable parameters; regressor: (r, K)."""
     size = np.sqrt((regressor**2).sum(axis=0))
-    told: Bools = np.array([entry.free for entry in solution.structure.named], bool) & (size > 0)
-    told[told] = _independent(regressor[:, told] / size[told])
-    return told
+    identifiable: Bools = np.array([entry.free for entry in solution.structure.parameters], bool) & (size > 0)
+    identifiable[identifiable] = _independent(regressor[:, identifiable] / size[identifiable])
+    return identifiable
 
 
 def _independent(columns: Floats) -> Bools:

@@ -53,59 +53,64 @@ class NoiseFloor:
         return together
 
 
-def estimate_noise_floor(material: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
+def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
-    splits = cycle_statistics.of_residuals(material.datasets, residuals)
-    if splits:
-        level = np.array([one.noise_rms for one in splits])
-        found = strongest_lines(material.datasets, residuals)
-        vibration = np.array([line.mean_square if line else 0.0 for line in found])
+    statistics = cycle_statistics.of_residuals(split.datasets, residuals)
+    if statistics:
+        level = np.array([one.noise_rms for one in statistics])
+        vibrations = strongest_lines(split.datasets, residuals)
+        vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
         level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
-        trends = tuple(one.trend if one.trend and one.trend.significant else None for one in splits)
+        trends = tuple(one.trend if one.trend and one.trend.significant else None for one in statistics)
     else:
-        found, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
-        measured = noise.estimate(material.datasets, residuals)
+        vibrations, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
+        noise_models = noise.estimate(split.datasets, residuals)
         std = [
-            np.stack([own.torque_std(data.volt_sensitivity[:, j]) for j, own in enumerate(measured)], axis=1)
-            for data in material.datasets
+            np.stack(
+                [noise_model.torque_std(data.volt_sensitivity[:, j]) for j, noise_model in enumerate(noise_models)],
+                axis=1,
+            )
+            for data in split.datasets
         ]
-        level = rms(std, [one.prepared.usable for one in material.predictors])
-    kept, refitted = _perturbation_torque(material, solution)
-    judged = material.scored
-    parts = [
+        level = rms(std, [one.prepared.usable for one in split.predictors])
+    fixed, refitted = _perturbation_torque(split, solution)
+    scored = split.scored
+    mean_squares = [
         _encoder_mean_square(
-            evaluator,
-            material.perturbed[i],
-            judged[i],
-            material.repeating_share[i],
-            kept[i],
+            predictor,
+            split.perturbed[i],
+            scored[i],
+            split.repeating_share[i],
+            fixed[i],
             refitted[i],
             solution,
         )
-        for i, evaluator in enumerate(material.predictors)
+        for i, predictor in enumerate(split.predictors)
     ]
-    return NoiseFloor(level, np.sqrt(np.mean(parts, axis=0)), found, trends)
+    return NoiseFloor(level, np.sqrt(np.mean(mean_squares, axis=0)), vibrations, trends)
 
 
-def _perturbation_torque(material: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:
+def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:
     """(m, dof) torque change by perturbed encoder readings in each recording, for the mechanism alone [N m].
 
     Returned twice: with the parameters of the `solution`, and with those of a fit to the perturbed readings.
     """
-    composition = solution.structure
-    always = tuple(term for term in composition.terms if term.effect.always_true)
-    own = composition.load(solution.x)
-    columns, misled = material.perturbed_regressors(replace(composition, terms=always))
-    kept = [(other - one) @ own for one, other in columns]
-    return kept, [same + other @ (misled @ own) for same, (_, other) in zip(kept, columns, strict=True)]
+    structure = solution.structure
+    mandatory = tuple(term for term in structure.terms if term.effect.mandatory)
+    parameters = structure.load_parameters(solution.x)
+    regressors, bias = split.perturbed_regressors(replace(structure, terms=mandatory))
+    fixed = [(perturbed - measured) @ parameters for measured, perturbed in regressors]
+    return fixed, [
+        same + perturbed @ (bias @ parameters) for same, (_, perturbed) in zip(fixed, regressors, strict=True)
+    ]
 
 
 def _encoder_mean_square(
-    evaluator: TorquePredictor,
-    disturbed: TorquePredictor,
-    judged: Bools,
+    predictor: TorquePredictor,
+    perturbed: TorquePredictor,
+    scored: Bools,
     repeating: Floats,
-    kept: Floats,
+    fixed: Floats,
     refitted: Floats,
     solution: Solution,
 ) -> Floats:
@@ -115,50 +120,54 @@ def _encoder_mean_square(
     mechanism alone. Some effects amplify it; the ratio is estimated from the `scored` rows (m, dof) with clipped
     values, because an amplifier near its limit amplifies without bound.
     """
-    course, composition, x = evaluator.course, solution.composition, solution.x
-    difference = disturbed.unfiltered(cpreparedtion, x) - structurenfiltered(composition, x)
-    seen, alone = (_clipped_mean_square(np.where(judged, one, np.nan)) for one in (course.condition(difference), kept))
-    more = np.maximum(seen / np.maximum(alone, _TINY), 1.0)
-    expected: Floats = np.nanmean(np.where(course.usable, refitted, np.nan) ** 2, axis=0) * more
-    if len(difference) != len(course.samples.position):  # a mean cycle: nothing tells more
+    prepared, structure, x = predictor.prepared, solution.structure, solution.x
+    difference = perturbed.unfiltered(structure, x) - predictor.unfiltered(structure, x)
+    full, mechanism = (
+        _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
+    )
+    amplification = np.maximum(full / np.maximum(mechanism, _TINY), 1.0)
+    expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
+    if len(difference) != len(prepared.samples.position):  # a mean cycle: nothing tells more
         return expected
-    known: Floats = expected * repeating * _loop_amplification(evaluator, solution, difference, repeating)
-    return known
+    repeated: Floats = expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
+    return repeated
 
 
-def _loop_amplification(evaluator: Evaluator, solution: Solution, expected: Floats, repeating: Floats) -> Floats:
-    """(dof,) ratio of the observedTorquePredictorare of quantization errors to that of the `expected` ones (n, dof).
+def _loop_amplification(
+    predictor: TorquePredictor, solution: Solution, expected: Floats, repeating: Floats
+) -> Floats:
+    """(dof,) ratio of the observed mean square of quantization errors to that of the `expected` ones (n, dof).
 
     The position loop reacts to quantization, so the real errors are not uniformly distributed. The ratio is estimated
     in a band above the bandwidth of the analysis, where hardly anything else repeats; medians suppress other peaks.
     """
-    course = evaluator.course
-    left = course.samplpreparedque - evaluator.unfiltered(solution.composition, solution.x)
-    low, high = (min(factor * course.dataset.bandwidth, course.sastructure/ 5) for factor in _QUANTIZATION_BAND)
+    prepared = predictor.prepared
+    residual = prepared.samples.torque - predictor.unfiltered(solution.structure, solution.x)
+    low, high = (min(factor * prepared.dataset.bandwidth, prepared.samples.rate / 5) for factor in _QUANTIZATION_BAND)
     if high < 1.2 * low:
-        return np.ones(left.shape[1])
-    repeated, drawn = (
-        by_cycle(
-        instants_by_cyclese,
-            filters.convolve(x, filters.low_pass(high, course.samples.rate))
-            - filters.convolve(x, filters.low_pass(low, course.samples.rate)),
+        return np.ones(residual.shape[1])
+    measured, simulated = (
+        instants_by_cycle(
+            prepared,
+            filters.convolve(x, filters.low_pass(high, prepared.samples.rate))
+            - filters.convolve(x, filters.low_pass(low, prepared.samples.rate)),
         )
-        for x in (left, expected)
+        for x in (residual, expected)
     )
-    cycles = np.isfinite(repeated).sum(axis=0)
-    known = (cycles > 1).all(axis=1)
-    if len(repeated) < 2 or not known.any():
-        return np.ones(left.shape[1])
-    mean = np.nanmean(repeated[:, known], axis=0)
-    differing = _robust_mean_square(repeated[:, known] - mean) / (len(repeated) - 1)
-    most = (_robust_mean_square(mean) - differing) / np.maximum(_robust_mean_square(drawn) * repeating, _TINY)
-    return np.clip(most, 1.0, _MAX_AMPLIFICATION)
+    cycles = np.isfinite(measured).sum(axis=0)
+    complete = (cycles > 1).all(axis=1)
+    if len(measured) < 2 or not complete.any():
+        return np.ones(residual.shape[1])
+    mean = np.nanmean(measured[:, complete], axis=0)
+    variance = _robust_mean_square(measured[:, complete] - mean) / (len(measured) - 1)
+    ratio = (_robust_mean_square(mean) - variance) / np.maximum(_robust_mean_square(simulated) * repeating, _TINY)
+    return np.clip(ratio, 1.0, _MAX_AMPLIFICATION)
 
 
 def _clipped_mean_square(x: Floats) -> Floats:
     """(dof,) mean square of `x` (m, dof) with values clipped at a multiple of the typical value."""
-    most = _CLIPPING * np.sqrt(_robust_mean_square(x))
-    square: Floats = np.nanmean(np.minimum(np.abs(x), most) ** 2, axis=0)
+    limit = _CLIPPING * np.sqrt(_robust_mean_square(x))
+    square: Floats = np.nanmean(np.minimum(np.abs(x), limit) ** 2, axis=0)
     return square
 
 

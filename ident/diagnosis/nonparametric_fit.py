@@ -12,8 +12,8 @@ from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.stepwise_selection import is_supported
 from ident.diagnosis.unexplained_residual import estimate_unexplained
-from ident.dynamics.effect_inputs import View
-from ident.dynamics.effects.learned_curve import Curve, effect_of
+from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
@@ -32,7 +32,7 @@ _TINY = 1e-6
 class NonparametricFit:
     """Learned curves and the improvement by them."""
 
-    curves: tuple[Curve, ...]
+    curves: tuple[LearnedCurve, ...]
     dependences: tuple[Dependence, ...]
     """The variables of the curves."""
     model: FittedModel
@@ -61,88 +61,104 @@ class _Rows:
     slope_changes: Floats
     """(b, curves * KNOTS) change of slope at each inner knot per value at a knot."""
 
-    def solve(self, which: Bools, smoothness: float) -> Floats:
+    def solve(self, selected: Bools, smoothness: float) -> Floats:
         """(K + curves * KNOTS,) scaled model parameters, and the curves' values at the knots, from the `selected`
         rows.
         """
-        matrix = np.concatenate([self.regressor[which], self.hats[which]], axis=1)
+        matrix = np.concatenate([self.regressor[selected], self.hats[selected]], axis=1)
         # Of all rows: a half in which a curve is not visited must not leave its knots without any weight.
         level = float(np.mean(self.hats**2))
-        penalty = np.diag(np.r_[np.full(self.regressor.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)])
-        part = slice(self.regressor.shape[1], None)
-        penalty[part, part] += smoothness * level * self.slope_changes.T @ self.slope_changes
+        penalty = np.diag(
+            np.r_[np.full(self.regressor.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)]
+        )
+        block = slice(self.regressor.shape[1], None)
+        penalty[block, block] += smoothness * level * self.slope_changes.T @ self.slope_changes
         gram = matrix.T @ matrix + max(len(matrix), 1) * penalty
-        solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[which])
+        solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[selected])
         return solution
 
     def cross_validation_error(self, smoothness: float) -> float:
         """Sum of squares of each half, predicted from the other half."""
         total = 0.0
-        for which in (self.first_half, ~self.first_half):
-            matrix = np.concatenate([self.regressor[~which], self.hats[~which]], axis=1)
-            total += float(np.sum((self.residual[~which] - matrix @ self.solve(which, smoothness)) ** 2))
+        for selected in (self.first_half, ~self.first_half):
+            matrix = np.concatenate([self.regressor[~selected], self.hats[~selected]], axis=1)
+            total += float(np.sum((self.residual[~selected] - matrix @ self.solve(selected, smoothness)) ** 2))
         return total
 
 
-def fit_curves(material: SplitData, top: FittedModel) -> NonparametricFit | None:
+def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
     """Fit curves to the residual of the `final` model; None if it depends on no variable of a curve.
 
     One joint is added at a time, those that change with time first, then the one with the largest unexplained residual:
     the residuals of the other joints are meaningful only after that.
     """
-    reached = estimate_noise_floor(material, top.solution, top.residuals)
+    noise_floor = estimate_noise_floor(split, final.solution, final.residuals)
     used: list[Dependence] = []
-    curves: list[Curve] = []
-    after = top
-    for _ in range(top.residuals[0].shape[1]):
-        left = estimate_unexplained(material, after, estimate_noise_floor(material, after.solution, after.residuals))
-        share = left.rms / material.torque_rms
-        more = [one for one in left.dependences if one.joint not in {other.joint for other in used}]
-        if not more:
+    curves: list[LearnedCurve] = []
+    model = final
+    for _ in range(final.residuals[0].shape[1]):
+        unexplained = estimate_unexplained(split, model, estimate_noise_floor(split, model.solution, model.residuals))
+        share = unexplained.rms / split.torque_rms
+        candidates = [
+            dependence
+            for dependence in unexplained.dependences
+            if dependence.joint not in {used_before.joint for used_before in used}
+        ]
+        if not candidates:
             break
-        used.append(max(more, key=lambda one: ("time" in one.variables, share[one.joint])))
-        curves = _fit_values(material, top.solution, [curve for one in used for curve in _empty_curves(one)])
-        after = _fit_with_curves(material, top, curves)
+        used.append(max(candidates, key=lambda dependence: ("time" in dependence.variables, share[dependence.joint])))
+        curves = _fit_values(
+            split, final.solution, [curve for dependence in used for curve in _empty_curves(dependence)]
+        )
+        model = _fit_with_curves(split, final, curves)
     if not curves:
         return None
-    held_out = measure_improvement(material, top.residuals, after.residuals, reached.rms)
-    return NonparametricFit(tuple(curves), tuple(used), after, held_out)
+    held_out = measure_improvement(split, final.residuals, model.residuals, noise_floor.rms)
+    return NonparametricFit(tuple(curves), tuple(used), model, held_out)
 
 
-def _fit_with_curves(material: SplitData, top: FittedModel, curves: Sequence[Curve]) -> FittedModel:
-    """Refit the model `final` structureth `curves`."""
+def _fit_with_curves(split: SplitData, final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:
+    """Refit the model `final` together with `curves`."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
-    composition = top.solution.composition.plus(Term("stand_in", effect_of(curves), joints))
-    solution = material.fit(composition, np.concatenate([top.solution.x, np.ones(len(joints))]))
-    return FittedModel(solution, material.residuals(solution))
+    structure = final.solution.structure.with_term(Term("stand_in", learned_effect(curves), joints))
+    solution = split.fit(structure, np.concatenate([final.solution.x, np.ones(len(joints))]))
+    return FittedModel(solution, split.residuals(solution))
 
 
-def _empty_curves(one: Dependence) -> list[Curve]:
+def _empty_curves(dependence: Dependence) -> list[LearnedCurve]:
     """Curves without knots over the variables of `dependence`."""
-    return [Curve(one.joint + 1, own.variable, own.joint + 1, own.times, (), ()) for own in one.inputs]
+    return [
+        LearnedCurve(
+            dependence.joint + 1, curve_input.variable, curve_input.joint + 1, curve_input.multiplier, (), ()
+        )
+        for curve_input in dependence.inputs
+    ]
 
 
-def _fit_values(material: SplitData, solution: Solution, blank: Sequence[Curve]) -> list[Curve]:
+def _fit_values(split: SplitData, solution: Solution, empty: Sequence[LearnedCurve]) -> list[LearnedCurve]:
     """Fit all curves together while the model's own parameters adapt."""
-    views = [_effect_inputs(material.predictors[i], solution) for i in material.train_indices]
-    curves = [replace(curve, knots=_knots(curve, views)) for curve in blank]
-    rows = _rows(material, solution, views, curves)
-    best = min(SMOOTHNESS, key=rows.cross_validation_error)
-    values = rows.solve(np.ones(len(rows.residual), bool), best)[rows.regressor.shape[1] :].reshape(-1, KNOTS)
-    return [replace(curve, values=tuple(map(float, own))) for curve, own in zip(curves, values, strict=True)]
-TorquePredictor
-structure
-def _effect_inputs(eveffect_inputstor: Evaluacorrected_motion solution: Solution) -> View:
-    composition, x = solution.composition, solution.x
-    return evaluator.view(evaluator.path(composition, x), composition.load(x))
+    all_inputs = [_effect_inputs(split.predictors[i], solution) for i in split.train_indices]
+    curves = [replace(curve, knots=_knots(curve, all_inputs)) for curve in empty]
+    rows = _rows(split, solution, all_inputs, curves)
+    smoothness = min(SMOOTHNESS, key=rows.cross_validation_error)
+    values = rows.solve(np.ones(len(rows.residual), bool), smoothness)[rows.regressor.shape[1] :].reshape(-1, KNOTS)
+    return [
+        replace(curve, values=tuple(map(float, knot_values)))
+        for curve, knot_values in zip(curves, values, strict=True)
+    ]
 
 
-def _knots(curve: Curve, views: Sequence[View]) -> tuple[float, ...]:
+def _effect_inputs(predictor: TorquePredictor, solution: Solution) -> EffectInputs:
+    structure, x = solution.structure, solution.x
+    return predictor.effect_inputs(predictor.corrected_motion(structure, x), structure.load_parameters(x))
+
+
+def _knots(curve: LearnedCurve, all_inputs: Sequence[EffectInputs]) -> tuple[float, ...]:
     """Knots over the visited range, denser where more rows are."""
-    signal = np.concatenate([curve.signal(view) for view in views])
+    signal = np.concatenate([curve.variable_values(inputs) for inputs in all_inputs])
     share = np.linspace(0.0, 1.0, KNOTS)
-    often = np.nanquantile(signal, share)
-    knots: Floats = (often + np.linspace(often[0], often[-1], KNOTS)) / 2
+    quantiles = np.nanquantile(signal, share)
+    knots: Floats = (quantiles + np.linspace(quantiles[0], quantiles[-1], KNOTS)) / 2
     return tuple(knots.tolist())
 
 
@@ -154,32 +170,34 @@ def _slope_changes(knots: Sequence[float]) -> Floats:
     return change
 
 
-def _rows(material: SplitData, solution: Solution, views: Sequence[View], curves: Sequence[Curve]) -> _Rows:
+def _rows(
+    split: SplitData, solution: Solution, all_inputs: Sequence[EffectInputs], curves: Sequence[LearnedCurve]
+) -> _Rows:
     from scipy.linalg import block_diag
 
-    parts = []
-    pairs = zip(material.train_indices, vipreparedolution.derivatives, solution.residuals, strict=True)
-    for index, view, derivatives, residual in pairs:
-        hats = material.predictors[index].course.condition(_hat_functions(curves, view))
-        seen = material.train[index] & np.isfinite(residual)
-        seen &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
-        first = np.floor(material.datasets[index].time / BLOCK_SECONDS) % 2 == 0
-        first = np.repeat(first[:, None], seen.shape[1], axis=1)
-        parts.append((hats[seen], derivatives[seen], residual[seen], first[seen]))
-    hats, model, residual, first = (np.concatenate(part) for part in zip(*parts, strict=True))
-    size = np.sqrt(np.mean(model**2, axis=0))
-    bend = block_diag(*(_slope_changes(curve.knots) for curve in curves))
-    return _Rows(hats, model[:, size > 0] / size[size > 0], residual, first, bend)
+    blocks = []
+    pairs = zip(split.train_indices, all_inputs, solution.derivatives, solution.residuals, strict=True)
+    for index, inputs, derivatives, residual in pairs:
+        hats = split.predictors[index].prepared.condition(_hat_functions(curves, inputs))
+        train = split.train[index] & np.isfinite(residual)
+        train &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
+        first_half = np.floor(split.datasets[index].time / BLOCK_SECONDS) % 2 == 0
+        first_half = np.repeat(first_half[:, None], train.shape[1], axis=1)
+        blocks.append((hats[train], derivatives[train], residual[train], first_half[train]))
+    hats, regressor, residual, first_half = (np.concatenate(block) for block in zip(*blocks, strict=True))
+    size = np.sqrt(np.mean(regressor**2, axis=0))
+    slope_changes = block_diag(*(_slope_changes(curve.knots) for curve in curves))
+    return _Rows(hats, regressor[:, size > 0] / size[size > 0], residual, first_half, slope_changes)
 
 
-def _hat_functions(curves: Sequence[Curve], view: View) -> Floats:
+def _hat_functions(curves: Sequence[LearnedCurve], inputs: EffectInputs) -> Floats:
     """(n, dof, curves * KNOTS) torque per unit of the value at each knot."""
-    n, dof = view.motion.velocity.shape
+    n, dof = inputs.motion.velocity.shape
     hats = np.zeros((n, dof, len(curves), KNOTS))
     for number, curve in enumerate(curves):
-        signal = curve.signal(view)
-        place = np.interp(np.nan_to_num(signal), curve.knots, np.arange(KNOTS))
-        weight = np.where(np.isfinite(signal), curve.factor(view), np.nan)
-        hats[:, curve.joint - 1, number] = np.maximum(1 - np.abs(place[:, None] - np.arange(KNOTS)), 0.0)
+        signal = curve.variable_values(inputs)
+        position = np.interp(np.nan_to_num(signal), curve.knots, np.arange(KNOTS))
+        weight = np.where(np.isfinite(signal), curve.factor(inputs), np.nan)
+        hats[:, curve.joint - 1, number] = np.maximum(1 - np.abs(position[:, None] - np.arange(KNOTS)), 0.0)
         hats[:, curve.joint - 1, number] *= weight[:, None]
     return hats.reshape(n, dof, -1)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.split_data import SplitData
-from ident.dynamics.effects.learned_curve import Times, Variable
+from ident.dynamics.effects.learned_curve import Multiplier, Variable
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 
@@ -32,7 +32,7 @@ class CurveInput:
     variable: Variable
     joint: int
     """Joint of the variable, from 0."""
-    times: Times = "one"
+    multiplier: Multiplier = "one"
     """Factor by which the curve's values are multiplied."""
 
 
@@ -62,21 +62,21 @@ class _Rows:
     """(m, dof)"""
     signals: dict[Variable, Floats]
     """(m, dof) by variable."""
-    factors: dict[Times, Floats]
+    factors: dict[Multiplier, Floats]
     """(m, dof)"""
 
 
 def find_dependences(
-    material: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
+    split: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
 ) -> list[Dependence]:
     """Dependences of the residuals (m, dof) of the given `joints`; joints that no curve explains are left out."""
-    rows = _rows(material, solution, residuals)
-    return [found for joint in joints if (found := _dependence(rows, joint))]
+    rows = _rows(split, solution, residuals)
+    return [dependence for joint in joints if (dependence := _dependence(rows, joint))]
 
 
-def _rows(material: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
-    datasets = material.datasets
-    derivatives = [one.linearized(solution.structure, solution.x)[1] for one in material.predictors]
+def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
+    datasets = split.datasets
+    derivatives = [predictor.linearized(solution.structure, solution.x)[1] for predictor in split.predictors]
     computed = [data.torque - left for data, left in zip(datasets, residuals, strict=True)]
     dof = residuals[0].shape[1]
     signals: dict[Variable, list[Floats]] = {
@@ -88,28 +88,29 @@ def _rows(material: SplitData, solution: Solution, residuals: Sequence[Floats]) 
     }
     joined = {name: np.concatenate(parts) for name, parts in signals.items()}
     regressor, residual = np.concatenate(derivatives), np.concatenate(residuals)
-    everything: Bools = np.all([np.isfinite(values).all(axis=1) for values in joined.values()], axis=0)
-    known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & everything[:, None]
-    seen, held = (np.concatenate(part) & known for part in (material.train, material.test))
+    finite: Bools = np.all([np.isfinite(values).all(axis=1) for values in joined.values()], axis=0)
+    known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & finite[:, None]
+    train, test = (np.concatenate(part) & known for part in (split.train, split.test))
     direction = np.concatenate([data.motion.direction for data in datasets])
-    factors: dict[Times, Floats] = {
+    factors: dict[Multiplier, Floats] = {
         "one": np.ones_like(direction),
         "direction": np.nan_to_num(direction),
         "velocity": np.nan_to_num(joined["velocity"]),
     }
-    return _Rows(residual, regressor, seen, held, joined, factors)
+    return _Rows(residual, regressor, train, test, joined, factors)
 
 
 def _dependence(rows: _Rows, joint: int) -> Dependence | None:
-    tried = [
-        (sources, _explained_share(rows, joint, _columns(rows, joint, sources))) for sources in _input_candidates(rows, joint)
+    candidates = [
+        (inputs, _explained_share(rows, joint, _columns(rows, joint, inputs)))
+        for inputs in _input_candidates(rows, joint)
     ]
-    best = max(share for _, share in tried)
+    best = max(share for _, share in candidates)
     if best < MIN_EXPLAINED:
         return None
-    enough = [one for one in tried if one[1] >= MIN_RELATIVE_SHARE * best]
-    sources, share = min(enough, key=lambda one: (len(_variable_names(joint, one[0])), -one[1]))
-    return Dependence(joint, sources, _variable_names(joint, sources), share)
+    enough = [candidate for candidate in candidates if candidate[1] >= MIN_RELATIVE_SHARE * best]
+    inputs, share = min(enough, key=lambda candidate: (len(_variable_names(joint, candidate[0])), -candidate[1]))
+    return Dependence(joint, inputs, _variable_names(joint, inputs), share)
 
 
 def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:
@@ -120,37 +121,37 @@ def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...
         if name != "velocity":
             yield (CurveInput(name, joint, "direction"),)
     yield (CurveInput("position", joint, "velocity"),)
-    others = [other for other in range(rows.residual.shape[1]) if other != joint]
-    moving: tuple[Variable, ...] = ("position", "velocity", "acceleration")
-    for name in moving:
-        yield from ((CurveInput(name, other),) for other in others)
+    others = [other_joint for other_joint in range(rows.residual.shape[1]) if other_joint != joint]
+    variables: tuple[Variable, ...] = ("position", "velocity", "acceleration")
+    for name in variables:
+        yield from ((CurveInput(name, other_joint),) for other_joint in others)
         if len(others) > 1:
-            yield tuple(CurveInput(name, other) for other in others)
+            yield tuple(CurveInput(name, other_joint) for other_joint in others)
 
 
-def _variable_names(joint: int, sources: Sequence[CurveInput]) -> tuple[str, ...]:
+def _variable_names(joint: int, inputs: Sequence[CurveInput]) -> tuple[str, ...]:
     """Names of the variables as they are reported."""
-    turned = ["velocity"] if any(one.times != "one" for one in sources) else []
-    others = [f"joint_{one.joint + 1}" for one in sources if one.joint != joint]
-    return sources[0].variable, *turned, *others
+    factors = ["velocity"] if any(curve_input.multiplier != "one" for curve_input in inputs) else []
+    others = [f"joint_{curve_input.joint + 1}" for curve_input in inputs if curve_input.joint != joint]
+    return inputs[0].variable, *factors, *others
 
 
-def _columns(rows: _Rows, joint: int, sources: Sequence[CurveInput]) -> Floats:
+def _columns(rows: _Rows, joint: int, inputs: Sequence[CurveInput]) -> Floats:
     """(m, c) columns of one curve over each of the `inputs`."""
     curves = [
-        _hat_functions(rows.signals[one.variable][:, one.joint], rows.train[:, joint])
-        * rows.factors[one.times][:, joint, None]
-        for one in sources
+        _hat_functions(rows.signals[curve_input.variable][:, curve_input.joint], rows.train[:, joint])
+        * rows.factors[curve_input.multiplier][:, joint, None]
+        for curve_input in inputs
     ]
     return np.concatenate(curves, axis=1)
 
 
-def _hat_functions(x: Floats, seen: Bools) -> Floats:
+def _hat_functions(x: Floats, train: Bools) -> Floats:
     """(m, KNOTS + 1) piecewise linear functions of `x` (m,) that add up to one; knots from the `train` rows."""
-    inside = x[seen]
+    inside = x[train]
     knots = np.unique(np.quantile(inside, np.linspace(0, 1, KNOTS + 1)))
-    place = np.interp(np.nan_to_num(x), knots, np.arange(len(knots)))
-    hats: Floats = np.maximum(1 - np.abs(place[:, None] - np.arange(len(knots))), 0.0)
+    position = np.interp(np.nan_to_num(x), knots, np.arange(len(knots)))
+    hats: Floats = np.maximum(1 - np.abs(position[:, None] - np.arange(len(knots))), 0.0)
     return hats
 
 
@@ -159,13 +160,13 @@ def _explained_share(rows: _Rows, joint: int, columns: Floats) -> float:
 
     The model's parameters adapt, but only as far as this joint requires.
     """
-    seen, held = rows.train[:, joint], rows.test[:, joint]
-    own = rows.regressor[:, joint]
-    own = own[:, np.abs(own[seen]).sum(axis=0) > 0]
-    both = np.concatenate([own / np.sqrt(np.mean(own[seen] ** 2, axis=0)), columns], axis=1)
-    size = np.concatenate([np.zeros(own.shape[1]) + 1e-6, np.full(columns.shape[1], _RIDGE)])
-    matrix = both[seen].T @ both[seen] + np.diag(size * len(both[seen]) * 0.1)
-    coefficients = np.linalg.solve(matrix, both[seen].T @ rows.residual[seen, joint])
-    left = rows.residual[held, joint] - both[held] @ coefficients
-    before = float(np.mean(rows.residual[held, joint] ** 2))
-    return 1 - float(np.mean(left**2)) / before if before else 0.0
+    train, test = rows.train[:, joint], rows.test[:, joint]
+    regressor = rows.regressor[:, joint]
+    regressor = regressor[:, np.abs(regressor[train]).sum(axis=0) > 0]
+    combined = np.concatenate([regressor / np.sqrt(np.mean(regressor[train] ** 2, axis=0)), columns], axis=1)
+    penalty = np.concatenate([np.zeros(regressor.shape[1]) + 1e-6, np.full(columns.shape[1], _RIDGE)])
+    matrix = combined[train].T @ combined[train] + np.diag(penalty * len(combined[train]) * 0.1)
+    coefficients = np.linalg.solve(matrix, combined[train].T @ rows.residual[train, joint])
+    residual = rows.residual[test, joint] - combined[test] @ coefficients
+    before = float(np.mean(rows.residual[test, joint] ** 2))
+    return 1 - float(np.mean(residual**2)) / before if before else 0.0

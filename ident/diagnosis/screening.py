@@ -67,50 +67,57 @@ class _Block:
 class Screener:
     """Screens candidates against one model."""
 
-    def __init__(self, material: SplitData, solution: Solution) -> None:
-        self._split, self._solution = material, solution
+    def __init__(self, split: SplitData, solution: Solution) -> None:
+        self._split, self._solution = split, solution
         regressor, self._residual = solution.rows()
         size = np.sqrt((regressor**2).sum(axis=0))
         self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
         self.loss = solution.loss
-        self._predictors = [material.predictors[i] for i in material.train_indices]
+        self._predictors = [split.predictors[i] for i in split.train_indices]
 
     def screen(self, library: Mapping[str, Effect]) -> tuple[list[Candidate], dict[str, Exclusion]]:
         """The best candidate of every effect, the most promising first, and the reason why others are excluded.
 
         Effects that may occur several times have several candidates.
         """
-        found: list[Candidate] = []
-        unseen: dict[str, Exclusion] = {}
+        best: list[Candidate] = []
+        excluded: dict[str, Exclusion] = {}
         for name, effect in library.items():
-            judged = [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
-            candidates = [one for one in judged if isinstance(one, Candidate)]
+            results = [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
+            candidates = [candidate for candidate in results if isinstance(candidate, Candidate)]
             if candidates:
-                candidates.sort(key=lambda one: one.loss)
-                found += candidates[:_MAX_LINES] if effect.repeated else [_merge_guesses(candidates[: effect.valleys])]
+                candidates.sort(key=lambda candidate: candidate.loss)
+                best += (
+                    candidates[:_MAX_LINES] if effect.repeated else [_merge_guesses(candidates[: effect.multistart])]
+                )
             else:
-                unseen[name] = "sign" if "sign" in judged else "collinear"
-        return sorted(found, key=lambda one: one.loss), unseen
+                excluded[name] = "sign" if "sign" in results else "collinear"
+        return sorted(best, key=lambda candidate: candidate.loss), excluded
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
-        suggested = self._suggested(effect)
-        own = effect.parameters[0].name if isinstance(effect, Signal) else ""
-        whole = [one for one in suggested if own in one]
-        shapes = [np.array(values, float) for values in product(*(shape.starts for shape in effect.shapes))]
-        shapes += [_vector(one, effect.shapes) for one in suggested if own not in one]
+        suggestions = self._suggested(effect)
+        first_parameter = effect.parameters[0].name if isinstance(effect, Signal) else ""
+        complete = [one for one in suggestions if first_parameter in one]
+        shapes = [np.array(values, float) for values in product(*(shape.initial_guesses for shape in effect.shapes))]
+        shapes += [_vector(one, effect.shapes) for one in suggestions if first_parameter not in one]
         if isinstance(effect, Additive):
-            one_signed = np.array([float(q.lower >= 0) for q in effect.coefficients])
+            one_signed = np.array([float(quantity.lower >= 0) for quantity in effect.coefficients])
             for values in shapes:
                 columns = self._additive(Term(name, effect, self._joints(effect)), values)
-                owners = columns.shape[1] // len(effect.coefficients)
-                yield _Block(columns, np.ones((owners, len(effect.coefficients))), values, one_signed)
+                instances = columns.shape[1] // len(effect.coefficients)
+                yield _Block(columns, np.ones((instances, len(effect.coefficients))), values, one_signed)
         elif isinstance(effect, Signal):
-            owners = 1 if effect.whole_robot else len(self._joints(effect))
-            starts = [np.array(one) for one in zip(*_padded([q.starts for q in effect.parameters]), strict=True)]
-            places = [(np.tile(one, (owners, 1)), values) for one, values in product(starts, shapes)]
-            places += [(_by_instance(one, effect.parameters, owners), _vector(one, effect.shapes)) for one in whole]
-            for at, values in places:
-                yield self._signal(name, effect, at, values)
+            instances = 1 if effect.whole_robot else len(self._joints(effect))
+            starts = [
+                np.array(one)
+                for one in zip(*_padded([quantity.initial_guesses for quantity in effect.parameters]), strict=True)
+            ]
+            guesses = [(np.tile(one, (instances, 1)), values) for one, values in product(starts, shapes)]
+            guesses += [
+                (_by_instance(one, effect.parameters, instances), _vector(one, effect.shapes)) for one in complete
+            ]
+            for guess, values in guesses:
+                yield self._signal(name, effect, guess, values)
 
     def _joints(self, effect: Effect) -> tuple[int, ...]:
         return tuple(range(self._solution.structure.rig.dof))
@@ -119,45 +126,45 @@ class Screener:
         """Initial guesses that the effect suggests from the residual of each recording."""
         if effect.suggest is None:
             return []
-        found: list[Suggestion] = []
-        x, composition = self._solution.x, self._solution.structure
+        suggestions: list[Suggestion] = []
+        x, structure = self._solution.x, self._solution.structure
         pairs = zip(self._predictors, self._solution.weights, self._solution.residuals, strict=True)
-        for evaluator, weight, residual in pairs:
-            view = evaluator.effect_inputs(evaluator.corrected_motion(composition, x), composition.load(x))
-            left = np.where(weight > 0, residual, np.nan)
-            found += effect.suggest(view.every(evaluator.prepared.preprocessed.decimation), left)
-        return found
+        for predictor, weight, residual in pairs:
+            inputs = predictor.effect_inputs(predictor.corrected_motion(structure, x), structure.load_parameters(x))
+            masked = np.where(weight > 0, residual, np.nan)
+            suggestions += effect.suggest(inputs.decimated(predictor.prepared.preprocessed.decimation), masked)
+        return suggestions
 
     def _additive(self, term: Term, shapes: Floats) -> Floats:
-        x, composition = self._solution.x, self._solution.structure
-        rigid = composition.load(x)
-        parts = []
-        for evaluator, weight in zip(self._predictors, self._solution.weights, strict=True):
-            columns = evaluator.columns(term, shapes, evaluator.corrected_motion(composition, x), rigid)
-            parts.append(self._weighted(evaluator.prepared.condition(columns), weight))
-        return np.concatenate(parts)
+        x, structure = self._solution.x, self._solution.structure
+        rigid = structure.load_parameters(x)
+        rows = []
+        for predictor, weight in zip(self._predictors, self._solution.weights, strict=True):
+            columns = predictor.columns(term, shapes, predictor.corrected_motion(structure, x), rigid)
+            rows.append(self._weighted(predictor.prepared.condition(columns), weight))
+        return np.concatenate(rows)
 
-    def _signal(self, name: str, effect: Signal, starts: Floats, shapes: Floats) -> _Block:
+    def _signal(self, name: str, effect: Signal, guesses: Floats, shapes: Floats) -> _Block:
         """Torque differences by the effect at `guesses` (instances, c), one column per instance and parameter."""
-        owners = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
+        instances = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
         columns = [
-            self._difference(Term(name, effect, owner), np.where(np.arange(len(own)) == i, own, 0.0), shapes)
-            for owner, own in zip(owners, starts, strict=True)
-            for i in range(len(own))
+            self._difference(Term(name, effect, joints), np.where(np.arange(len(guess)) == i, guess, 0.0), shapes)
+            for joints, guess in zip(instances, guesses, strict=True)
+            for i in range(len(guess))
         ]
-        one_signed = np.array([float(q.lower >= 0) for q in effect.parameters])
-        return _Block(np.stack(columns, axis=1), starts, shapes, one_signed)
+        one_signed = np.array([float(quantity.lower >= 0) for quantity in effect.parameters])
+        return _Block(np.stack(columns, axis=1), guesses, shapes, one_signed)
 
-    def _difference(self, term: Term, own: Floats, shapes: Floats) -> Floats:
+    def _difference(self, term: Term, local: Floats, shapes: Floats) -> Floats:
         solution = self._solution
-        composition = solution.structure.plus(term)
-        x = np.concatenate([solution.x, own, shapes])
-        rigid = solution.structure.load(solution.x)
-        parts = []
-        for evaluator, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
-            before = evaluator.prepared.dataset.torque - residual
-            parts.append(self._weighted((evaluator.torque(composition, x, rigid) - before)[:, :, None], weight)[:, 0])
-        return np.concatenate(parts)
+        structure = solution.structure.with_term(term)
+        x = np.concatenate([solution.x, local, shapes])
+        rigid = solution.structure.load_parameters(solution.x)
+        rows = []
+        for predictor, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
+            computed = predictor.prepared.dataset.torque - residual
+            rows.append(self._weighted((predictor.torque(structure, x, rigid) - computed)[:, :, None], weight)[:, 0])
+        return np.concatenate(rows)
 
     def _weighted(self, columns: Floats, weight: Floats) -> Floats:
         rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
@@ -167,78 +174,90 @@ class Screener:
         """The best joints for `block`, or the reason why there are none."""
         c = block.scale.shape[1]
         size = np.sqrt((block.columns**2).sum(axis=0))
-        rest = block.columns - self._basis @ (self._basis.T @ block.columns)
-        rest -= self._basis @ (self._basis.T @ rest)
-        seen = np.sqrt((rest**2).sum(axis=0)) > MIN_EXCITATION * size
-        gram, right = rest.T @ rest, rest.T @ self._residual
-        owners = [owner for owner in range(len(size) // c) if seen[owner * c : owner * c + c].any() and size.any()]
-        subsets = {subset: self._reduction(gram, right, subset, block, c) for subset in _subsets(owners)}
-        best = _parsimonious({subset: gain for subset, (gain, _) in subsets.items()})
+        orthogonal = block.columns - self._basis @ (self._basis.T @ block.columns)
+        orthogonal -= self._basis @ (self._basis.T @ orthogonal)
+        excited = np.sqrt((orthogonal**2).sum(axis=0)) > MIN_EXCITATION * size
+        gram, correlation = orthogonal.T @ orthogonal, orthogonal.T @ self._residual
+        instances = [
+            instance
+            for instance in range(len(size) // c)
+            if excited[instance * c : instance * c + c].any() and size.any()
+        ]
+        subsets = {subset: self._reduction(gram, correlation, subset, block, c) for subset in _subsets(instances)}
+        best = _parsimonious({subset: reduction for subset, (reduction, _) in subsets.items()})
         if best is None:
-            return "sign" if owners else "collinear"
-        gain, coefficients = subsets[best]
+            return "sign" if instances else "collinear"
+        reduction, coefficients = subsets[best]
         term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
         scale = block.scale[list(best)]
-        starts = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
+        guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
-            looked = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
-            starts.append(np.concatenate([looked, block.shapes]))
-        own = len(best) * c + sum(shape.searched for shape in effect.shapes)
-        return Candidate(term, tuple(starts), max(self.loss - gain, 0.0), own, coefficients, scale, block.shapes)
+            linearized_at = (np.sign(coefficients).reshape(-1, c) * scale).ravel()
+            guesses.append(np.concatenate([linearized_at, block.shapes]))
+        parameter_count = len(best) * c + sum(shape.searched for shape in effect.shapes)
+        return Candidate(
+            term, tuple(guesses), max(self.loss - reduction, 0.0), parameter_count, coefficients, scale, block.shapes
+        )
 
     def _reduction(
-        self, gram: Floats, right: Floats, subset: tuple[int, ...], block: _Block, c: int
+        self, gram: Floats, correlation: Floats, subset: tuple[int, ...], block: _Block, c: int
     ) -> tuple[float, Floats]:
         """Reduction of the loss by the instances in `subset`, and their coefficients; -inf if a coefficient has the
         wrong sign.
         """
-        which = np.concatenate([np.arange(owner * c, owner * c + c) for owner in subset])
-        own = gram[np.ix_(which, which)]
-        size = np.sqrt(np.diag(own))
+        entries = np.concatenate([np.arange(instance * c, instance * c + c) for instance in subset])
+        normal_matrix = gram[np.ix_(entries, entries)]
+        size = np.sqrt(np.diag(normal_matrix))
         size[size == 0] = 1.0
-        coefficients = np.linalg.lstsq(own / np.outer(size, size), right[which] / size, rcond=1e-9)[0] / size
+        coefficients = (
+            np.linalg.lstsq(normal_matrix / np.outer(size, size), correlation[entries] / size, rcond=1e-9)[0] / size
+        )
         if (coefficients * np.tile(block.one_signed, len(subset)) < 0).any():
             return -np.inf, coefficients
-        return float(coefficients @ right[which]), coefficients
+        return float(coefficients @ correlation[entries]), coefficients
 
 
-def _subsets(owners: Sequence[int]) -> Iterator[tuple[int, ...]]:
+def _subsets(instances: Sequence[int]) -> Iterator[tuple[int, ...]]:
     """All subsets; with many joints, each alone and all together."""
-    if len(owners) <= _MAX_SUBSET_JOINTS:
-        for size in range(1, len(owners) + 1):
-            yield from combinations(owners, size)
+    if len(instances) <= _MAX_SUBSET_JOINTS:
+        for size in range(1, len(instances) + 1):
+            yield from combinations(instances, size)
     else:
-        yield from ((owner,) for owner in owners)
-        yield tuple(owners)
+        yield from ((instance,) for instance in instances)
+        yield tuple(instances)
 
 
-def _parsimonious(gains: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | None:
+def _parsimonious(reductions: Mapping[tuple[int, ...], float]) -> tuple[int, ...] | None:
     """The smallest subset to which no further joint would add much."""
-    possible = {subset: gain for subset, gain in gains.items() if gain > 0}
+    possible = {subset: reduction for subset, reduction in reductions.items() if reduction > 0}
     if not possible:
         return None
-    most = max(possible.values())
-    return min(possible, key=lambda subset: most - possible[subset] + _MIN_JOINT_SHARE * most * len(subset))
+    largest = max(possible.values())
+    return min(possible, key=lambda subset: largest - possible[subset] + _MIN_JOINT_SHARE * largest * len(subset))
 
 
 def _merge_guesses(candidates: Sequence[Candidate]) -> Candidate:
     """The first of the `candidates`, with the initial guesses of all that act on the same joints."""
     best = candidates[0]
-    starts = [start for one in candidates if one.term == best.term for start in one.initial_guesses]
-    return replace(best, starts=tuple(starts))
+    guesses = [
+        guess for candidate in candidates if candidate.term == best.term for guess in candidate.initial_guesses
+    ]
+    return replace(best, initial_guesses=tuple(guesses))
 
 
 def _vector(values: Suggestion, quantities: Sequence[Quantity]) -> Floats:
     """The `values` of the `quantities`, in their order."""
-    return np.array([values[one.name] for one in quantities], float)
+    return np.array([values[quantity.name] for quantity in quantities], float)
 
 
-def _by_instance(values: Suggestion, quantities: Sequence[Quantity], owners: int) -> Floats:
+def _by_instance(values: Suggestion, quantities: Sequence[Quantity], instances: int) -> Floats:
     """(instances, c) `values` of the `quantities`, in their order."""
-    return np.stack([np.broadcast_to(np.asarray(values[one.name], float), owners) for one in quantities], axis=1)
+    return np.stack(
+        [np.broadcast_to(np.asarray(values[quantity.name], float), instances) for quantity in quantities], axis=1
+    )
 
 
-def _padded(starts: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
+def _padded(sequences: Sequence[Sequence[float]]) -> list[tuple[float, ...]]:
     """Sequences padded to the length of the longest by repeating the last value."""
-    longest = max(len(one) for one in starts)
-    return [(*one, *[one[-1]] * (longest - len(one))) for one in starts]
+    longest = max(len(sequence) for sequence in sequences)
+    return [(*sequence, *[sequence[-1]] * (longest - len(sequence))) for sequence in sequences]

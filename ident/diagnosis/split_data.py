@@ -11,7 +11,7 @@ from ident.data.cycles import repeating_share
 from ident.data.dataset import Dataset
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import Signal
-from ident.dynamics.structure import Composition
+from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
 from ident.estimation.predicted_torque import CACHE_SIZE, TorquePredictor
 from recordings.recording import Bools, Floats
@@ -67,30 +67,33 @@ class SplitData:
     @property
     def datasets(self) -> tuple[Dataset, ...]:
         """The measured rows."""
-        return tuple(one.prepared.dataset for one in self.predictors)
+        return tuple(predictor.prepared.dataset for predictor in self.predictors)
 
     @property
     def scored(self) -> tuple[Bools, ...]:
         """(m, dof) of each recording: training rows and test rows."""
-        return tuple(seen | held for seen, held in zip(self.train, self.test, strict=True))
+        return tuple(train | test for train, test in zip(self.train, self.test, strict=True))
 
     @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
         """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
-        return tuple(TorquePredictor(_perturbed(one.prepared)) for one in self.predictors)
+        return tuple(TorquePredictor(_perturbed(predictor.prepared)) for predictor in self.predictors)
 
     @cached_property
     def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
         """Several such perturbations of the recordings with training rows."""
-        courses = [self.predictors[i].prepared for i in self.train_indices]
-        return tuple(tuple(TorquePredictor(_perturbed(one, 1 + draw)) for one in courses) for draw in range(_DRAWS))
+        recordings = [self.predictors[i].prepared for i in self.train_indices]
+        return tuple(
+            tuple(TorquePredictor(_perturbed(recording, 1 + draw)) for recording in recordings)
+            for draw in range(_DRAWS)
+        )
 
     @cached_property
     def repeating_share(self) -> tuple[Floats, ...]:
         """(dof,) of each recording: share of the finest part of its motion that is the same in all repetitions."""
-        return tuple(repeating_share(one.prepared) for one in self.predictors)
+        return tuple(repeating_share(predictor.prepared) for predictor in self.predictors)
 
-    def perturbed_regressors(self, bare: Composition) -> tuple[list[tuple[Floats, Floats]], Floats]:
+    def perturbed_regressors(self, bare: ModelStructure) -> tuple[list[tuple[Floats, Floats]], Floats]:
         """Regressors with measured and with perturbed encoder readings, and the attenuation bias between them.
 
         Returns for each recording both regressors (m, dof, K) of the `bare` structure, and the matrix (K, K) by which
@@ -99,29 +102,31 @@ class SplitData:
         """
         names = tuple(term.name for term in bare.terms)
         if names not in self._perturbed_cache:
-            x = np.zeros(len(bare.named))
-            both = zip(sellinearizedrs, self.perturbed, linearizede)
-            pairs = [(one.linearised(bare, x)[1], other.linearised(bare, x)[1]) for one, other in both]
+            x = np.zeros(len(bare.parameters))
+            both = zip(self.predictors, self.perturbed, strict=True)
+            pairs = [
+                (predictor.linearized(bare, x)[1], perturbed.linearized(bare, x)[1]) for predictor, perturbed in both
+            ]
             self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
         return self._perturbed_cache[names]
 
     def _attenuation_bias(self, pairs: Sequence[tuple[Floats, Floats]]) -> Floats:
         """(K, K) bias in `perturbed_regressors`, by weighted least squares over the training rows."""
-        rows, changed = [], []
-        for weight, (one, other) in zip(self.weights, pairs, strict=True):
-            known = (weight > 0) & np.isfinite(one).all(axis=2) & np.isfinite(other).all(axis=2)
-            rows.append((other * weight[:, :, None])[known])
-            changed.append(((one - other) * weight[:, :, None])[known])
+        rows, errors = [], []
+        for weight, (measured, perturbed) in zip(self.weights, pairs, strict=True):
+            known = (weight > 0) & np.isfinite(measured).all(axis=2) & np.isfinite(perturbed).all(axis=2)
+            rows.append((perturbed * weight[:, :, None])[known])
+            errors.append(((measured - perturbed) * weight[:, :, None])[known])
         size = np.sqrt((np.concatenate(rows) ** 2).sum(axis=0))
         size[size == 0] = 1.0
-        found = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(changed), rcond=1e-10)[0]
-        misled: Floats = found / size[:, None]
-        return misled
+        coefficients = np.linalg.lstsq(np.concatenate(rows) / size, np.concatenate(errors), rcond=1e-10)[0]
+        bias: Floats = coefficients / size[:, None]
+        return bias
 
     @cached_property
     def train_indices(self) -> tuple[int, ...]:
         """Indices of the recordings with training rows."""
-        return tuple(i for i, seen in enumerate(self.train) if seen.any())
+        return tuple(i for i, rows in enumerate(self.train) if rows.any())
 
     @cached_property
     def independent_rows(self) -> float:
@@ -136,20 +141,20 @@ class SplitData:
         """(dof,) RMS of the measured torque over all scored rows [N m]."""
         return rms([dataset.torque for dataset in self.datasets], self.scored)
 
-    def fit(self, composition: Composition, x: Floats) -> Solution:
+    def fit(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the model `structure` to the training rows, starting from `x` (K,)."""
-        return self.refine(self.fit_linear(composition, x))
+        return self.refine(self.fit_linear(structure, x))
 
-    def fit_linear(self, composition: Composition, x: Floats) -> Solution:
-        """Fit initial_solutioninear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
-        return begun(self._train_predictors, composition, x, self._train_weights)
+    def fit_linear(self, structure: ModelStructure, x: Floats) -> Solution:
+        """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
+        return initial_solution(self._train_predictors, structure, x, self._train_weights)
 
     def refine(self, solution: Solution) -> Solution:
-        """Fit levenberg_marquardtmeters, starting from those of a `solution`."""
-        return improved(self._train_predictors, solution, self._train_weights)
+        """Fit all parameters, starting from those of a `solution`."""
+        return levenberg_marquardt(self._train_predictors, solution, self._train_weights)
 
-    @propertyTorquePredictor
-    def _train_predictors(self) -> list[Evaluator]:
+    @property
+    def _train_predictors(self) -> list[TorquePredictor]:
         return [self.predictors[i] for i in self.train_indices]
 
     @property
@@ -162,117 +167,131 @@ class SplitData:
 
         In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
         only they show where saturation begins.
-structure
+
         error: (dof,) smallest detectable torque error [N m].
-        """structureerror_amplification
-        if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.composition.terms):
-            retupreparedf
-        amplified = [one.amplification(solution.composition, solution.x, error) for one in self.predictors]
-        silent = [
-            one.course.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float)) > MAX_STANDSTILL
-            for one, size in zip(self.predictors, amplified, strict=True)
+        """
+        if not any(isinstance(term.effect, Signal) and term.effect.report for term in solution.structure.terms):
+            return self
+        amplification = [
+            predictor.error_amplification(solution.structure, solution.x, error) for predictor in self.predictors
         ]
-        seen, held = (
-            tuple(rows & ~left for rows, left in zip(part, silent, strict=True)) for part in (self.train, self.test)
+        insensitive = [
+            predictor.prepared.condition(np.where(np.isfinite(size), size > MAX_AMPLIFICATION, np.nan).astype(float))
+            > MAX_STANDSTILL
+            for predictor, size in zip(self.predictors, amplification, strict=True)
+        ]
+        train, test = (
+            tuple(rows & ~excluded for rows, excluded in zip(subset, insensitive, strict=True))
+            for subset in (self.train, self.test)
         )
-        before, after = (sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (seen, held)))
+        before, after = (
+            sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (train, test))
+        )
         share = 1 - after / before
-        return replace(self, seen=seen, held=held, silent=share) if share > MIN_REPORTED_SHARE else self
-structure
-    def residuals(self, spreparedn: Solution) -> tuple[Floats, ...]:
+        return replace(self, train=train, test=test, insensitive_share=share) if share > MIN_REPORTED_SHARE else self
+
+    def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""
-        composition, x = solution.composition, solution.x
-        return tuple(one.course.datasPreparedRecordingque - one.torque(compoPreparedRecording, x) for one in self.predictors)
+        structure, x = solution.structure, solution.x
+        return tuple(
+            predictor.prepared.dataset.torque - predictor.torque(structure, x) for predictor in self.predictors
+        )
 
 
-def split_recordings(train: Sequence[Course], validate: Sequence[Course]) -> SplitData:
+def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
     """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
-    courses = [*train, *validate]
-    still = [standstill_share(course) for course in courses]
-    moving = [course.usable & (part < MAX_STANDSTILL) for course, part in zip(courses, still, strict=True)]
+    recordings = [*train, *validate]
+    standstill = [standstill_share(recording) for recording in recordings]
+    moving = [
+        recording.usable & (part < MAX_STANDSTILL) for recording, part in zip(recordings, standstill, strict=True)
+    ]
     if validate:
-        nothing = [np.zeros_like(course.usable) for course in courses]
-        seen = moving[: len(train)] + nothing[len(train) :]
-        held = nothing[: len(train)] + moving[len(train) :]
-    else:CACHE_SIZETorquePredictor
-        seen, held = (list(part) for part in zip(*map(_split_by_phase, train, moving), strict=True))
-    weights = _weights([course.dataset for course in courses], seen, still)
-    evaluators = tuple(Evaluator(course, max(_MIN_CACHED_COLUMNS, KEPT // len(courses))) for course in courses)
-    usable = sum(int(course.usable.sum()) for course in courses)
-    at_rest = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
-    return SplitData(evaluators, tuple(seen), tuple(held), tuple(weights), bool(validate), at_rest)
+        unused = [np.zeros_like(recording.usable) for recording in recordings]
+        train_rows = moving[: len(train)] + unused[len(train) :]
+        test_rows = unused[: len(train)] + moving[len(train) :]
+    else:
+        train_rows, test_rows = (list(part) for part in zip(*map(_split_by_phase, train, moving), strict=True))
+    weights = _weights([recording.dataset for recording in recordings], train_rows, standstill)
+    evaluators = tuple(
+        TorquePredictor(recording, max(_MIN_CACHED_COLUMNS, CACHE_SIZE // len(recordings)))
+        for recording in recordings
+    )
+    usable = sum(int(recording.usable.sum()) for recording in recordings)
+    excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
+    return SplitData(evaluators, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)
 
 
-def rms(residuals: Sequence[Floats], chosen: Sequence[Bools]) -> Floats:
+def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
     """(dof,) RMS of the `selected` rows (m, dof) of all recordings; NaN is skipped."""
-    known = [which & np.isfinite(r) for r, which in zip(residuals, chosen, strict=True)]
-    squares = sum(np.where(which, r**2, 0.0).sum(axis=0) for r, which in zip(residuals, known, strict=True))
-    count = sum(which.sum(axis=0) for which in known)
+    known = [rows & np.isfinite(residual) for residual, rows in zip(residuals, selected, strict=True)]
+    squares = sum(
+        np.where(rows, residual**2, 0.0).sum(axis=0) for residual, rows in zip(residuals, known, strict=True)
+    )
+    count = sum(rows.sum(axis=0) for rows in known)
     result: Floats = np.sqrt(squares / np.maximum(count, 1))
-    return resultPreparedRecording
+    return result
 
 
-def _split_by_phase(course: Course, usable: Bools) -> tuple[Bools, Bools]:
+def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools, Bools]:
     """Training and test rows: the same phase segments of all cycles, separated by the length of the filter.
 
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
-    dataset = course.dataset
+    dataset = recording.dataset
     phase = dataset.phase if np.isfinite(dataset.phase).any() else dataset.time
     longest, reach = max(float(np.nanmax(phase)), 1 / dataset.rate), 1.5 / dataset.bandwidth
     segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
-    place = phase * segments / longest
-    held = np.floor(place) % 3 == 2  # where there is no phase, nothing is seen, nor held out
+    segment = phase * segments / longest
+    test = np.floor(segment) % 3 == 2  # where there is no phase, nothing is seen, nor held out
     guard = reach * segments / longest
-    into = place % 3
-    near = (np.abs(into - 2) < guard) | (into > 3 - guard) | (into < guard)
-    known = np.isfinite(place)
-    return usable & (known & ~held & ~near)[:, None], usable & (held & ~near)[:, None]
+    offset = segment % 3
+    near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
+    known = np.isfinite(segment)
+    return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
 
 
-def _weights(datasets: Sequence[Dataset], seen: Sequence[Bools], doubt: Sequence[Floats]) -> list[Floats]:
-    """1 / standard deviation of each row, from noise, the residual of a first fit of the mechanism, and standstill.
-    """
-    fitting = [i for i, one in enumerate(seen) if one.any()]
-    regressor = np.concatenate([datasets[i].regressor[seen[i]] for i in fitting])
-    torque = np.concatenate([datasets[i].torque[seen[i]] for i in fitting])
+def _weights(datasets: Sequence[Dataset], train: Sequence[Bools], standstill: Sequence[Floats]) -> list[Floats]:
+    """1 / standard deviation of each row, from noise, the residual of a first fit of the mechanism, and standstill."""
+    fitting = [i for i, one in enumerate(train) if one.any()]
+    regressor = np.concatenate([datasets[i].regressor[train[i]] for i in fitting])
+    torque = np.concatenate([datasets[i].torque[train[i]] for i in fitting])
     parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
     residuals = [dataset.torque - dataset.regressor @ parameters for dataset in datasets]
-    found = noise.estimate(datasets, residuals)
+    noise_models = noise.estimate(datasets, residuals)
     return [
-        np.where(rows, 1 / np.hypot(noise.residual_std(dataset, residual, found), friction), 0.0)
-        for dataset, residualPreparedRecording, friction in zip(datasets, residuals, seen, doubt, strict=True)
+        np.where(rows, 1 / np.hypot(noise.residual_std(dataset, residual, noise_models), still), 0.0)
+        for dataset, residual, rows, still in zip(datasets, residuals, train, standstill, strict=True)
     ]
 
 
-def standstill_share(course: Course) -> Floats:
-    """(m, dof) share of tas_recordednstants behind a row at whicas_recordedjoint is too slow for its direction to be known.
+def standstill_share(recording: PreparedRecording) -> Floats:
+    """(m, dof) share of the instants behind a row at which a joint is too slow for its direction to be known.
 
     Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
     """
-    motion, read = course.path.motion, _perturbed(course).path.motion
-    slowest = _DEVIATIONS * np.nanstd(read.velocity - motion.velocity, axis=0)
+    motion, perturbed = recording.as_recorded.motion, _perturbed(recording).as_recorded.motion
+    threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
     speed = np.abs(motion.velocity)
     unsure, creeping = (
-        np.clip(course.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
-        for limit in (slowest, _CREEPING * np.nanmax(speed, axis=0))
-    )PreparedRecordingPreparedRecording
+        np.clip(recording.condition(np.where(np.isfinite(speed), speed < limit, np.nan)), 0.0, 1.0)
+        for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
+    )
     return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))
 
 
-def _perturbed(coucorrected_motionse, seedas_recordedt = _SEED) -> Course:
+def _perturbed(recording: PreparedRecording, seed: int = _SEED) -> PreparedRecording:
     """The recording with random encoder errors of at most half a step."""
-    measured = course.samples.position
+    measured = recording.samples.position
     error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * encoder_resolution(measured)
-    path = course.corrected(course.path.rig, lambda position: position + error)
-    return replace(course, samples=replace(course.samples, position=measured + error), path=path)
+    corrected = recording.corrected_motion(recording.as_recorded.rig, lambda position: position + error)
+    return replace(recording, samples=replace(recording.samples, position=measured + error), as_recorded=corrected)
 
 
 def encoder_resolution(position: Floats) -> Floats:
     """(dof,) encoder step: the smallest difference between readings in `position` (n, dof) [rad or m]."""
     steps = []
     for signal in position.T:
-        apart = np.diff(np.unique(signal[np.isfinite(signal)]))
-        apart = apart[apart > _SAME]
-        steps.append(float(apart.min()) if len(apart) else 0.0)
+        differences = np.diff(np.unique(signal[np.isfinite(signal)]))
+        differences = differences[differences > _SAME]
+        steps.append(float(differences.min()) if len(differences) else 0.0)
     return np.array(steps)

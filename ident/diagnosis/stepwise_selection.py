@@ -9,9 +9,9 @@ from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, 
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split_data import SplitData, rms
-from ident.diagnosis.steps import Finding, Selection, Extensions, SelectionStep, FittedModel
+from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import Composition, Term
+from ident.dynamics.structure import ModelStructure, Term
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -51,7 +51,11 @@ def is_supported(improvement: Improvement) -> bool:
 
 def is_decisive(improvement: Improvement) -> bool:
     """Whether an improvement rules out a model that explains nearly as much."""
-    return improvement.t_statistic > MIN_T and improvement.share > MIN_DECISIVE_SHARE and improvement.reduction > MIN_DECISIVE_REDUCTION
+    return (
+        improvement.t_statistic > MIN_T
+        and improvement.share > MIN_DECISIVE_SHARE
+        and improvement.reduction > MIN_DECISIVE_REDUCTION
+    )
 
 
 class Selector:
@@ -62,7 +66,7 @@ class Selector:
         self.search = CandidateSearch(split, library)
         self._floors: WeakKeyDictionary[FittedModel, NoiseFloor] = WeakKeyDictionary()
 
-    def select(self, structure: Composition, x: Floats) -> Selection:
+    def select(self, structure: ModelStructure, x: Floats) -> Selection:
         """Select effects step by step, starting from `structure` with the parameters `x` (K,)."""
         model, steps = self.start(structure, x)
         extensions = self.search.extensions(model)
@@ -86,7 +90,9 @@ class Selector:
             model = self._pruned(better)
             steps.append(SelectionStep(better.terms[-1].name, model, self.improvement(steps[-1].model, model)))
         findings = tuple(finding for finding, _ in reviews)
-        return Selection(tuple(steps), findings, first_extensions, extensions, self.noise_floor(model), self._computed(model))
+        return Selection(
+            tuple(steps), findings, first_extensions, extensions, self.noise_floor(model), self._computed(model)
+        )
 
     def _alternative_start(self, model: FittedModel, extensions: Extensions, last: FittedModel) -> FittedModel | None:
         """Another first effect after `model`, if the selection that ended at `last` leaves a large excess error.
@@ -97,7 +103,11 @@ class Selector:
         self._progress("much is left; what if it began otherwise?")
         selected, alternatives = {term.name for term in last.terms}, []
         for extension in extensions.models:
-            if extension.terms[-1].name in selected or not is_physical(extension, model) or not self._is_promising(model, extension):
+            if (
+                extension.terms[-1].name in selected
+                or not is_physical(extension, model)
+                or not self._is_promising(model, extension)
+            ):
                 continue
             second = self._first_confirmed(extension, self.search.extensions(extension).models)
             if second is not None and self._is_far_better(second, last) and self._is_confirmed(model, second):
@@ -108,7 +118,10 @@ class Selector:
         """Whether the test rows support `extension`, or it explains so much that a further effect may make it
         supported.
         """
-        return self._is_confirmed(model, extension) or extension.solution.loss < MAX_ALTERNATIVE_RATIO * model.solution.loss
+        return (
+            self._is_confirmed(model, extension)
+            or extension.solution.loss < MAX_ALTERNATIVE_RATIO * model.solution.loss
+        )
 
     def _is_far_better(self, model: FittedModel, reference: FittedModel) -> bool:
         return self._excess(model) < MAX_ALTERNATIVE_RATIO * self._excess(reference)
@@ -117,14 +130,13 @@ class Selector:
         """Mean square of the test residual of `model` above the noise floor, in units of the squared floor."""
         return self.improvement(model, model).remaining
 
-    def start(self, structure: Composition, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
-        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and the first steps.
-        """
+    def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
+        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and the first steps."""
         base = self.search.fit(structure, x)
         steps = [SelectionStep(None, base, None)]
         return self._with_mandatory_effects(base, steps), steps
 
-    def select_forced(self, structure: Composition, x: Floats, names: Sequence[str]) -> Selection:
+    def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
         """Add the effects `names` in this order and no others, starting from `structure` with the parameters `x`
         (K,).
 
@@ -138,13 +150,21 @@ class Selector:
             if name not in by_name:
                 present = name in {term.name for term in model.terms}
                 reason = "is in the model already" if present else "does not show in this motion"
-                reason = "is not there: it would need a sign that it cannot have" if excluded.get(name) == "sign" else reason
-                raise BadInput(f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out")
+                reason = (
+                    "is not there: it would need a sign that it cannot have"
+                    if excluded.get(name) == "sign"
+                    else reason
+                )
+                raise BadInput(
+                    f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out"
+                )
             model = self.search.add(model, by_name[name])
             steps.append(SelectionStep(name, model, self.improvement(steps[-1].model, model)))
         extensions = Extensions((), *self.search.screen(model)[1:])
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
-        return Selection(tuple(steps), findings, extensions, extensions, self.noise_floor(model), self._computed(model))
+        return Selection(
+            tuple(steps), findings, extensions, extensions, self.noise_floor(model), self._computed(model)
+        )
 
     def truncated(self, selection: Selection, number: int) -> Selection:
         """The `selection` up to step `number`."""
@@ -152,7 +172,9 @@ class Selector:
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         extensions = self.search.extensions(model)
         steps = selection.steps[: number + 1]
-        return Selection(steps, findings, selection.first_extensions, extensions, self.noise_floor(model), self._computed(model))
+        return Selection(
+            steps, findings, selection.first_extensions, extensions, self.noise_floor(model), self._computed(model)
+        )
 
     def _add_effects(self, model: FittedModel, steps: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
         """Add effects until no extension is accepted; returns the model and its remaining extensions."""
@@ -176,18 +198,18 @@ class Selector:
         return self._floors[model]
 
     def _computed(self, model: FittedModel) -> tuple[Floats, ...]:
-        pairs = zip(self._split.datasets, mostructurels, strict=True)
+        pairs = zip(self._split.datasets, model.residuals, strict=True)
         return tuple(data.torque - residual for data, residual in pairs)
 
     def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
         """Add the mandatory effects, whatever their coefficients: other effects may still bias these."""
-        joints = tuple(range(model.solutistructureion.rig.dof))
+        joints = tuple(range(model.solution.structure.rig.dof))
         present = [term.name for term in model.terms]
         for name, effect in self._library.items():
-            if not effect.always_true or name in present:
+            if not effect.mandatory or name in present:
                 continue
-            structure = model.solution.composition.plus(Term(name, effect, joints))
-            zeros = np.zeros(len(structure.named) - len(model.solution.x))
+            structure = model.solution.structure.with_term(Term(name, effect, joints))
+            zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
             extended = self.search.fit(structure, np.concatenate([model.solution.x, zeros]))
             if self._is_confirmed(model, extended):
                 steps.append(SelectionStep(name, extended, self.improvement(model, extended)))
@@ -203,7 +225,9 @@ class Selector:
         joints = np.flatnonzero(train_rms > MAX_FLOOR_RATIO * floor)
         candidates = [*candidates, *self.search.joint_extensions(model, joints.tolist())]
         extension = self._first_confirmed(model, candidates)
-        return extension or (self._first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None)
+        return extension or (
+            self._first_confirmed(model, self.search.skipped_extensions(model)) if candidates else None
+        )
 
     def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
@@ -255,18 +279,18 @@ class Selector:
     def _pruned(self, model: FittedModel) -> FittedModel:
         """Remove effects that later effects made unnecessary, the last one first."""
         for index in range(len(model.terms) - 1, -1, -1):
-            if model.terms[index].effect.always_true:
+            if model.terms[index].effect.mandatory:
                 continue
-            reduced = self.without_efstructure index)
+            reduced = self.without_effect(model, index)
             if self.improvement(reduced, model).share < MIN_KEPT_SHARE and not self._is_confirmed(reduced, model):
                 model = reduced
         return model
 
     def without_effect(self, model: FittedModel, index: int) -> FittedModel:
         """Refit `model` without its effect number `index`."""
-        structure = model.solution.composition
-        keep = ~structure.entries(index)
-        return self.search.fit(structure.without(index), model.solution.x[keep])
+        structure = model.solution.structure
+        keep = ~structure.parameter_mask(index)
+        return self.search.fit(structure.without_term(index), model.solution.x[keep])
 
     def _is_preferred(self, alternative: FittedModel, model: FittedModel) -> bool:
         """Whether the data prefer `model` to an `alternative` that explains nearly as much.
@@ -279,7 +303,9 @@ class Selector:
         parameters = max(len(model.solution.x) - len(alternative.solution.x), 1)
         if not self.search.is_significant(alternative.solution.loss, model.solution.loss, parameters):
             return False
-        improvement = measure_improvement(self._split, alternative.residuals, model.residuals, self.noise_floor(model).rms, self._split.scored)
+        improvement = measure_improvement(
+            self._split, alternative.residuals, model.residuals, self.noise_floor(model).rms, self._split.scored
+        )
         return is_decisive(improvement)
 
     def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
@@ -290,7 +316,7 @@ class Selector:
         term = model.terms[index]
         improvement = self.improvement(reduced, model)
         lines = sum(present.name == term.name for present in model.terms)
-        if term.effect.always_true or lines > 1:  # one line of a spectrum has no other explanation than the others
+        if term.effect.mandatory or lines > 1:  # one line of a spectrum has no other explanation than the others
             return Finding(term, improvement, (), reduced.residuals, model.residuals), model
         alternatives = self.search.alternatives(term.name, reduced)
         candidates = [candidate for candidate in alternatives if is_physical(candidate, reduced)]
@@ -301,7 +327,11 @@ class Selector:
         names = [
             candidate.terms[-1].name
             for candidate in equivalent
-            if candidate is not model and not self._is_preferred(candidate, model) and not self.search.is_redundant(term.name, model, candidate)
+            if candidate is not model
+            and not self._is_preferred(candidate, model)
+            and not self.search.is_redundant(term.name, model, candidate)
         ]
-        names = names if any(candidate is model for candidate in equivalent) else []  # what explains far more is no other name for it
+        names = (
+            names if any(candidate is model for candidate in equivalent) else []
+        )  # what explains far more is no other name for it
         return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals), best

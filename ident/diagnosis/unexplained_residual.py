@@ -43,25 +43,29 @@ class UnexplainedResidual:
     """Curves that explain a part of it."""
 
 
-def estimate_unexplained(material: SplitData, state: FittedModel, floor: NoiseFloor, known: Sequence[Dependence] | None = None) -> UnexplainedResidual:
+def estimate_unexplained(
+    split: SplitData, model: FittedModel, floor: NoiseFloor, known: Sequence[Dependence] | None = None
+) -> UnexplainedResidual:
     """The residual of `model` above its noise `floor`.
 
     known: its dependences, if known; None: they are searched, joint by joint.
     """
-    residuals = state.residuals
-    total = rms_of(residuals, material.scored)
+    residuals = model.residuals
+    total = rms_of(residuals, split.scored)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
-    least = MIN_TORQUE_SHARE * material.torque_rms
-    doubtful = np.sqrt(least**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2)
-    repeats = (structured > doubtful) & _repeating(material, residuals)
-    vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > least
-    drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > least
+    min_rms = MIN_TORQUE_SHARE * split.torque_rms
+    limit = np.sqrt(
+        min_rms**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
+    )
+    repeats = (structured > limit) & _repeating(split, residuals)
+    vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > min_rms
+    drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > min_rms
     # What one joint lacks spreads to the others through the parameters that they share.
-    worst = (structured / material.torque_rms) >= _MIN_JOINT_RATIO * (structured / material.torque_rms).max()
+    worst = (structured / split.torque_rms) >= _MIN_JOINT_RATIO * (structured / split.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
-    found = find_dependences(material, state.solution, residuals, joints) if known is None else list(known)
-    variables = {variable for one in found for variable in one.variables}
+    dependences = find_dependences(split, model.solution, residuals, joints) if known is None else list(known)
+    variables = {variable for one in dependences for variable in one.variables}
     variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
     unexplained = bool((repeats | vibrates | drifts).any())
     return UnexplainedResidual(
@@ -69,27 +73,30 @@ def estimate_unexplained(material: SplitData, state: FittedModel, floor: NoiseFl
         share,
         unexplained,
         tuple(sorted(variables)),
-        _sentence(unexplained, found, floor, vibrates, drifts),
-        tuple(found),
+        _sentence(unexplained, dependences, floor, vibrates, drifts),
+        tuple(dependences),
     )
 
 
-def _sentence(unexplained: bool, found: Sequence[Dependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools) -> str:
-    if not unexplained:
+def _sentence(
+    significant: bool, dependences: Sequence[Dependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools
+) -> str:
+    if not significant:
         return "nothing that repeats with the motion, or that noise could not have made."
-    parts = [
-        f"joint {one.joint + 1}: {one.explained:.0%} of it goes with {' and '.join(one.variables)}" for one in found
+    clauses = [
+        f"joint {dependence.joint + 1}: {dependence.explained:.0%} of it goes with {' and '.join(dependence.variables)}"
+        for dependence in dependences
     ]
     for joint, line in enumerate(floor.lines):
         if vibrates[joint] and line:
-            parts.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
-    parts += [f"joint {joint + 1}: it changes from cycle to cycle" for joint in np.flatnonzero(drifts)]
-    return "; ".join(parts) + "." if parts else "it repeats with the motion, but goes with no single variable."
+            clauses.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
+    clauses += [f"joint {joint + 1}: it changes from cycle to cycle" for joint in np.flatnonzero(drifts)]
+    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but goes with no single variable."
 
 
-def _repeating(material: SplitData, residuals: tuple[Floats, ...]) -> Bools:
+def _repeating(split: SplitData, residuals: tuple[Floats, ...]) -> Bools:
     """(dof,) whether the residual repeats with the motion significantly; True where it cannot be tested."""
-    splits = cycle_statistics.of_residuals(material.datasets, residuals)
-    if not splits:
+    statistics = cycle_statistics.of_residuals(split.datasets, residuals)
+    if not statistics:
         return np.ones(residuals[0].shape[1], bool)
-    return np.array([one.repeating_p < _MAX_P_VALUE for one in splits])
+    return np.array([statistic.repeating_p < _MAX_P_VALUE for statistic in statistics])

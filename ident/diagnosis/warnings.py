@@ -18,30 +18,30 @@ _MAX_ERROR_RATIO = 1.5
 """Largest plausible ratio between the errors on different test recordings."""
 
 
-def data_warnings(material: SplitData, state: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
+def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offset: Effect | None) -> Iterator[str]:
     """Cautions about `model` and its noise `floor`; `offset`: the effect that is confounded with Coulomb friction."""
-    yield from confounding_warnings(material, state.solution, offset)
-    yield from _insufficient_data(material, state)
-    yield from _disagreement(material, state, floor)
-    yield from extrapolation_warnings(material, state, floor)
-    yield from _excluded_rows(material)
-    yield from _assumed_gain(material)
+    yield from confounding_warnings(split, model.solution, offset)
+    yield from _insufficient_data(split, model)
+    yield from _disagreement(split, model, floor)
+    yield from extrapolation_warnings(split, model, floor)
+    yield from _excluded_rows(split)
+    yield from _assumed_gain(split)
 
 
-def file_names(material: SplitData, chosen: Sequence[int]) -> list[str]:
+def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
-    paths = list(dict.fromkeys(data.recording.path for data in material.datasets))
-    every = [path.name for path in paths]
-    files = (material.datasets[i].recording.path for i in chosen)
-    return list(dict.fromkeys(path.name if every.count(path.name) == 1 else str(path) for path in files))
+    paths = list(dict.fromkeys(data.recording.path for data in split.datasets))
+    all_names = [path.name for path in paths]
+    files = (split.datasets[i].recording.path for i in selected)
+    return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
 
 
-def _insufficient_data(material: SplitData, state: FittedModel) -> Iterator[str]:
+def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
     """Whether recordings are truncated or too short."""
-    cut = [i for i, data in enumerate(material.datasets) if not data.recording.complete]
-    if cut:
-        yield f"Interrupted, or cut off: {', '.join(file_names(material, cut))}. What came after is not known."
-    rows, parameters = material.independent_rows, len(state.solution.x)
+    truncated = [i for i, data in enumerate(split.datasets) if not data.recording.complete]
+    if truncated:
+        yield f"Interrupted, or cut off: {', '.join(file_names(split, truncated))}. What came after is not known."
+    rows, parameters = split.independent_rows, len(model.solution.x)
     if rows < _MIN_ROWS_PER_PARAMETER * parameters:
         yield (
             f"Too short to tell: {rows:.0f} independent rows for {parameters} parameters. What was not found may be "
@@ -49,38 +49,38 @@ def _insufficient_data(material: SplitData, state: FittedModel) -> Iterator[str]
         )
 
 
-def _disagreement(material: SplitData, state: FittedModel, floor: NoiseFloor) -> Iterator[str]:
+def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
     """Whether the error of the final model is much larger on one test recording than on another."""
-    held = [i for i, rows in enumerate(material.test) if rows.any()]
+    test = [i for i, rows in enumerate(split.test) if rows.any()]
     errors: dict[str, float] = {}
-    for name in file_names(material, held) if material.other_motion else ():
-        own = [i for i in held if file_names(material, [i]) == [name]]
-        level = rms([state.residuals[i] for i in own], [material.test[i] for i in own])
+    for name in file_names(split, test) if split.other_motion else ():
+        indices = [i for i in test if file_names(split, [i]) == [name]]
+        level = rms([model.residuals[i] for i in indices], [split.test[i] for i in indices])
         errors[name] = float(np.linalg.norm(level) / np.linalg.norm(floor.rms))
     if len(errors) > 1 and max(errors.values()) > _MAX_ERROR_RATIO * min(errors.values()):
-        each = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
+        listing = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
         yield (
-            f"The held-out recordings disagree; error of the last model over the noise floor: {each}. "
+            f"The held-out recordings disagree; error of the last model over the noise floor: {listing}. "
             "Was something changed at the machine between them? Diagnose them one by one."
         )
 
 
-def _excluded_rows(material: SplitData) -> Iterator[str]:
+def _excluded_rows(split: SplitData) -> Iterator[str]:
     """Rows that are not scored."""
-    if material.standstill_share > MIN_REPORTED_SHARE:
+    if split.standstill_share > MIN_REPORTED_SHARE:
         yield (
-            f"{material.standstill_share:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
             "nearly: its dry friction may be anything. ident compare judges them, too."
         )
-    if material.insensitive_share > MIN_REPORTED_SHARE:
+    if split.insensitive_share > MIN_REPORTED_SHARE:
         yield (
-            f"{material.insensitive_share:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
+            f"{split.insensitive_share:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
             "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
         )
 
 
-def _assumed_gain(material: SplitData) -> Iterator[str]:
-    recording = material.datasets[0].recording
+def _assumed_gain(split: SplitData) -> Iterator[str]:
+    recording = split.datasets[0].recording
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty
         yield (
