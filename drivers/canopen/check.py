@@ -43,16 +43,16 @@ def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
 
 
 def _scan_nodes(link: Link) -> set[int]:
-    found = set()
+    responses = set()
     deadline = time.monotonic() + _SCAN_TIMEOUT
     for node in _NODE_IDS:
         link.send(0x600 + node, bytes.fromhex("4000100000000000"))
         deadline = time.monotonic() + _SCAN_TIMEOUT
         while (frame := link.receive(_REQUEST_INTERVAL)) is not None:
-            found.add(frame[0])
+            responses.add(frame[0])
     while (frame := link.receive(max(0.0, deadline - time.monotonic()))) is not None:
-        found.add(frame[0])
-    return {arbitration_id - 0x580 for arbitration_id in found if arbitration_id - 0x580 in _NODE_IDS}
+        responses.add(frame[0])
+    return {arbitration_id - 0x580 for arbitration_id in responses if arbitration_id - 0x580 in _NODE_IDS}
 
 
 def compare_with_rig(rig: Rig, axes: Sequence[CanopenAxis]) -> Iterator[CheckResult]:
@@ -107,21 +107,21 @@ def _mode(axis: CanopenAxis) -> CheckResult:
 def _voltage(axis: CanopenAxis) -> CheckResult:
     voltage = axis.drive.voltage
     what = f"voltage object {format_address(voltage.index, voltage.sub)}"
-    found = axis.sdo.read_optional(voltage.index, voltage.sub, "<h")
-    if found is None:
+    actual = axis.sdo.read_optional(voltage.index, voltage.sub, "<h")
+    if actual is None:
         return CheckResult(axis.name, what, "16 bits, readable", "no such object", "problem")
     if voltage.kind == "dc_link":
         return CheckResult(
             axis.name, what, "the motor's voltage", "the DC link's: it does not follow the torque", "problem"
         )
-    return CheckResult(axis.name, what, "16 bits, readable", f"{found * voltage.scale:g} V", "fine")
+    return CheckResult(axis.name, what, "16 bits, readable", f"{actual * voltage.scale:g} V", "fine")
 
 
 def _object(axis: CanopenAxis, sdo_write: setup.SdoWrite) -> CheckResult:
     meaning = _MEANINGS.get(sdo_write.index, "PDO")
     what = f"{format_address(sdo_write.index, sdo_write.sub)} {meaning}"
-    found = axis.sdo.read_optional(sdo_write.index, sdo_write.sub, sdo_write.layout)
-    if found is None:
+    actual = axis.sdo.read_optional(sdo_write.index, sdo_write.sub, sdo_write.layout)
+    if actual is None:
         return CheckResult(axis.name, what, str(sdo_write.value), "no such object", "problem")
-    shown = (f"0x{sdo_write.value:X}", f"0x{found:X}") if meaning == "PDO" else (str(sdo_write.value), str(found))
-    return CheckResult(axis.name, what, *shown, "fine" if found == sdo_write.value else "will be written")
+    shown = (f"0x{sdo_write.value:X}", f"0x{actual:X}") if meaning == "PDO" else (str(sdo_write.value), str(actual))
+    return CheckResult(axis.name, what, *shown, "fine" if actual == sdo_write.value else "will be written")

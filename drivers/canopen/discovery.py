@@ -36,10 +36,10 @@ def check_no_other_master(link: Link) -> None:
 def check_one_drive_per_node(axes: Sequence[CanopenAxis]) -> None:
     """Raise RunFailed unless exactly one drive answers under each node id."""
     answers = {axis.name: axis.sdo.count_answers() for axis in axes}
-    silent = [name for name, count in answers.items() if count == 0]
-    if silent:
+    missing = [name for name, count in answers.items() if count == 0]
+    if missing:
         raise RunFailed(
-            f"no answer from {', '.join(silent)}; check power, cable, termination, bit rate and the node ids "
+            f"no answer from {', '.join(missing)}; check power, cable, termination, bit rate and the node ids "
             "in the rig file"
         )
     for name, count in answers.items():

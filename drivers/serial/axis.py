@@ -50,8 +50,8 @@ class SerialAxis:
         self.drive = rig.drives[joint - 1]
         self._rig, self._bus = rig, rig.serial
         shared = len(self._bus.ports) == 1
-        own = f"{self.drive.node_id} " if shared else ""
-        self.prefix = self._bus.prefixes[joint - 1] if self._bus.prefixes else own
+        node_prefix = f"{self.drive.node_id} " if shared else ""
+        self.prefix = self._bus.prefixes[joint - 1] if self._bus.prefixes else node_prefix
         self.port = self._bus.ports[0 if shared else joint - 1]
         self.address = f"'{self.prefix.strip()}' on {self.port}" if self.prefix else self.port
         self.name = f"joint {joint} ({self.address})"
@@ -104,10 +104,10 @@ class SerialAxis:
             state = CheckResult(self.name, "state", "off", f"fault: {self._fault_text()}", "will be written")
         results = [state]
         for setting in settings(self._rig, self.drive):
-            found = yield from ask_integer(self.get(setting.register))
-            verdict: Literal["fine", "will be written"] = "fine" if found == setting.value else "will be written"
+            actual = yield from ask_integer(self.get(setting.register))
+            verdict: Literal["fine", "will be written"] = "fine" if actual == setting.value else "will be written"
             what = f"{setting.register}: {setting.meaning}"
-            results.append(CheckResult(self.name, what, str(setting.value), str(found), verdict))
+            results.append(CheckResult(self.name, what, str(setting.value), str(actual), verdict))
         return results
 
     def configure(self) -> Script:
@@ -120,11 +120,11 @@ class SerialAxis:
         yield from self._clear_faults()
         for setting in settings(self._rig, self.drive):
             yield from tell(self.set(setting.register, setting.value))
-            found = yield from ask_integer(self.get(setting.register))
-            if found != setting.value:
+            actual = yield from ask_integer(self.get(setting.register))
+            if actual != setting.value:
                 raise RunFailed(
-                    f"{self.name}: {setting.register} ({setting.meaning}) reads back as {found}, {setting.value} was "
-                    "written; check the register names and limits in the rig file"
+                    f"{self.name}: {setting.register} ({setting.meaning}) reads back as {actual}, {setting.value} "
+                    "was written; check the register names and limits in the rig file"
                 )
         yield from self._read_status()
 
@@ -181,11 +181,11 @@ class SerialAxis:
         """Transmission time with the end character [ns]."""
         return round(1e9 * (len(text) + 1) * self._bus.character)
 
-    def _write_command(self, goal: Goal, target: str | None, look: bool) -> Script:
+    def _write_command(self, goal: Goal, target: str | None, status_turn: bool) -> Script:
         if goal is Goal.ENABLED:
             if self.power is Power.ON:
                 yield from self._write_target(target)
-            elif look and self.power is Power.OFF and self._answered_before and self.counts is not None:
+            elif status_turn and self.power is Power.OFF and self._answered_before and self.counts is not None:
                 yield from self._enable(self.counts)
         elif goal is Goal.STOPPED and not (self.disable_acknowledged or self._off or self._at_rest):
             yield from self._stop()

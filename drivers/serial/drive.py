@@ -65,15 +65,15 @@ class SerialDrives:
                 line.flush()
             except LineLost as error:
                 raise RunFailed(str(error)) from None
-        identities, silent = [], []
+        identities, unanswered = [], []
         for axis in self._axes:
             try:
                 identities.append(self._identity(axis))
             except (ReplyTimeout, InvalidReply) as error:
-                silent.append(f"{axis.name}: {error}")
-        if silent:
+                unanswered.append(f"{axis.name}: {error}")
+        if unanswered:
             raise RunFailed(
-                f"{'; '.join(silent)}. Check supply, cable, baud rate and the ports and prefixes in the rig file"
+                f"{'; '.join(unanswered)}. Check supply, cable, baud rate and the ports and prefixes in the rig file"
             )
         return tuple(identities)
 

@@ -117,10 +117,10 @@ class SerialLine:
             raise
 
     def _take_reply(self) -> Reply | None:
-        *lines, rest = self._buffer.split(END)
+        *lines, partial = self._buffer.split(END)
         if self._echo and lines and lines.pop(0) != self._last_command:
             raise InvalidReply(f"the echo of {self._last_command!r} expected, {self._buffer[:40]!r} found")
-        if len(rest) > _MAX_LINE or len(lines) > 1 or (lines and rest):
+        if len(partial) > _MAX_LINE or len(lines) > 1 or (lines and partial):
             raise InvalidReply(f"one reply expected, {self._buffer[:40]!r} found")
         if not lines:
             return None

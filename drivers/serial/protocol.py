@@ -84,13 +84,13 @@ def parse(line: bytes) -> Reply:
         InvalidReply: the line is no reply.
     """
     text = line.decode("ascii", "replace")
-    kind, _, rest = text.partition(" ")
+    kind, _, argument = text.partition(" ")
     if text == "ok":
         return Reply("ok")
-    if kind == "v" and rest.isprintable() and rest.isascii() and rest.strip():
-        return Reply("v", rest.strip())
-    if kind == "e" and _CODE.fullmatch(rest):
-        return Reply("e", rest)
+    if kind == "v" and argument.isprintable() and argument.isascii() and argument.strip():
+        return Reply("v", argument.strip())
+    if kind == "e" and _CODE.fullmatch(argument):
+        return Reply("e", argument)
     raise InvalidReply(f"a reply expected, {line!r} found")
 
 

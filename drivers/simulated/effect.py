@@ -126,11 +126,11 @@ class HiddenEffect(Section):
 
     # Hooks: torque and friction of the joint i (from 0)
 
-    def torque(self, i: int, now: JointState) -> float:
+    def torque(self, i: int, state: JointState) -> float:
         """Additional torque required from the motor [N m]."""
         return 0.0
 
-    def friction(self, i: int, now: JointState) -> float:
+    def friction(self, i: int, state: JointState) -> float:
         """Additional level of dry friction [N m]."""
         return 0.0
 

@@ -59,19 +59,19 @@ def draw(
 
 def _draw_sized(
     rng: np.random.Generator,
-    ruler: EffectSizer,
+    sizer: EffectSizer,
     names: Sequence[str],
     size: float | None,
     joints: Sequence[int] | None,
 ) -> EffectSpec:
     for _ in range(_MAX_DRAWS):
         effect = draw_effect(rng, names, joints)
-        wanted = math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST))) if size is None else size
-        result, reached = ruler.nearest(effect, wanted)
+        target_size = math.exp(rng.uniform(math.log(SMALLEST), math.log(LARGEST))) if size is None else size
+        result, reached = sizer.nearest(effect, target_size)
         enough = reached >= (1 - _SIZE_TOLERANCE) * (SMALLEST if size is None else size)
-        if enough and reached <= (1 + _SIZE_TOLERANCE) * wanted:
+        if enough and reached <= (1 + _SIZE_TOLERANCE) * target_size:
             return result.spec()
-    raise BadInput(f"a size that one of {', '.join(names)} can have on this robot expected, {wanted:g} found")
+    raise BadInput(f"a size that one of {', '.join(names)} can have on this robot expected, {target_size:g} found")
 
 
 def draw_effect(

@@ -66,19 +66,19 @@ class Joint:
         """Whether the level of dry friction changes from step to step."""
         return bool(self._frictions or self._bristle)
 
-    def friction(self, brake: bool, now: JointState) -> tuple[float, float]:
+    def friction(self, brake: bool, state: JointState) -> tuple[float, float]:
         """Levels [N m] of friction without and with presliding displacement."""
         level = self._coulomb
         for law in self._frictions:
-            level += law(self._i, now)
+            level += law(self._i, state)
         brake_torque = self._brake_torque if brake else 0.0
         return (brake_torque, level) if self._bristle else (brake_torque + level, 0.0)
 
-    def step(self, setpoint: float, now: JointState, presliding: float) -> float:
+    def step(self, setpoint: float, state: JointState, presliding: float) -> float:
         """One step: torque on the shaft [N m]; `presliding`: level of friction with presliding displacement [N m]."""
         i = self._i
         if self.enabled:
-            q, v = self.read(now.q[i], now.v[i])
+            q, v = self.read(state.q[i], state.v[i])
             torque = self._axis.follow(setpoint, q, v)
         else:
             torque = self._axis.idle()
@@ -88,9 +88,9 @@ class Joint:
             torque = self._delay.push(torque)
         self.torque = torque
         for law in self._torques:
-            torque -= law(i, now)
+            torque -= law(i, state)
         if self._bristle:
-            torque -= presliding * self._bristle.step(now.v[i], self._dt)
+            torque -= presliding * self._bristle.step(state.v[i], self._dt)
         return torque
 
     def read(self, q: float, v: float) -> tuple[float, float]:

@@ -102,7 +102,7 @@ class Machine:
 
     def following_error(self) -> list[float]:
         """Last setpoint minus position [rad]."""
-        return [wanted - q for wanted, q in zip(self._setpoint, self.position(), strict=True)]
+        return [setpoint - q for setpoint, q in zip(self._setpoint, self.position(), strict=True)]
 
     def encoder_counts(self) -> Counts:
         """Encoder counts reported by the drives, with the rig's sign and zero offset."""

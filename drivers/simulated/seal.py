@@ -37,8 +37,8 @@ def truth(rig: Rig, config: SimConfig, seed: int | None, sizer: EffectSizer | No
     }
 
 
-def _describe(effect: HiddenEffect, ruler: EffectSizer) -> dict[str, Any]:
-    size = ruler.size(effect)
+def _describe(effect: HiddenEffect, sizer: EffectSizer) -> dict[str, Any]:
+    size = sizer.size(effect)
     if not math.isfinite(size):
         raise BadInput(f"effect {effect.name()} prevents the robot from following fig5a; choose a smaller one")
     return {

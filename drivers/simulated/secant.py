@@ -9,40 +9,40 @@ _MAX_LOG_STEP = math.log(10)
 
 
 def solve(
-    size: Callable[[float], float], wanted: float, *, start: float, largest: float, tolerance: float
+    size: Callable[[float], float], target_size: float, *, start: float, largest: float, tolerance: float
 ) -> tuple[float, float] | None:
     """Strength up to `largest` whose `size` is nearest to `wanted`, and that size; None: never finite.
 
     `size` is roughly increasing, and infinite where the strength is impossible. Secant steps on the logarithms of
     strength and size, where most laws are straight lines, safeguarded by a bracket.
     """
-    goal, upper = math.log(wanted), math.log(largest)
+    goal, upper = math.log(target_size), math.log(largest)
     low, high = -math.inf, math.inf
-    tried: list[tuple[float, float]] = []
+    trials: list[tuple[float, float]] = []
     x = math.log(start)
     for _ in range(_MAX_TRIALS):
         # The exponential of a logarithm may exceed the largest by its last bit.
         y = math.log(max(size(min(math.exp(x), largest)), 1e-9))
         if math.isfinite(y):
-            tried.append((x, y))
+            trials.append((x, y))
         if abs(y - goal) < tolerance or (x >= upper and y < goal):
             break
         low, high = (low, min(high, x)) if y > goal else (max(low, x), high)
-        x = min(_bracketed(_secant(tried, x, goal), low, high), upper)
-    if not tried:
+        x = min(_bracketed(_secant(trials, x, goal), low, high), upper)
+    if not trials:
         return None
-    x, y = min(tried, key=lambda trial: abs(trial[1] - goal))
+    x, y = min(trials, key=lambda trial: abs(trial[1] - goal))
     return min(math.exp(x), largest), math.exp(y)
 
 
-def _secant(tried: list[tuple[float, float]], x: float, goal: float) -> float:
+def _secant(trials: list[tuple[float, float]], x: float, goal: float) -> float:
     """Intersection of the goal with the line through the last two trials, or with a line of slope 1."""
-    if not tried:
+    if not trials:
         return x - _MAX_LOG_STEP
-    x1, y1 = tried[-1]
+    x1, y1 = trials[-1]
     slope = 1.0
-    if len(tried) > 1:
-        x0, y0 = tried[-2]
+    if len(trials) > 1:
+        x0, y0 = trials[-2]
         slope = max((y1 - y0) / (x1 - x0), 0.3) if x1 != x0 else 1.0
     return x1 + min(max((goal - y1) / slope, -_MAX_LOG_STEP), _MAX_LOG_STEP)
 

@@ -102,9 +102,9 @@ class SerialRig(Service):
             if port.unplugged:
                 port.close()
         self._ports = [port for port in self._ports if not port.unplugged]
-        return select.select(self._ports, [], [], self._patience())[0]
+        return select.select(self._ports, [], [], self._select_timeout())[0]
 
-    def _patience(self) -> float:
+    def _select_timeout(self) -> float:
         if self._lockstep:
             return _IDLE
         due = self._events[0][0] - time.perf_counter() if self._events else _CHUNK

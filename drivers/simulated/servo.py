@@ -44,11 +44,11 @@ class PositionLoop:
         v_reference = (setpoint - oldest) / self._window
         reference = self._sum / self._smoothing + 0.5 * self._window * v_reference
         v_error = v_reference + self._position_gain * (reference - q) - v
-        wanted = self._velocity_gain * v_error + self._integral
+        demand = self._velocity_gain * v_error + self._integral
         limit = self._limit
         # Comparisons are much faster than min and max.
-        limited = limit if wanted > limit else -limit if wanted < -limit else wanted
-        if wanted == limited:
+        limited = limit if demand > limit else -limit if demand < -limit else demand
+        if demand == limited:
             self._integral += self._integral_gain * v_error
         self.torque += self._current_step * (limited - self.torque)
         return self.torque

@@ -56,7 +56,7 @@ class EffectSizer:
             self._runs[effect.cycles] = _TrajectoryRun(self._rig, self._config, self._trajectory, effect.cycles)
         return self._runs[effect.cycles].size(effect)
 
-    def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float]:
+    def nearest(self, effect: HiddenEffect, target_size: float) -> tuple[HiddenEffect, float]:
         """The effect with the strength, of the same sign, whose size is nearest to `wanted`; and that size.
 
         Raises:
@@ -65,7 +65,7 @@ class EffectSizer:
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
         solution = solve(
             lambda strength: self.size(effect.scaled(sign * strength)),
-            wanted,
+            target_size,
             start=abs(type(effect)().model_dump()[effect.strength()]),
             largest=effect.largest(),
             tolerance=_SIZE_TOLERANCE,
@@ -151,10 +151,10 @@ def resolve(rig: Rig, config: SimConfig, sizer: EffectSizer | None = None) -> Si
     return config.model_copy(update={"effects": resolved})
 
 
-def _resolve(ruler: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
+def _resolve(sizer: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> EffectSpec:
     if spec.size is None:
         return spec
-    effect, size = ruler.nearest(effect, spec.size)
+    effect, size = sizer.nearest(effect, spec.size)
     if abs(size / spec.size - 1) > 2 * _SIZE_TOLERANCE:
         raise BadInput(
             f"effect {spec.name}: a size of {spec.size:g} cannot be had on joints {list(spec.joints)}, "

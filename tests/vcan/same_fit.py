@@ -38,16 +38,18 @@ def parameters(recording: str, folder: str) -> dict[str, float]:
 
 def main(first: str, second: str) -> int:
     """Exit code 0 where all parameters agree, or where the times do not: then the fits cannot."""
-    sent, heard = (np.diff(read(Path(file)).time) for file in (first, second))
-    if len(sent) != len(heard) or not np.allclose(sent, heard, rtol=TOLERANCE, atol=0.0):
-        periods = f"{len(heard)} periods of {np.median(heard):.6f} s, not {len(sent)} of {np.median(sent):.6f} s"
+    sent, listened = (np.diff(read(Path(file)).time) for file in (first, second))
+    if len(sent) != len(listened) or not np.allclose(sent, listened, rtol=TOLERANCE, atol=0.0):
+        periods = (
+            f"{len(listened)} periods of {np.median(listened):.6f} s, not {len(sent)} of {np.median(sent):.6f} s"
+        )
         print(f"this machine does not keep time: the listener found {periods}. The fits are not compared")
         return 0
     with tempfile.TemporaryDirectory() as folder:
-        one, other = parameters(first, folder), parameters(second, folder)
-    worst = max(abs(other[name] / one[name] - 1) for name in one)
+        reference, replayed = parameters(first, folder), parameters(second, folder)
+    worst = max(abs(replayed[name] / reference[name] - 1) for name in reference)
     print(
-        f"ident fit on the recording and the listener's: {len(one)} parameters, worst relative difference {worst:.1e}"
+        f"ident fit on the recording and the listener's: {len(reference)} parameters, worst relative difference {worst:.1e}"
     )
     return int(worst > TOLERANCE)
 

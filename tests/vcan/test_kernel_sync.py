@@ -30,7 +30,7 @@ class Run:
     """A recording with SYNC from the kernel, what candump saw of it, and how the machine kept time."""
 
     done: Finished
-    seen: Frames
+    bus_frames: Frames
     recording: Recording
     frames: CanFrames
     machine: Machine
@@ -54,16 +54,16 @@ def run(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Run:
     bench = Bench(tmp_path_factory.mktemp("kernel_sync"), rate=RATE, sync="kernel")
     file = out / "kernel_sync.mcap"
     file.unlink(missing_ok=True)
-    with bench.candump() as seen, bench.simulated_rig("realtime"), watched() as machine:
+    with bench.candump() as bus_frames, bench.simulated_rig("realtime"), watched() as machine:
         done = bench.record(file, "realtime", "--cycles", "1", "--json")
     assert done.code == 0, done.err
-    return Run(done, seen, read(file), read_can(file), machine)
+    return Run(done, bus_frames, read(file), read_can(file), machine)
 
 
 def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
     figures, recording, frames = json.loads(run.done.out), run.recording, run.frames
     assert frames.sent[run.syncs].all()
-    assert len(run.syncs) == run.seen[0x80, ""]
+    assert len(run.syncs) == run.bus_frames[0x80, ""]
     assert "while closing" not in run.done.err
     assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
     assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
@@ -91,10 +91,10 @@ def test_sync_ends_with_a_killed_recorder(tmp_path: Path) -> None:
         process.send_signal(signal.SIGKILL)
         process.wait()
         # Heartbeats tell that time passes on the bus: there would have been a dozen SYNCs.
-        heard = Counter[int]()
+        heartbeats = Counter[int]()
         with can.Bus(interface="socketcan", channel="vcan0") as bus:
-            while min(heard[0x701], heard[0x702], heard[0x703]) < 5:
+            while min(heartbeats[0x701], heartbeats[0x702], heartbeats[0x703]) < 5:
                 message = bus.recv(60)
                 assert message is not None, "the drives are silent"
-                heard[message.arbitration_id] += 1
-        assert not heard[0x80]
+                heartbeats[message.arbitration_id] += 1
+        assert not heartbeats[0x80]

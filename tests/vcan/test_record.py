@@ -21,7 +21,7 @@ def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path,
     bench = Bench(tmp_path, rate=500)
     file = out / "recorded.mcap"
     file.unlink(missing_ok=True)
-    with bench.candump() as seen, bench.simulated_rig("lockstep"):
+    with bench.candump() as bus_frames, bench.simulated_rig("lockstep"):
         done = bench.record(file, "lockstep", "--json")
         assert done.code == 0, done.err
     figures = json.loads(done.out)
@@ -32,7 +32,7 @@ def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path,
     assert not np.isnan(recording.position).any()
     # Before the recorder comes, the simulated rig asks for others under its node ids, and the drives boot.
     before = {(0x700 + node, "00"): 1 for node in (1, 2, 3)} | {(0x600 + node, ASKED): 1 for node in (1, 2, 3)}
-    assert _recorded(file) == seen - Frames(before)
+    assert _recorded(file) == bus_frames - Frames(before)
 
 
 @dataclass
@@ -41,7 +41,7 @@ class Run:
 
     file: Path
     figures: dict[str, int]
-    seen: Frames
+    bus_frames: Frames
     machine: Machine
 
 
@@ -50,10 +50,10 @@ def realtime(tmp_path_factory: pytest.TempPathFactory) -> Run:
     """One cycle of fig5a."""
     bench = Bench(tmp_path_factory.mktemp("realtime"), rate=25)
     file = bench.folder / "realtime.mcap"
-    with bench.candump() as seen, bench.simulated_rig("realtime"), watched() as machine:
+    with bench.candump() as bus_frames, bench.simulated_rig("realtime"), watched() as machine:
         done = bench.record(file, "realtime", "--cycles", "1", "--json")
     assert done.code == 0, done.err
-    return Run(file, json.loads(done.out), seen, machine)
+    return Run(file, json.loads(done.out), bus_frames, machine)
 
 
 def test_real_time_accounts_for_every_frame(realtime: Run) -> None:
@@ -65,9 +65,16 @@ def test_real_time_accounts_for_every_frame(realtime: Run) -> None:
     for node in (1, 2, 3):
         assert (frames.id == 0x180 + node).sum() == figures["cycles"]
     # The drives' heartbeats go on when the recorder has left the bus, and began before it came.
-    recorded, seen = _recorded(realtime.file), realtime.seen
-    assert not recorded - seen
-    assert {arbitration_id for arbitration_id, _ in seen - recorded} <= {0x701, 0x702, 0x703, 0x601, 0x602, 0x603}
+    recorded, bus_frames = _recorded(realtime.file), realtime.bus_frames
+    assert not recorded - bus_frames
+    assert {arbitration_id for arbitration_id, _ in bus_frames - recorded} <= {
+        0x701,
+        0x702,
+        0x703,
+        0x601,
+        0x602,
+        0x603,
+    }
 
 
 def test_in_real_time_few_answers_are_lost(realtime: Run) -> None:

@@ -46,29 +46,29 @@ def trip(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Trip:
         replay = ["replay", str(first), "--bus", "socketcan:vcan0", "--direction", "both", "--yes"]
         replayed = subprocess.run([*launcher("daq"), *replay], capture_output=True, text=True, timeout=900)
         assert replayed.returncode == 0, replayed.stderr
-        heard = finished(listener)
-    assert heard.code == 0, heard.err
-    return Trip(first, second, json.loads(heard.out), machine)
+        listened = finished(listener)
+    assert listened.code == 0, listened.err
+    return Trip(first, second, json.loads(listened.out), machine)
 
 
 def test_what_is_listened_to_is_what_was_recorded(trip: Trip) -> None:
-    sent, heard = read_can(trip.first), read_can(trip.second)
+    sent, listened = read_can(trip.first), read_can(trip.second)
     for name in ("id", "dlc", "data"):
-        np.testing.assert_array_equal(getattr(sent, name), getattr(heard, name))
-    recorded, listened = read(trip.first), read(trip.second)
+        np.testing.assert_array_equal(getattr(sent, name), getattr(listened, name))
+    recorded, second_recording = read(trip.first), read(trip.second)
     assert trip.figures["syncs"] == len(recorded.time)
     # SYNCs that all came late may look as if one before them had not come at all: a row without answers.
-    came = ~np.isnan(listened.position).all(axis=1)
-    np.testing.assert_array_equal(recorded.position, listened.position[came])
-    np.testing.assert_array_equal(recorded.voltage, listened.voltage[came])
+    came = ~np.isnan(second_recording.position).all(axis=1)
+    np.testing.assert_array_equal(recorded.position, second_recording.position[came])
+    np.testing.assert_array_equal(recorded.voltage, second_recording.voltage[came])
 
 
 def test_what_is_listened_to_has_the_times_of_what_was_recorded(trip: Trip) -> None:
-    recorded, listened = read(trip.first), read(trip.second)
-    trip.machine.expect(_same_times(recorded, listened), f"listened: {trip.figures}")
-    np.testing.assert_array_equal(recorded.repeat, listened.repeat)
+    recorded, second_recording = read(trip.first), read(trip.second)
+    trip.machine.expect(_same_times(recorded, second_recording), f"listened: {trip.figures}")
+    np.testing.assert_array_equal(recorded.repeat, second_recording.repeat)
 
 
-def _same_times(recorded: Recording, listened: Recording) -> bool:
-    steps = np.diff(recorded.time), np.diff(listened.time)
+def _same_times(recorded: Recording, second_recording: Recording) -> bool:
+    steps = np.diff(recorded.time), np.diff(second_recording.time)
     return len(steps[0]) == len(steps[1]) and np.allclose(*steps, rtol=1e-9, atol=0.0)

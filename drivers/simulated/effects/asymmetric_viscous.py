@@ -16,5 +16,5 @@ class AsymmetricViscous(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"a": draw_sign(rng, 0.2)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.a * abs(now.v[i])
+    def torque(self, i: int, state: JointState) -> float:
+        return self.a * abs(state.v[i])

@@ -20,5 +20,5 @@ class Cogging(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"N": float(rng.integers(10, 50)), "phase": rng.uniform(-math.pi, math.pi)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.a * math.sin(self.N * now.q[i] + self.phase)
+    def torque(self, i: int, state: JointState) -> float:
+        return self.a * math.sin(self.N * state.q[i] + self.phase)

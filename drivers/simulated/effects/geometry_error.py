@@ -20,8 +20,8 @@ class GeometryError(HiddenEffect):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        which = str(rng.choice(_LENGTHS))
-        return {"error": draw_sign(rng, 0.01), **{name: float(name == which) for name in _LENGTHS}}
+        length = str(rng.choice(_LENGTHS))
+        return {"error": draw_sign(rng, 0.01), **{name: float(name == length) for name in _LENGTHS}}
 
     def geometry(self, geometry: Geometry) -> Geometry:
         lengths = {name: getattr(geometry, name) + self.error * getattr(self, name) for name in _LENGTHS}

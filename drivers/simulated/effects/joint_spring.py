@@ -17,5 +17,5 @@ class JointSpring(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"q_0": rng.uniform(-0.5, 0.5)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.k * (now.q[i] - self.q_0)
+    def torque(self, i: int, state: JointState) -> float:
+        return self.k * (state.q[i] - self.q_0)

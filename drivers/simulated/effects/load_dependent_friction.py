@@ -10,5 +10,5 @@ class LoadDependentFriction(HiddenEffect):
 
     a: float = parameter(0.05, "1", "share lost", ge=0, le=0.5)
 
-    def friction(self, i: int, now: JointState) -> float:
-        return self.a * abs(now.load[i])
+    def friction(self, i: int, state: JointState) -> float:
+        return self.a * abs(state.load[i])

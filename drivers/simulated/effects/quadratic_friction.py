@@ -10,6 +10,6 @@ class QuadraticFriction(HiddenEffect):
 
     a: float = parameter(0.1, "N m s^2/rad^2", "torque per square of speed", ge=0, le=6)
 
-    def torque(self, i: int, now: JointState) -> float:
-        v = now.v[i]
+    def torque(self, i: int, state: JointState) -> float:
+        v = state.v[i]
         return self.a * v * abs(v)

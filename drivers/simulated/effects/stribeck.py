@@ -19,5 +19,5 @@ class Stribeck(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"v_s": rng.uniform(0.1, 0.5)}
 
-    def friction(self, i: int, now: JointState) -> float:
-        return self.a * math.exp(-((now.v[i] / self.v_s) ** 2))
+    def friction(self, i: int, state: JointState) -> float:
+        return self.a * math.exp(-((state.v[i] / self.v_s) ** 2))

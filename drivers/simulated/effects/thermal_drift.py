@@ -21,8 +21,8 @@ class ThermalDrift(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"viscous": rng.uniform(0.1, 0.8), "T": rng.uniform(6.0, 25.0)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.b * self.viscous * now.v[i] * math.exp(-now.t / self.T)
+    def torque(self, i: int, state: JointState) -> float:
+        return self.b * self.viscous * state.v[i] * math.exp(-state.t / self.T)
 
-    def friction(self, i: int, now: JointState) -> float:
-        return self.b * math.exp(-now.t / self.T)
+    def friction(self, i: int, state: JointState) -> float:
+        return self.b * math.exp(-state.t / self.T)

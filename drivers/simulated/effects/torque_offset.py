@@ -14,5 +14,5 @@ class TorqueOffset(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"a": draw_sign(rng, 0.3)}
 
-    def torque(self, i: int, now: JointState) -> float:
+    def torque(self, i: int, state: JointState) -> float:
         return self.a

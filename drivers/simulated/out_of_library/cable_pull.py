@@ -20,8 +20,8 @@ class CablePull(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"w": rng.uniform(0.06, 0.15)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.a * math.exp(min((now.q[i] - self.q_0) / self.w, _TAUT))
+    def torque(self, i: int, state: JointState) -> float:
+        return self.a * math.exp(min((state.q[i] - self.q_0) / self.w, _TAUT))
 
 
 _TAUT = 5.0

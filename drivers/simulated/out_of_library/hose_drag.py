@@ -11,6 +11,6 @@ class HoseDrag(HiddenEffect):
 
     c: float = parameter(0.2, "N m s/rad", "torque per relative speed", ge=0, le=5)
 
-    def torque(self, i: int, now: JointState) -> float:
-        v = now.v
+    def torque(self, i: int, state: JointState) -> float:
+        v = state.v
         return self.c * sum(v[i] - v[joint - 1] for joint in self.joints)

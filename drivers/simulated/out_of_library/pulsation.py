@@ -20,5 +20,5 @@ class Pulsation(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"f": rng.uniform(4.0, 22.0), "phase": rng.uniform(-math.pi, math.pi)}
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.a * math.sin(2 * math.pi * self.f * now.t + self.phase)
+    def torque(self, i: int, state: JointState) -> float:
+        return self.a * math.sin(2 * math.pi * self.f * state.t + self.phase)

@@ -11,5 +11,5 @@ class RotorCoupling(HiddenEffect):
 
     J: float = parameter(0.01, "kg m^2", "mutual inertia", ge=0, le=0.2)
 
-    def torque(self, i: int, now: JointState) -> float:
-        return self.J * sum(now.a[joint - 1] for joint in self.joints if joint != i + 1)
+    def torque(self, i: int, state: JointState) -> float:
+        return self.J * sum(state.a[joint - 1] for joint in self.joints if joint != i + 1)

@@ -20,5 +20,5 @@ class WornSpot(HiddenEffect):
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         return {"q_0": rng.uniform(-0.6, 0.1), "w": rng.uniform(0.06, 0.15)}
 
-    def friction(self, i: int, now: JointState) -> float:
-        return self.a * math.exp(-(((now.q[i] - self.q_0) / self.w) ** 2))
+    def friction(self, i: int, state: JointState) -> float:
+        return self.a * math.exp(-(((state.q[i] - self.q_0) / self.w) ** 2))

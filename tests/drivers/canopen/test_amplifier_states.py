@@ -147,10 +147,10 @@ class AnyRun(RuleBasedStateMachine):
         self.bus.pulled = pulled
         self.bus.wait(duration)
 
-    @rule(which=st.sampled_from([0, 1]), command=st.sampled_from([None, 0x02, 0x80, 0x81]))
-    def drive(self, which: int, command: int | None) -> None:
+    @rule(number=st.sampled_from([0, 1]), command=st.sampled_from([None, 0x02, 0x80, 0x81]))
+    def drive(self, number: int, command: int | None) -> None:
         """A fault; or stopped, made pre-operational or rebooted by somebody else."""
-        drive = self.bus.drives[which]
+        drive = self.bus.drives[number]
         if command is None:
             drive.fail(0x4310)
         else:

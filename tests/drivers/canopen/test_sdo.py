@@ -6,11 +6,11 @@ from recordings.errors import RunFailed
 from tests.drivers.canopen.scripted import Frame, ScriptedBus
 
 
-def sdo(script: list[tuple[Frame, list[Frame]]], others: list[Frame] | None = None) -> tuple[Sdo, ScriptedBus]:
+def sdo(script: list[tuple[Frame, list[Frame]]], other_frames: list[Frame] | None = None) -> tuple[Sdo, ScriptedBus]:
     bus = ScriptedBus(script)
-    seen = [] if others is None else others
+    received = [] if other_frames is None else other_frames
     link = Link(bus)
-    return Sdo(2, "joint 2 (node 2)", link, lambda i, data: seen.append((i, data.hex(" ")))), bus
+    return Sdo(2, "joint 2 (node 2)", link, lambda i, data: received.append((i, data.hex(" ")))), bus
 
 
 def test_read_expedited() -> None:
@@ -67,7 +67,7 @@ def test_silence_says_what_to_check() -> None:
 
 
 def test_frames_for_others_are_passed_on() -> None:
-    others: list[Frame] = []
+    other_frames: list[Frame] = []
     client, _ = sdo(
         [
             (
@@ -75,10 +75,10 @@ def test_frames_for_others_are_passed_on() -> None:
                 [(0x701, "05"), (0x582, "40"), (0x582, "4b 41 60 00 40 02 00 00")],
             )
         ],
-        others,
+        other_frames,
     )
     assert client.read(0x6041, 0, "<H") == 0x240
-    assert others == [(0x701, "05"), (0x582, "40")]
+    assert other_frames == [(0x701, "05"), (0x582, "40")]
 
 
 @pytest.mark.parametrize(

@@ -44,12 +44,16 @@ def move(node: int, counts: int) -> list[Exchange]:
 
 
 def cycle(
-    asked: int, told: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
+    status_node: int, commands: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
 ) -> list[Exchange]:
     """One cycle: what each drive is told, the status of the one whose turn it is, what all have measured."""
     script: list[Exchange] = []
     for node in (1, 2, 3):
-        script += [*(told or {}).get(node, []), *([status(node, word)] if node == asked else []), *read(node, counts)]
+        script += [
+            *(commands or {}).get(node, []),
+            *([status(node, word)] if node == status_node else []),
+            *read(node, counts),
+        ]
     return script
 
 

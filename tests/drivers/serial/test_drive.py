@@ -199,8 +199,8 @@ def test_garbage_is_a_gap_too(reply: str | bytes) -> None:
 @pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
 def test_a_drive_whose_replies_are_garbage_is_told_to_stop_again_and_again(goal: Goal) -> None:
     command = "t 0" if goal is Goal.STOPPED else "s r0x24 0"
-    heard: list[Exchange] = [(f"1 {command}", "?"), (f"2 {command}", "?"), (f"3 {command}", "?")]
-    amplifiers, port, _ = enabled(heard * 5)
+    exchanges: list[Exchange] = [(f"1 {command}", "?"), (f"2 {command}", "?"), (f"3 {command}", "?")]
+    amplifiers, port, _ = enabled(exchanges * 5)
     amplifiers.goal = goal
     for _ in range(5):
         assert amplifiers.exchange(None, 1.0).missing == 3
@@ -208,8 +208,8 @@ def test_a_drive_whose_replies_are_garbage_is_told_to_stop_again_and_again(goal:
 
 
 def test_a_bad_line_does_not_fill_the_log() -> None:
-    silent: list[Exchange] = [(f"{node} s r0x24 0", "") for node in (1, 2, 3)]
-    amplifiers, _, log = drives(silent * 7)
+    no_replies: list[Exchange] = [(f"{node} s r0x24 0", "") for node in (1, 2, 3)]
+    amplifiers, _, log = drives(no_replies * 7)
     for _ in range(7):
         amplifiers.exchange(None, 1.0)
     assert [entry[2].split("disturbance ")[1] for entry in log] == ["1)", "2)", "4)", "8)", "16)"]
@@ -252,9 +252,9 @@ def on_three_lines(scripts: dict[str, list[Exchange]]) -> tuple[SerialDrives, di
     return SerialDrives(THREE, lines, lambda *entry: None, stamped=True), ports
 
 
-def alone(word: int, *told: Exchange, counts: int = 0) -> list[Exchange]:
+def alone(word: int, *commands: Exchange, counts: int = 0) -> list[Exchange]:
     """One cycle of a drive on its own line."""
-    return [*told, ("g r0xa0", f"v {word}"), ("g r0x32", f"v {counts}"), ("g r0x15", "v 1000")]
+    return [*commands, ("g r0xa0", f"v {word}"), ("g r0x32", f"v {counts}"), ("g r0x15", "v 1000")]
 
 
 SWITCH_OFF: Exchange = ("s r0x24 0", "ok")
@@ -278,8 +278,8 @@ def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cyc
 
 def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable() -> None:
     start = [*alone(OFF, SWITCH_OFF), *alone(ON, *SWITCH_ON)]
-    left = [*alone(ON), ("t 0", "ok"), *alone(ON, ("t 0", "ok")), *alone(OFF, SWITCH_OFF), *alone(OFF)]
-    amplifiers, ports = on_three_lines({"a": start, "b": [*start, *left], "c": [*start, *left]})
+    stopping = [*alone(ON), ("t 0", "ok"), *alone(ON, ("t 0", "ok")), *alone(OFF, SWITCH_OFF), *alone(OFF)]
+    amplifiers, ports = on_three_lines({"a": start, "b": [*start, *stopping], "c": [*start, *stopping]})
     amplifiers.exchange(None, 1.0)
     amplifiers.goal = Goal.ENABLED
     amplifiers.exchange(None, 1.0)

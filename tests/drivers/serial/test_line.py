@@ -11,8 +11,8 @@ from drivers.serial.protocol import (
     LineError,
     LineLost,
     Reply,
-    Script,
     ReplyTimeout,
+    Script,
     ask,
     ask_integer,
     tell,
@@ -20,14 +20,14 @@ from drivers.serial.protocol import (
 from tests.drivers.serial.scripted_port import ScriptedPort, line_on
 
 
-def say(line: SerialLine, part: Generator[str, Reply, object], patience: float = 2.0) -> object:
+def say(line: SerialLine, subscript: Generator[str, Reply, object], timeout: float = 2.0) -> object:
     """What one part of a script is answered with; raises what goes wrong."""
     result: list[object] = []
 
     def script() -> Script:
-        result.append((yield from part))
+        result.append((yield from subscript))
 
-    failure = converse({line: script()}, time.perf_counter() + patience).get(line)
+    failure = converse({line: script()}, time.perf_counter() + timeout).get(line)
     if failure is not None:
         raise failure
     return result[0]
@@ -44,19 +44,19 @@ def test_commands_and_replies_alternate() -> None:
 def test_lines_are_spoken_to_at_the_same_time() -> None:
     """The second line answers only after it was spoken to, while the first one is still waited for."""
     first, second = ScriptedPort([("g r0x32", "")]), ScriptedPort([("g r0x32", "v 2"), ("t 1", "ok")])
-    heard: list[int] = []
+    replies: list[int] = []
 
     def script() -> Script:
-        heard.append((yield from ask_integer("g r0x32")))
+        replies.append((yield from ask_integer("g r0x32")))
         first.arrive(b"v 1\r")
         yield from tell("t 1")
 
     def slow() -> Script:
-        heard.append((yield from ask_integer("g r0x32")))
+        replies.append((yield from ask_integer("g r0x32")))
 
     failures = converse({line_on(first): slow(), line_on(second): script()}, time.perf_counter() + 2.0)
     assert not failures
-    assert heard == [2, 1]
+    assert replies == [2, 1]
 
 
 def test_a_reply_may_come_in_pieces_and_with_line_feeds() -> None:
@@ -86,7 +86,7 @@ def test_a_late_reply_is_not_taken_for_the_next() -> None:
     port = ScriptedPort([("g r0x32", ""), ("g r0x15", "v 2")])
     line = line_on(port)
     with pytest.raises(ReplyTimeout):
-        say(line, ask("g r0x32"), patience=0.001)
+        say(line, ask("g r0x32"), timeout=0.001)
     port.arrive(b"v 1\r")
     assert say(line, ask("g r0x15")) == "2"
 
@@ -113,7 +113,7 @@ def test_a_line_that_never_falls_silent_is_given_up() -> None:
 
     port = Babbler([])
     with pytest.raises(ReplyTimeout, match="no silence"):
-        say(line_on(port), ask("g r0x32"), patience=0.02)
+        say(line_on(port), ask("g r0x32"), timeout=0.02)
     assert not port.sent
 
 

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.serial.protocol import InvalidReply, LineError, CommandRefused, Reply, ask, ask_integer, parse, tell
+from drivers.serial.protocol import CommandRefused, InvalidReply, LineError, Reply, ask, ask_integer, parse, tell
 
 
 @pytest.mark.parametrize(
@@ -35,8 +35,8 @@ def test_whatever_comes_is_a_reply_or_garbage(line: bytes) -> None:
 
 
 @given(st.sampled_from([ask, ask_integer, tell]), st.binary(max_size=20))
-def test_a_script_takes_any_reply_or_says_what_is_wrong(part, line: bytes) -> None:
-    script = part("1 g r0x32")
+def test_a_script_takes_any_reply_or_says_what_is_wrong(subscript, line: bytes) -> None:
+    script = subscript("1 g r0x32")
     assert next(script) == "1 g r0x32"
     try:
         reply = parse(line)

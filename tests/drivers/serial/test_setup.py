@@ -20,8 +20,8 @@ def test_drives_present_themselves() -> None:
 
 
 def test_silent_drives_are_named_and_the_others_are_not() -> None:
-    silent = [("2 g f0x80", "")] * 3
-    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *silent, ("3 g f0x80", "v A")])
+    no_replies = [("2 g f0x80", "")] * 3
+    amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *no_replies, ("3 g f0x80", "v A")])
     with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
         amplifiers.discover()
 
@@ -73,11 +73,11 @@ def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
 
 
 def test_examine_compares_and_writes_nothing() -> None:
-    found = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
+    actual = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
     script: list[Exchange] = []
     for node in (1, 2, 3):
         faulty = [status(1, FAULT), ("1 g r0xa4", "v 4")] if node == 1 else [status(node, OFF)]
-        script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in found.items())]
+        script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in actual.items())]
     amplifiers, port, _ = drives(script)
     findings = amplifiers.check()
     port.assert_finished()

@@ -51,9 +51,9 @@ class Run:
     v: Floats
     a: Floats
     load: Floats
-    said: Floats
+    reported: Floats
     """What the voltages stand for."""
-    given: Floats
+    motor_torque: Floats
     """Torque of the motors."""
     added: Floats
     """What of it does not reach the rigid robot."""
@@ -80,8 +80,8 @@ def swing(machine: Machine) -> Run:
         before = (plant.motor_angles(), plant.motor_speeds(), plant.motor_accelerations(), plant.rigid_torque())
         t = machine.time
         machine.advance([(start + offset).tolist()])
-        given = machine.torque()
-        added = np.subtract(given, plant.rigid_torque())
-        rows.append(([t] * 3, *before, machine.reported_torque(), given, added))
-    t, q, v, a, load, said, given, added = np.moveaxis(np.array(rows), 1, 0)
-    return Run(t=t[:, 0], q=q, v=v, a=a, load=load, said=said, given=given, added=added)
+        motor_torque = machine.torque()
+        added = np.subtract(motor_torque, plant.rigid_torque())
+        rows.append(([t] * 3, *before, machine.reported_torque(), motor_torque, added))
+    t, q, v, a, load, reported, motor_torque, added = np.moveaxis(np.array(rows), 1, 0)
+    return Run(t=t[:, 0], q=q, v=v, a=a, load=load, reported=reported, motor_torque=motor_torque, added=added)

@@ -7,11 +7,11 @@ from drivers.simulated.amplifier import Amplifier, torque
 torques = st.floats(-50.0, 50.0)
 
 
-@given(wanted=torques, gain=st.floats(0.1, 10.0), exponent=st.floats(0.5, 3.0))
-def test_reported_voltage_stands_for_the_torque(wanted: float, gain: float, exponent: float) -> None:
+@given(command=torques, gain=st.floats(0.1, 10.0), exponent=st.floats(0.5, 3.0))
+def test_reported_voltage_stands_for_the_torque(command: float, gain: float, exponent: float) -> None:
     amplifier = Amplifier(gain=gain, exponent=exponent)
-    assert torque(amplifier.voltage(wanted, 0.0), gain, exponent) == pytest.approx(wanted, abs=1e-9)
-    assert amplifier.torque(wanted) == pytest.approx(wanted, abs=1e-9)
+    assert torque(amplifier.voltage(command, 0.0), gain, exponent) == pytest.approx(command, abs=1e-9)
+    assert amplifier.torque(command) == pytest.approx(command, abs=1e-9)
 
 
 def test_turning_motor_adds_to_the_voltage() -> None:
@@ -19,12 +19,13 @@ def test_turning_motor_adds_to_the_voltage() -> None:
     assert amplifier.voltage(2.0, 4.0) == pytest.approx(3.2)
 
 
-@given(wanted=torques)
-def test_faults_act_in_their_order_between_command_and_motor(wanted: float) -> None:
+@given(command=torques)
+def test_faults_act_in_their_order_between_command_and_motor(command: float) -> None:
     faults = (lambda volts: volts / 2, lambda volts: volts - 1)
     commanded, measured = (
-        Amplifier(gain=1.0, exponent=1.0, faults=faults, reports_command=command) for command in (True, False)
+        Amplifier(gain=1.0, exponent=1.0, faults=faults, reports_command=reports_command)
+        for reports_command in (True, False)
     )
-    assert commanded.torque(wanted) == measured.torque(wanted) == pytest.approx(wanted / 2 - 1)
-    assert commanded.voltage(wanted, 0.0) == pytest.approx(wanted)
-    assert measured.voltage(wanted, 0.0) == pytest.approx(wanted / 2 - 1)
+    assert commanded.torque(command) == measured.torque(command) == pytest.approx(command / 2 - 1)
+    assert commanded.voltage(command, 0.0) == pytest.approx(command)
+    assert measured.voltage(command, 0.0) == pytest.approx(command / 2 - 1)

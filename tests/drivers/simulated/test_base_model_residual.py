@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from drivers.simulated.config import Links
 from drivers.simulated.base_model_residual import BANDWIDTH, JointMotion, base_columns, base_model_residual
+from drivers.simulated.config import Links
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
@@ -48,24 +48,24 @@ def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
 def test_base_model_leaves_nothing_of_itself() -> None:
     motion = _motion()
     friction = np.array([0.3, 0.5, 0.1]) * motion.velocity + np.array([0.9, 0.2, 0.4]) * np.sign(motion.velocity)
-    left = base_model_residual(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
-    assert np.all(_rms(left.residual) < 1e-4 * _rms(left.torque))
+    fit = base_model_residual(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
+    assert np.all(_rms(fit.residual) < 1e-4 * _rms(fit.torque))
 
 
 def test_what_it_cannot_explain_is_left() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 1] = np.sin(2 * np.pi * 17.3 * TIME)
-    left = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
-    through = 1 / (1 + (np.sqrt(2) - 1) * (17.3 / BANDWIDTH) ** 4)
-    assert np.sqrt(2) * _rms(left.residual)[1] == pytest.approx(through, rel=0.02)
-    assert _rms(left.residual)[[0, 2]].max() < 0.05
+    fit = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    attenuation = 1 / (1 + (np.sqrt(2) - 1) * (17.3 / BANDWIDTH) ** 4)
+    assert np.sqrt(2) * _rms(fit.residual)[1] == pytest.approx(attenuation, rel=0.02)
+    assert _rms(fit.residual)[[0, 2]].max() < 0.05
 
 
 def test_bandwidth_is_where_three_decibels_are_lost() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 0] = np.sin(2 * np.pi * BANDWIDTH * TIME)
-    left = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
-    assert np.sqrt(2) * _rms(left.residual)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
+    fit = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
+    assert np.sqrt(2) * _rms(fit.residual)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
 def test_a_joint_at_rest_does_no_harm() -> None:
@@ -74,7 +74,7 @@ def test_a_joint_at_rest_does_no_harm() -> None:
         motion.position * [1, 1, 0], motion.velocity * [1, 1, 0], motion.acceleration * [1, 1, 0], motion.torque
     )
     torque = exact_torque(GEOMETRY, Links(), still.position, still.velocity, still.acceleration)
-    left = base_model_residual(
+    fit = base_model_residual(
         GEOMETRY, JointMotion(still.position, still.velocity, still.acceleration, torque), DT, INSIDE, 5
     )
-    assert np.all(_rms(left.residual) < 1e-4 * _rms(left.torque).mean())
+    assert np.all(_rms(fit.residual) < 1e-4 * _rms(fit.torque).mean())

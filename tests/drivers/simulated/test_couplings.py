@@ -77,10 +77,10 @@ def test_elastic_motor_keeps_its_inertia() -> None:
     machine = _machine(EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": 1.5e-3}))
     plant = machine.plant
     plant.set_friction((45.0, 0.0, 45.0))
-    held = [0.0, _weight_on_joint_2(machine), 0.0]
-    plant.step(held)
+    holding_torque = [0.0, _weight_on_joint_2(machine), 0.0]
+    plant.step(holding_torque)
     still = plant.motor_accelerations()[1]
-    plant.step([0.0, held[1] + 20.0, 0.0])
+    plant.step([0.0, holding_torque[1] + 20.0, 0.0])
     assert plant.motor_accelerations()[1] - still == pytest.approx(20.0 / Links().motor_inertia, rel=0.01)
 
 

@@ -104,9 +104,9 @@ def test_bent_bristles_hold_up_to_their_level(push: float) -> None:
     machine.advance([start] * 20000)
     before = machine.position()[1]
     machine.advance([start] * 2000)
-    slid, bent = before - machine.position()[1], start[1] - before
-    assert (slid > 1e-3) == (push > COULOMB)
-    assert push > COULOMB or (1e-3 < bent < 0.05 and abs(slid) < 1e-6)
+    sliding, deflection = before - machine.position()[1], start[1] - before
+    assert (sliding > 1e-3) == (push > COULOMB)
+    assert push > COULOMB or (1e-3 < deflection < 0.05 and abs(sliding) < 1e-6)
 
 
 @pytest.mark.parametrize(("push", "moves"), [(1.2, False), (1.4, True)])

@@ -17,17 +17,17 @@ def _volts(torque: Floats, exponent: float = 2.0) -> Floats:
 @pytest.mark.parametrize(
     ("name", "parameters", "law"),
     [
-        ("back_emf", {"k_e": 0.2}, lambda given, v: _volts(given) + 0.2 * v),
-        ("torque_gain_mismatch", {"mismatch": 0.2}, lambda given, v: _volts(given / 1.2)),
-        ("torque_map_exponent", {"excess": -0.3}, lambda given, v: _volts(given, 1.7)),
+        ("back_emf", {"k_e": 0.2}, lambda motor_torque, v: _volts(motor_torque) + 0.2 * v),
+        ("torque_gain_mismatch", {"mismatch": 0.2}, lambda motor_torque, v: _volts(motor_torque / 1.2)),
+        ("torque_map_exponent", {"excess": -0.3}, lambda motor_torque, v: _volts(motor_torque, 1.7)),
     ],
 )
 def test_reported_voltage(name: str, parameters: dict[str, float], law: Callable[[Floats, Floats], Floats]) -> None:
     run = swing(machine_with(name, **parameters))
-    after, given, said = run.v[1:], run.given[:-1], run.said[:-1]
-    assert _volts(said)[:, 1] == pytest.approx(law(given[:, 1], after[:, 1]), abs=1e-9)
-    assert said[:, 0] == pytest.approx(given[:, 0], abs=1e-9)
-    assert np.abs(said - given)[:, 1].max() > 0.5
+    after, motor_torque, reported = run.v[1:], run.motor_torque[:-1], run.reported[:-1]
+    assert _volts(reported)[:, 1] == pytest.approx(law(motor_torque[:, 1], after[:, 1]), abs=1e-9)
+    assert reported[:, 0] == pytest.approx(motor_torque[:, 0], abs=1e-9)
+    assert np.abs(reported - motor_torque)[:, 1].max() > 0.5
 
 
 @pytest.mark.parametrize(
@@ -43,10 +43,10 @@ def test_amplifier_loses_voltage_between_command_and_motor(
     commanded, measured = (
         swing(machine_with(name, rig=reporting(kind), **parameters)) for kind in ("command", "motor")
     )
-    assert np.array_equal(commanded.given, measured.given)
-    assert _volts(commanded.given)[:, 1] == pytest.approx(law(_volts(commanded.said)[:, 1]), abs=1e-9)
-    assert measured.said == pytest.approx(measured.given, abs=1e-9)
-    assert np.abs(commanded.said - commanded.given)[:, 1].max() > 0.5
+    assert np.array_equal(commanded.motor_torque, measured.motor_torque)
+    assert _volts(commanded.motor_torque)[:, 1] == pytest.approx(law(_volts(commanded.reported)[:, 1]), abs=1e-9)
+    assert measured.reported == pytest.approx(measured.motor_torque, abs=1e-9)
+    assert np.abs(commanded.reported - commanded.motor_torque)[:, 1].max() > 0.5
 
 
 def test_joint_stands_beside_a_shifted_zero() -> None:
@@ -61,13 +61,13 @@ def test_drive_follows_the_encoder_that_does_not_run_true() -> None:
     start = np.array(machine.position())
     rows = []
     for step in range(1500):
-        wanted = start + 0.1 * math.sin(10 * step * machine.dt)
-        machine.advance([wanted.tolist()])
-        rows.append((wanted, machine.position(), machine.velocity(), machine.plant.motor_angles()))
-    wanted, read, speed, true = np.moveaxis(np.array(rows)[500:], 1, 0)
+        setpoint = start + 0.1 * math.sin(10 * step * machine.dt)
+        machine.advance([setpoint.tolist()])
+        rows.append((setpoint, machine.position(), machine.velocity(), machine.plant.motor_angles()))
+    setpoint, read, speed, true = np.moveaxis(np.array(rows)[500:], 1, 0)
     assert read[:, 1] == pytest.approx(true[:, 1] + 0.002 * np.sin(21.0 * true[:, 1] + 0.4), abs=1e-12)
     assert np.array_equal(read[:, [0, 2]], true[:, [0, 2]])
-    assert np.abs(read - wanted)[:, 1].max() < 1e-3 < np.abs(true - wanted)[:, 1].max()
+    assert np.abs(read - setpoint)[:, 1].max() < 1e-3 < np.abs(true - setpoint)[:, 1].max()
     assert np.diff(read, axis=0)[:, 1] / machine.dt == pytest.approx(speed[1:, 1], abs=5e-3)
 
 
@@ -75,15 +75,15 @@ def test_drive_follows_the_encoder_that_does_not_run_true() -> None:
 def test_torque_follows_the_voltage_after_the_delay(delay: float) -> None:
     machine = machine_with("actuation_delay", delay=delay)
     start = np.array(machine.position())
-    said, given = [], []
+    reported, motor_torque = [], []
     for step in range(1500):
         machine.advance([(start + 0.1 * math.sin(20 * step * machine.dt)).tolist()])
-        said.append(machine.reported_torque())
-        given.append(machine.torque())
+        reported.append(machine.reported_torque())
+        motor_torque.append(machine.torque())
     time = np.arange(1500) * machine.dt
-    late, prompt = np.interp(time - delay, time, np.array(said)[:, 1]), np.array(said)[:, 0]
-    assert np.array(given)[100:, 1] == pytest.approx(late[100:], abs=1e-9)
-    assert np.array(given)[:, 0] == pytest.approx(prompt, abs=1e-12)
+    late, prompt = np.interp(time - delay, time, np.array(reported)[:, 1]), np.array(reported)[:, 0]
+    assert np.array(motor_torque)[100:, 1] == pytest.approx(late[100:], abs=1e-9)
+    assert np.array(motor_torque)[:, 0] == pytest.approx(prompt, abs=1e-12)
 
 
 def test_voltage_leads_with_a_delay() -> None:

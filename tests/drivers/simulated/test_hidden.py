@@ -15,7 +15,7 @@ RIG = simulated_rig()
 
 
 @pytest.fixture(scope="module")
-def ruler() -> EffectSizer:
+def sizer() -> EffectSizer:
     return EffectSizer(RIG, SimConfig())
 
 
@@ -54,12 +54,12 @@ def test_nothing_can_be_hidden() -> None:
 
 
 @pytest.mark.slow
-def test_two_effects_have_the_sizes_asked_for(ruler: EffectSizer) -> None:
+def test_two_effects_have_the_sizes_asked_for(sizer: EffectSizer) -> None:
     names, sizes = ("torque_offset", "joint_spring"), (0.02, 0.05)
-    found = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), sizer=ruler)
-    assert {effect.name for effect in found} == set(names)
-    assert [effect.joints for effect in found] == [(1,), (1,)]
-    described = truth(RIG, SimConfig(effects=found), seed=3, sizer=ruler)["effects"]
+    drawn = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), sizer=sizer)
+    assert {effect.name for effect in drawn} == set(names)
+    assert [effect.joints for effect in drawn] == [(1,), (1,)]
+    described = truth(RIG, SimConfig(effects=drawn), seed=3, sizer=sizer)["effects"]
     assert [effect["size"] for effect in described] == pytest.approx(sizes, rel=0.02)
 
 
@@ -71,22 +71,22 @@ def test_two_effects_have_the_sizes_asked_for(ruler: EffectSizer) -> None:
     ],
 )
 def test_what_cannot_be_drawn_is_explained(
-    ruler: EffectSizer, names: tuple[str, ...], size: float, complaint: str
+    sizer: EffectSizer, names: tuple[str, ...], size: float, complaint: str
 ) -> None:
     with pytest.raises(BadInput, match=complaint):
-        draw(1, RIG, SimConfig(), names=names, sizes=(size, size), sizer=ruler)
+        draw(1, RIG, SimConfig(), names=names, sizes=(size, size), sizer=sizer)
 
 
 @pytest.mark.slow
-def test_size_that_none_can_have_is_explained(ruler: EffectSizer) -> None:
+def test_size_that_none_can_have_is_explained(sizer: EffectSizer) -> None:
     """The rig reports true motor voltages, in which a dead band leaves no trace."""
     with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
-        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=ruler)
+        draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=sizer)
 
 
-def test_truth_says_everything(ruler: EffectSizer) -> None:
+def test_truth_says_everything(sizer: EffectSizer) -> None:
     config = SimConfig(effects=(EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5}),))
-    content = truth(RIG, config, seed=None, sizer=ruler)
+    content = truth(RIG, config, seed=None, sizer=sizer)
     (effect,) = content["effects"]
     assert effect["name"] == "torque_offset"
     assert effect["joints"] == [3]
@@ -98,9 +98,9 @@ def test_truth_says_everything(ruler: EffectSizer) -> None:
     assert json.loads(json.dumps(content)) == content
 
 
-def test_truth_tells_what_stands_in_no_library(ruler: EffectSizer) -> None:
+def test_truth_tells_what_stands_in_no_library(sizer: EffectSizer) -> None:
     effects = (EffectSpec(name="hose_drag", joints=(1, 3)),)
-    (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, sizer=ruler)["effects"]
+    (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, sizer=sizer)["effects"]
     assert effect["in_library"] is False
     assert effect["depends_on"] == ["velocity", "joint_1", "joint_3"]
 

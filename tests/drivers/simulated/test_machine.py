@@ -134,11 +134,11 @@ def test_same_seed_gives_the_same_bits() -> None:
     def run(seed: int) -> list[object]:
         machine = _machine(SimConfig(), seed=seed)
         _switch_on(machine)
-        seen: list[object] = []
+        outputs: list[object] = []
         for _ in range(50):
             _hold(machine, 0.002)
-            seen.append((machine.encoder_counts(), machine.voltage_counts()))
-        return seen
+            outputs.append((machine.encoder_counts(), machine.voltage_counts()))
+        return outputs
 
     assert run(3) == run(3)
     assert run(3) != run(4)

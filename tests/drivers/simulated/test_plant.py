@@ -78,12 +78,12 @@ def test_joint_slides_when_pushed_harder_than_its_friction() -> None:
     plant.place(ASIDE)
     plant.set_friction((45.0,) * 3)
     plant.step((0.0,) * 3)
-    held = np.array(plant.rigid_torque())
+    holding_torque = np.array(plant.rigid_torque())
     plant.set_friction((2.0,) * 3)
     for push, moves in ((1.9, False), (2.1, True)):
         plant.place(ASIDE)
         for _ in range(100):
-            plant.step(held + push)
+            plant.step(holding_torque + push)
         assert np.all(np.abs(plant.motor_speeds()) > 1e-3) == moves
 
 

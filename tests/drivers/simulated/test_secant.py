@@ -20,25 +20,25 @@ from drivers.simulated.secant import solve
 )
 @pytest.mark.parametrize("start", [0.1, 1.0, 5.0])
 def test_wanted_size_is_found(law: Callable[[float], float], start: float) -> None:
-    tried = []
+    trials = []
 
     def size(strength: float) -> float:
-        tried.append(strength)
+        trials.append(strength)
         return law(strength)
 
-    wanted = law(1.1)
-    found = solve(size, wanted, start=start, largest=10.0, tolerance=0.01)
-    assert found is not None
-    strength, reached = found
-    assert reached == pytest.approx(wanted, rel=0.02)
+    target_size = law(1.1)
+    solution = solve(size, target_size, start=start, largest=10.0, tolerance=0.01)
+    assert solution is not None
+    strength, reached = solution
+    assert reached == pytest.approx(target_size, rel=0.02)
     assert law(strength) == pytest.approx(reached)
-    assert max(tried) <= 10.0
+    assert max(trials) <= 10.0
 
 
 def test_straight_line_takes_two_trials() -> None:
-    tried = []
-    solve(lambda s: tried.append(s) or 0.3 * s, 0.9, start=1.0, largest=10.0, tolerance=0.01)
-    assert len(tried) == 2
+    trials = []
+    solve(lambda s: trials.append(s) or 0.3 * s, 0.9, start=1.0, largest=10.0, tolerance=0.01)
+    assert len(trials) == 2
 
 
 def test_nearest_where_it_cannot_be_had() -> None:

@@ -8,73 +8,73 @@ from tests.drivers.simulated.swinging import RIG, reporting
 
 
 @pytest.fixture(scope="module")
-def ruler() -> EffectSizer:
+def sizer() -> EffectSizer:
     return EffectSizer(RIG, SimConfig())
 
 
 @pytest.mark.slow
-def test_nothing_has_no_size(ruler: EffectSizer) -> None:
-    assert ruler.size(build(EffectSpec(name="cogging")).scaled(0.0)) < 1e-4
+def test_nothing_has_no_size(sizer: EffectSizer) -> None:
+    assert sizer.size(build(EffectSpec(name="cogging")).scaled(0.0)) < 1e-4
 
 
-def test_cogging_is_left_whole(ruler: EffectSizer) -> None:
+def test_cogging_is_left_whole(sizer: EffectSizer) -> None:
     """A ripple that no base column resembles, slow enough to pass: its size is its RMS over the torque's."""
     cogging = build(EffectSpec(name="cogging", parameters={"a": 0.5, "N": 15.0}))
-    assert ruler.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
+    assert sizer.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["encoder_zero_offset", "torque_gain_mismatch", "back_emf", "geometry_error"])
-def test_measured_side_counts_by_the_torque_that_is_missed(ruler: EffectSizer, name: str) -> None:
+def test_measured_side_counts_by_the_torque_that_is_missed(sizer: EffectSizer, name: str) -> None:
     """Whatever is wrong with what is reported, twice as wrong is twice the size."""
     effect = build(EffectSpec(name=name, joints=(2,) if not discover()[name].whole_robot else (1, 2, 3)))
     strength = effect.model_dump()[effect.strength()]
-    small, large = (ruler.size(effect.scaled(share * strength)) for share in (0.5, 1.0))
+    small, large = (sizer.size(effect.scaled(share * strength)) for share in (0.5, 1.0))
     assert small > 0.0003
     assert large == pytest.approx(2 * small, rel=0.1)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seen"), [("motor", False), ("command", True)])
-def test_dead_band_shows_in_the_command_only(kind: str, seen: bool) -> None:
+@pytest.mark.parametrize(("kind", "visible"), [("motor", False), ("command", True)])
+def test_dead_band_shows_in_the_command_only(kind: str, visible: bool) -> None:
     size = EffectSizer(reporting(kind), SimConfig()).size(build(EffectSpec(name="amplifier_deadband", joints=(2,))))
-    assert (size > 0.005) == seen
-    assert seen or size < 5e-4
+    assert (size > 0.005) == visible
+    assert visible or size < 5e-4
 
 
-def test_gain_of_all_joints_is_absorbed(ruler: EffectSizer) -> None:
-    assert ruler.size(build(EffectSpec(name="torque_gain_mismatch", parameters={"mismatch": 0.2}))) < 1e-3
-
-
-@pytest.mark.slow
-def test_loop_that_shakes_has_no_size(ruler: EffectSizer) -> None:
-    assert ruler.size(build(EffectSpec(name="actuation_delay", parameters={"delay": 0.01}))) == float("inf")
+def test_gain_of_all_joints_is_absorbed(sizer: EffectSizer) -> None:
+    assert sizer.size(build(EffectSpec(name="torque_gain_mismatch", parameters={"mismatch": 0.2}))) < 1e-3
 
 
 @pytest.mark.slow
-def test_fading_friction_is_measured_over_as_long_as_a_recording(ruler: EffectSizer) -> None:
+def test_loop_that_shakes_has_no_size(sizer: EffectSizer) -> None:
+    assert sizer.size(build(EffectSpec(name="actuation_delay", parameters={"delay": 0.01}))) == float("inf")
+
+
+@pytest.mark.slow
+def test_fading_friction_is_measured_over_as_long_as_a_recording(sizer: EffectSizer) -> None:
     """What has faded before the first repetition is over has left little to see."""
     slow, quick = (
-        ruler.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
+        sizer.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
     )
     assert slow > 3 * quick
 
 
 @pytest.mark.slow
-def test_tilt_is_partly_absorbed_and_grows_in_proportion(ruler: EffectSizer) -> None:
-    small, large = (ruler.size(build(EffectSpec(name="base_tilt", parameters={"angle": a}))) for a in (0.02, 0.04))
+def test_tilt_is_partly_absorbed_and_grows_in_proportion(sizer: EffectSizer) -> None:
+    small, large = (sizer.size(build(EffectSpec(name="base_tilt", parameters={"angle": a}))) for a in (0.02, 0.04))
     assert large == pytest.approx(2 * small, rel=0.01)
 
 
 @pytest.mark.slow
-def test_payload_change_counts_wherever_it_happens(ruler: EffectSizer) -> None:
+def test_payload_change_counts_wherever_it_happens(sizer: EffectSizer) -> None:
     early, late = (EffectSpec(name="payload_change", parameters={"t_c": t}) for t in (0.0, 1000.0))
-    assert ruler.size(build(early)) == ruler.size(build(late)) > 0.01
+    assert sizer.size(build(early)) == sizer.size(build(late)) > 0.01
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "joints", "sign", "wanted"),
+    ("name", "joints", "sign", "target_size"),
     [
         ("torque_offset", (2,), -1.0, 0.02),
         ("joint_elasticity", (1, 3), 1.0, 0.015),
@@ -82,14 +82,14 @@ def test_payload_change_counts_wherever_it_happens(ruler: EffectSizer) -> None:
     ],
 )
 def test_asked_size_is_found(
-    ruler: EffectSizer, name: str, joints: tuple[int, ...], sign: float, wanted: float
+    sizer: EffectSizer, name: str, joints: tuple[int, ...], sign: float, target_size: float
 ) -> None:
     effect = build(EffectSpec(name=name, joints=joints))
-    found, size = ruler.nearest(effect.scaled(sign * effect.model_dump()[effect.strength()]), wanted)
-    assert size == pytest.approx(wanted, rel=0.02)
-    assert ruler.size(found) == pytest.approx(size, rel=1e-6)
-    assert found.joints == joints
-    assert sign * found.model_dump()[found.strength()] > 0
+    scaled_effect, size = sizer.nearest(effect.scaled(sign * effect.model_dump()[effect.strength()]), target_size)
+    assert size == pytest.approx(target_size, rel=0.02)
+    assert sizer.size(scaled_effect) == pytest.approx(size, rel=1e-6)
+    assert scaled_effect.joints == joints
+    assert sign * scaled_effect.model_dump()[scaled_effect.strength()] > 0
 
 
 @pytest.mark.slow

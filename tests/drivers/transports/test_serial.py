@@ -61,13 +61,13 @@ def test_a_rate_too_high_for_the_line_is_refused_with_the_highest_that_fits() ->
 
 
 @pytest.mark.parametrize(
-    "told",
+    "option",
     [{"mode": "interpolated"}, {"torque_actual": True}, {"homed": HomedBit(index=0x2F00)}, {"dcf": "drive.dcf"}],
 )
-def test_what_only_canopen_drives_heed_is_refused(told: dict[str, object]) -> None:
+def test_what_only_canopen_drives_heed_is_refused(option: dict[str, object]) -> None:
     plain = rig()
-    drives = (*plain.drives[:2], plain.drives[2].model_copy(update=told))
-    with pytest.raises(BadInput, match=f"'{next(iter(told))}' of joint 3 is for CANopen drives"):
+    drives = (*plain.drives[:2], plain.drives[2].model_copy(update=option))
+    with pytest.raises(BadInput, match=f"'{next(iter(option))}' of joint 3 is for CANopen drives"):
         serial.check(plain.model_copy(update={"drives": drives}))
 
 
