@@ -8,7 +8,7 @@ from recordings.command_line import CommandFolder, run
 program = CommandFolder(
     commands,
     name="ident",
-    help="Identify the dynamic model behind a recording, and see where it fails.",
+    help="Identify the dynamic model of a recorded mechanism and find where it fails.",
     epilog="Example: ident fit fig5a.mcap --validate fig5b.mcap",
     no_args_is_help=True,
 )
@@ -16,6 +16,6 @@ program = CommandFolder(
 
 def main() -> None:
     """Entry point of the program `ident`."""
-    # Matrices here are long and narrow: BLAS's threads would mostly wait for each other, and keep the cores busy.
+    # Matrices are long and narrow: BLAS threads would mostly wait for each other and keep the cores busy.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     run(program)

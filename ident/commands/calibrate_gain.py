@@ -25,7 +25,7 @@ FILE = click.Path(path_type=Path)
 @click.argument("empty", metavar="FILE", type=FILE)
 @click.argument("loaded", metavar="FILE", type=FILE)
 @click.option(
-    "--payload", type=float, required=True, metavar="KG", help="What the second recording carries in addition."
+    "--payload", type=float, required=True, metavar="KG", help="Mass that only the second recording carries."
 )
 @click.option(
     "--preprocess",
@@ -34,7 +34,7 @@ FILE = click.Path(path_type=Path)
     show_default=True,
     help="As in fit.",
 )
-@click.option("-o", "--out", type=FILE, metavar="FILE", help="Write the [torque] section there too.")
+@click.option("-o", "--out", type=FILE, metavar="FILE", help="Also write the [torque] section to this file.")
 @click.option("--force", is_flag=True, help="Replace an existing file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
 def command(
@@ -42,7 +42,7 @@ def command(
 ) -> None:
     """Find the torque gains from recordings of one motion, the first without, the second with a known payload.
 
-    Prints the section [torque] for the rig file. What is recorded or fitted with it is absolute, no longer relative.
+    Prints the section [torque] for the rig file. With it, torques and parameters are absolute instead of relative.
     """
     refuse_existing(out, force=force)
 
@@ -50,15 +50,15 @@ def command(
     from recordings.reader import read
 
     recordings = (read(empty), read(loaded))
-    found = calibrate(*recordings, payload, preprocess)
+    calibration = calibrate(*recordings, payload, preprocess)
     if out:
-        out.write_text(section(found), encoding="utf-8")
-    _show(found, recordings, payload, as_json)
+        out.write_text(torque_section(calibration), encoding="utf-8")
+    _show(calibration, recordings, payload, as_json)
 
 
-def section(found: Calibration) -> str:
-    """The section [torque] of a rig file."""
-    torque = found.torque
+def torque_section(calibration: Calibration) -> str:
+    """Return the section [torque] of a rig file."""
+    torque = calibration.torque
     gains = ", ".join(f"{gain:.6g}" for gain in torque.gain)
     return (
         f'[torque]\nmap = "{torque.map}"\ngain = [{gains}]\ngain_source = "calibrated"\n'
@@ -66,49 +66,51 @@ def section(found: Calibration) -> str:
     )
 
 
-def _show(found: Calibration, recordings: tuple[Recording, ...], payload: float, as_json: bool) -> None:
+def _show(calibration: Calibration, recordings: tuple[Recording, ...], payload: float, as_json: bool) -> None:
     import json
 
     if as_json:
-        click.echo(json.dumps(_document(found, recordings, payload), indent=2))
+        click.echo(json.dumps(_document(calibration, recordings, payload), indent=2))
         return
-    for line in _lines(found, recordings):
+    for line in _lines(calibration, recordings):
         click.echo(line, err=True)
-    click.echo(section(found), nl=False)
+    click.echo(torque_section(calibration), nl=False)
 
 
-def _lines(found: Calibration, recordings: tuple[Recording, ...]) -> list[str]:
-    unit = "N m/V^2" if found.torque.map == "square" else "N m/V"
+def _lines(calibration: Calibration, recordings: tuple[Recording, ...]) -> list[str]:
+    unit = "N m/V^2" if calibration.torque.map == "square" else "N m/V"
     simulated = [recording.path.name for recording in recordings if recording.run.simulated]
     lines = [f"SIMULATED data: {', '.join(simulated)}."] if simulated else []
-    for number, (gain, (lowest, highest)) in enumerate(zip(found.torque.gain, found.intervals, strict=True), start=1):
+    for number, (gain, (lowest, highest)) in enumerate(
+        zip(calibration.torque.gain, calibration.intervals, strict=True), start=1
+    ):
         lines.append(f"joint {number}: {gain:.4g} {unit}, 95 % between {lowest:.4g} and {highest:.4g}")
-    if found.differ:
-        lines.append(f"The gains differ between joints, by up to {100 * found.spread:.2g} %.")
+    if calibration.gains_differ:
+        lines.append(f"The gains differ between joints, by up to {100 * calibration.spread:.2g} %.")
     else:
-        lines.append(f"The gains do not differ between joints by more than chance (p = {found.equal_p:.2g}).")
+        lines.append(f"The gains do not differ significantly between joints (p = {calibration.equal_p:.2g}).")
     geometry = recordings[0].rig.geometry
-    most = max(found.per_length_step.tolist(), key=abs)
+    largest = max(calibration.per_length_step.tolist(), key=abs)
     lines.append(
-        f"The payload explains {100 * found.explained:.1f} % of what differs between the recordings. The intervals "
-        f"take its mass and the geometry as exact: 1 % of mass is 1 % of gain; 10 mm more of L2 ({geometry.L2:g} m, "
-        f"{geometry.L2_source}) are up to {100 * most:+.2g} %."
+        f"The payload explains {100 * calibration.explained:.1f} % of the difference between the recordings. The "
+        "intervals assume exact mass and geometry: 1 % of mass changes the gain by 1 %, 10 mm more of L2 "
+        f"({geometry.L2:g} m, {geometry.L2_source}) by up to {100 * largest:+.2g} %."
     )
     return lines
 
 
-def _document(found: Calibration, recordings: tuple[Recording, ...], payload: float) -> dict[str, object]:
+def _document(calibration: Calibration, recordings: tuple[Recording, ...], payload: float) -> dict[str, object]:
     return {
         "schema": 1,
         "recordings": [recording.path.name for recording in recordings],
         "simulated": any(recording.run.simulated for recording in recordings),
         "payload": payload,
-        "torque": found.torque.model_dump(mode="json"),
-        "gain_ci95": found.intervals.tolist(),
-        "gain_relative_std": found.relative_std.tolist(),
-        "explained": found.explained,
-        "differ": found.differ,
-        "spread": found.spread,
-        "equal_p": found.equal_p,
-        "relative_change_per_10mm_of_L2": found.per_length_step.tolist(),
+        "torque": calibration.torque.model_dump(mode="json"),
+        "gain_ci95": calibration.intervals.tolist(),
+        "gain_relative_std": calibration.relative_std.tolist(),
+        "explained": calibration.explained,
+        "differ": calibration.gains_differ,
+        "spread": calibration.spread,
+        "equal_p": calibration.equal_p,
+        "relative_change_per_10mm_of_L2": calibration.per_length_step.tolist(),
     }

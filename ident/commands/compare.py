@@ -18,7 +18,7 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="PY",
-    help="An effect of your own; it is executed.",
+    help="Python file with an effect of your own. It is executed.",
 )
 @click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .compare]")
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
@@ -31,10 +31,10 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Show where the model in the file MODEL fails to explain the torque in recordings.
+    """Show where the model in the file MODEL fails to explain the torque in the recordings FILE.
 
-    Per joint and phase of the motion, in which stretches, over which quantity, at which frequency, and how much of
-    it is above the noise.
+    Shows the residual by joint, phase of the motion, time window, quantity and frequency, and its share above the
+    noise.
     """
     import json
 
@@ -43,18 +43,18 @@ def command(
     from ident.dynamics.effects.library import library
     from ident.identification import model, prediction
     from ident.output.console import residuals as console_table
-    from ident.output.plots import residuals as plots_of
+    from ident.output.plots import residuals as pictures
     from ident.output.plots.folder import staged_folder
     from ident.residuals import analysis
 
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
     identified = model.load(model_file)
-    found = analysis.compare(identified, prediction.predict(identified, files, library(effect_files)))
+    analysis_result = analysis.analyse(identified, prediction.predict(identified, files, library(effect_files)))
     with staged_folder(plots) as folder:
-        plots_of.draw(found, folder)
+        pictures.draw(analysis_result, folder)
     if as_json:
-        click.echo(json.dumps(analysis.as_json(found), indent=2, allow_nan=False))
+        click.echo(json.dumps(analysis.as_json(analysis_result), indent=2, allow_nan=False))
     else:
-        console_table.show(found, Console())
+        console_table.show(analysis_result, Console())
     click.echo(f"pictures: {plots}", err=True)

@@ -14,14 +14,14 @@ from recordings.errors import BadInput
 FILE = click.Path(path_type=Path)
 
 
-_ONE_NAME = (
+_TWO_NAMES_EXPECTED = (
     "--discriminate: the names of two effects expected, such as --discriminate arm_com_offset joint_spring, fewer "
     "found; name both (ident effects lists them)"
 )
 
 
 class _Command(click.Command):
-    """Says in our words what --discriminate lacks."""
+    """Command that explains a missing name after --discriminate."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         try:
@@ -29,15 +29,15 @@ class _Command(click.Command):
         except click.BadOptionUsage as error:
             if error.option_name != "--discriminate":
                 raise
-            raise BadInput(_ONE_NAME) from None
+            raise BadInput(_TWO_NAMES_EXPECTED) from None
 
 
 Pairs = tuple[tuple[str, str], ...]
 
 
 def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pairs:
-    if any(name.startswith("-") for pair in pairs for name in pair):  # the next option was taken for a name
-        raise BadInput(_ONE_NAME)
+    if any(name.startswith("-") for pair in pairs for name in pair):  # click takes the next option for a name
+        raise BadInput(_TWO_NAMES_EXPECTED)
     return pairs
 
 
@@ -48,14 +48,14 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 @click.option(
     "--criterion",
     type=click.Choice(["d", "e"]),
-    help="d: all parameters together as well known as can be; e: what is known worst.  [default: d]",
+    help="Minimise d: the joint uncertainty of all parameters; e: the largest uncertainty of any.  [default: d]",
 )
 @click.option(
     "--with",
     "effects",
     type=click.Choice(plugins.names("ident.dynamics.effects.library")),
     multiple=True,
-    help="Of this effect, too.",
+    help="Include the parameters of this effect. May be repeated.",
 )
 @click.option(
     "--discriminate",
@@ -64,14 +64,14 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     multiple=True,
     metavar="A B",
     callback=_pairs,
-    help="Instead: the motion that tells the effects A and B apart best (ident effects lists them). May be repeated.",
+    help="Instead, find the motion that best separates the effects A and B (see ident effects). May be repeated.",
 )
 @click.option(
     "--joint",
     "joints",
     type=click.IntRange(min=1),
     multiple=True,
-    help="Where the effect is, of which it is unknown what it is. May be repeated.  [default: any]",
+    help="Joint on which one of the two effects is. May be repeated.  [default: any]",
 )
 @click.option(
     "--recording",
@@ -79,10 +79,15 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     type=FILE,
     multiple=True,
     metavar="FILE",
-    help="For its rig, and so that both motions together tell A from B. May be repeated.",
+    help="Use the rig of this recording, and separate A from B by both motions together. May be repeated.",
 )
 @click.option(
-    "--effect-file", "effect_files", type=FILE, multiple=True, metavar="FILE", help="An effect of your own (.py)."
+    "--effect-file",
+    "effect_files",
+    type=FILE,
+    multiple=True,
+    metavar="FILE",
+    help="Python file with an effect of your own. It is executed.",
 )
 @click.option("--period", type=FiniteRange(min=0.5, max=60), default=5.0, show_default=True, metavar="S")
 @click.option(
@@ -91,7 +96,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     default=6,
     show_default=True,
     metavar="N",
-    help="Of the period.",
+    help="Number of harmonics of the period.",
 )
 @click.option(
     "--against", metavar="TRAJ", help="Compare with this trajectory.  [default: excitation, for a delta robot]"
@@ -101,9 +106,11 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     type=FiniteRange(min=0, min_open=True),
     default=0.1,
     show_default=True,
-    help="RMS noise of the torque that standard errors are expected for [N m or N].",
+    help="RMS noise of the torque for which standard errors are computed [N m or N].",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the random starts.")
+@click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the random starting points."
+)
 @click.option(
     "-o", "--out", type=FILE, default=Path("design.toml"), show_default=True, help="Trajectory file to write."
 )
@@ -126,21 +133,21 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Find the motion inside the rig's limits from which the parameters can be told best.
+    """Find the motion within the rig's limits that determines the parameters best.
 
-    Writes a trajectory file for `daq record --traj`, a Fourier series of every joint, and shows which standard errors
-    to expect of it, and how much of the limits it uses.
+    Writes a trajectory file for `daq record --traj`, a Fourier series of every joint. Shows the expected standard
+    errors and the used share of each limit.
     """
     if pairs and effects:
         raise BadInput("--with or --discriminate expected, both found; leave one out")
     if pairs and criterion:
-        raise BadInput("--criterion or --discriminate, which has its own, expected, both found; leave one out")
+        raise BadInput("--criterion or --discriminate (which has its own) expected, both found; leave one out")
     if joints and not pairs:
         raise BadInput("--discriminate expected beside --joint, not found; add it, or leave --joint out")
     if rig_file and recordings:
-        raise BadInput("--rig or --recording, which has its rig with it, expected, both found; leave one out")
+        raise BadInput("--rig or --recording (which contains its rig) expected, both found; leave one out")
     if against and pairs and recordings:
-        raise BadInput("--against or --recording, with which it is compared, expected, both found; leave one out")
+        raise BadInput("--against or --recording (with which it is compared) expected, both found; leave one out")
     if out.suffix != ".toml":
         raise BadInput(f"{out}: a trajectory file that ends in .toml expected; give another name")
     refuse_existing(out, force=force)
@@ -150,8 +157,8 @@ def command(
 
     from rich.console import Console
 
-    from ident.design.designs import Order, discrimination, excitation
-    from ident.design.recorded import recorded as from_recordings
+    from ident.design.designs import DesignRequest, design_discrimination, design_excitation
+    from ident.design.recorded import read_recorded_motions as from_recordings
     from ident.design.with_effects import with_effects
     from ident.dynamics.effects.library import library
     from ident.output.console import design
@@ -160,17 +167,19 @@ def command(
 
     recorded = from_recordings(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
-    order = Order(out.name, rig, period, harmonics, against, noise, seed)
+    order = DesignRequest(out.name, rig, period, harmonics, against, noise, seed)
     with progress_bar("searching", "searching") as progress:
         if pairs:
-            places = [joint - 1 for joint in joints]
-            outcome, series = discrimination(order, pairs, library(effect_files), places, recorded, progress)
+            joint_indices = [joint - 1 for joint in joints]
+            outcome, series = design_discrimination(
+                order, pairs, library(effect_files), joint_indices, recorded, progress
+            )
         else:
-            outcome, series = excitation(order, with_effects(rig, effects), criterion or "d", progress)
+            outcome, series = design_excitation(order, with_effects(rig, effects), criterion or "d", progress)
     out.write_text(series.as_toml(), encoding="utf-8")
     if as_json:
         click.echo(json.dumps(design.as_json(outcome), indent=2, allow_nan=False))
     else:
         design.show(outcome, Console())
-    on = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
-    click.echo(f"trajectory: {out}; next: daq record --traj {out}{on}", err=True)
+    rig_option = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
+    click.echo(f"trajectory: {out}; next: daq record --traj {out}{rig_option}", err=True)

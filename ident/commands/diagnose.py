@@ -20,7 +20,7 @@ FILE = click.Path(path_type=Path)
 
 
 @click.command(
-    short_help="Find out which physical effect the model lacks.",
+    short_help="Find the physical effects that the model lacks.",
     epilog="Example: ident diagnose fig5a.mcap --validate fig5b.mcap --apply -o better.model.json",
 )
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
@@ -29,16 +29,16 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="FILE",
-    help="Judge on this recording, of another motion, that no fit sees; may be given several times.",
+    help="Validate on this recording of another motion, which no fit uses. May be repeated.",
 )
-@click.option("--model", "model_file", type=FILE, metavar="MODEL", help="Begin with the effects of this model.")
+@click.option("--model", "model_file", type=FILE, metavar="MODEL", help="Start from the effects of this model.")
 @click.option(
     "--effect-file",
     "effect_files",
     multiple=True,
     type=FILE,
     metavar="PY",
-    help="An effect of your own; it is executed.",
+    help="Python file with an effect of your own. It is executed.",
 )
 @click.option(
     "--preprocess",
@@ -47,22 +47,27 @@ FILE = click.Path(path_type=Path)
     show_default=True,
     help="As in fit.",
 )
-@click.option("--cutoff", type=FiniteRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
+@click.option(
+    "--cutoff",
+    type=FiniteRange(0.1),
+    metavar="HZ",
+    help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
+)
 @click.option(
     "--only",
     multiple=True,
     metavar="EFFECT",
-    help="Add this effect whatever it explains, and no others (but what every such robot has); may be given several "
-    "times.",
+    help="Add this effect even if it explains nothing, and no others but those that every such robot has. May be "
+    "repeated.",
 )
-@click.option("--apply", is_flag=True, help="Write a model with all that was found.")
-@click.option("-o", "--out", type=FILE, metavar="FILE", help="Where to.  [default: first FILE's name, .model.json]")
+@click.option("--apply", is_flag=True, help="Write a model with all effects found.")
+@click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
     "--stand-in",
     "stand_in",
     type=FILE,
     metavar="FILE",
-    help="Write curves for what no effect explains, as an effect file (.py), if rows not fitted bear them out.",
+    help="Write curves for the unexplained residual as an effect file (.py), if held-out rows confirm them.",
 )
 @click.option(
     "--plots",
@@ -87,19 +92,19 @@ def command(
     force: bool,
     as_json: bool,
 ) -> None:
-    """Find out which physical effect the model of the recordings FILE lacks, with the evidence.
+    """Find the physical effects that the model of the recordings FILE lacks, with the evidence.
 
-    Compares the base model with what was measured, tries every effect of the library (ident effects) together with
-    all parameters of the model, adds the one that explains most, and asks again until nothing is left above the
-    noise, or nothing that an effect of the library explains.
+    Fits the base model, tries every effect of the library (ident effects) together with all parameters of the model,
+    and adds the one that explains most. Repeats this until the residual is noise, or until no effect of the library
+    explains the rest.
     """
-    _refuse_options(apply, out, validate, stand_in)
+    _check_options(apply, out, validate, stand_in)
     out = out or files[0].with_suffix(".model.json")
     plots = plots or (None if as_json else files[0].with_suffix(".diagnose"))
     written = (plots, out if apply else None, stand_in)
-    begun = [model_file] if model_file else []
-    _refuse_places([path for path in written if path], force, [*files, *validate, *effect_files, *begun])
-    _refuse_kinds(plots, [path for path in written[1:] if path])
+    start_files = [model_file] if model_file else []
+    _check_output_paths([path for path in written if path], force, [*files, *validate, *effect_files, *start_files])
+    _check_output_kinds(plots, [path for path in written[1:] if path])
 
     import json
 
@@ -111,46 +116,44 @@ def command(
     from ident.identification import model
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
-    from ident.output.plots import diagnosis as plots_of
+    from ident.output.plots import diagnosis as pictures
     from ident.output.plots.folder import staged_folder
 
-    begin = model.load(model_file) if model_file else None
-    known = library(effect_files)
+    start_model = model.load(model_file) if model_file else None
+    effects = library(effect_files)
     with spinner() as progress:
-        found = diagnose(files, validate, known, DiagnosisOptions(preprocess, cutoff, only), progress, begin)
-        document = answer.to_document(found)
+        result = diagnose(files, validate, effects, DiagnosisOptions(preprocess, cutoff, only), progress, start_model)
+        document = answer.to_document(result)
         if plots:
             progress("drawing")
-            with staged_folder(plots, plots_of.OPTIONAL_PICTURES) as folder:
-                plots_of.draw(found, document, folder)
+            with staged_folder(plots, pictures.OPTIONAL_PICTURES) as folder:
+                pictures.draw(result, document, folder)
         if stand_in:
-            progress("learning what stands in for the remainder")
-            document = document.model_copy(update={"stand_in": answer.write_learned_curve(found, stand_in)})
+            progress("learning curves for the unexplained residual")
+            document = document.model_copy(update={"stand_in": answer.write_learned_curve(result, stand_in)})
         if apply:
-            progress("fitting the model with all that was found")
-            model.save(_improved(found, files, validate[0] if validate else None, preprocess), out)
+            progress("fitting the model with all effects found")
+            model.save(_improved(result, files, validate[0] if validate else None, preprocess), out)
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
         console_table.show(document, Console())
         if stand_in and not document.stand_in:
-            click.echo(
-                f"{stand_in} not written: nothing remains that a curve explains on rows which were not fitted."
-            )
-    for what, place in (("model", out if apply else None), ("pictures", plots)):
+            click.echo(f"{stand_in} not written: no curve explains the residual on rows that were not fitted.")
+    for label, place in (("model", out if apply else None), ("pictures", plots)):
         if place:
-            click.echo(f"{what}: {place}", err=True)
+            click.echo(f"{label}: {place}", err=True)
 
 
-def _refuse_places(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:
-    """Before the work, not after it."""
+def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:
+    """Check output paths before the work, not after it."""
     refuse_existing(*paths, force=force, read=read)
     for path in paths:
         if not path.parent.is_dir():
             raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
 
 
-def _refuse_kinds(plots: Path | None, files: Sequence[Path]) -> None:
+def _check_output_kinds(plots: Path | None, files: Sequence[Path]) -> None:
     for path in files:
         if path.is_dir():
             raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
@@ -158,7 +161,7 @@ def _refuse_kinds(plots: Path | None, files: Sequence[Path]) -> None:
         raise BadInput(f"{plots}: a folder's name expected, a file found; choose another name")
 
 
-def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:
+def _check_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
     if apply and len(validate) > 1:
@@ -169,13 +172,13 @@ def _refuse_options(apply: bool, out: Path | None, validate: Sequence[Path], sta
         raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
 
 
-def _improved(found: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
-    """The top of the ladder, its linear parameters fitted to all of the recordings."""
+def _improved(diagnosis: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
+    """Return the last model of the selection with its linear parameters fitted to all recordings."""
     from ident.estimation import estimators
     from ident.identification import identify
 
-    top = found.selection.steps[-1].model.solution
-    bandwidth = found.split.datasets[0].bandwidth
-    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
-    settled = top.structure, top.x
-    return identify.identify(files, validate, choices, lambda *_: None, settled).model
+    solution = diagnosis.selection.steps[-1].model.solution
+    bandwidth = diagnosis.split.datasets[0].bandwidth
+    options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
+    fixed_model = solution.structure, solution.x
+    return identify.identify(files, validate, options, lambda *_: None, fixed_model).model

@@ -25,7 +25,7 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="PY",
-    help="An effect of your own; it is executed.",
+    help="Python file with an effect of your own. It is executed.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead.")
 def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> None:
@@ -34,24 +34,24 @@ def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> 
 
     from ident.dynamics.effects.library import library
 
-    known = library(effect_files)
-    if name and name not in known:
-        raise BadInput(f"effect: one of {', '.join(sorted(known))} expected, '{name}' found; choose one of these")
+    effects = library(effect_files)
+    if name and name not in effects:
+        raise BadInput(f"effect: one of {', '.join(sorted(effects))} expected, '{name}' found; choose one of these")
     if as_json:
-        chosen = {name: known[name]} if name else known
+        chosen = {name: effects[name]} if name else effects
         click.echo(json.dumps({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]}, indent=2))
     elif name:
-        _explain(name, known[name])
+        _explain(name, effects[name])
     else:
-        _list(known)
+        _list(effects)
 
 
-def _list(known: dict[str, Effect]) -> None:
+def _list(effects: dict[str, Effect]) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    table = Table("effect", "what it is", "equation", title="ident effects NAME explains one", title_justify="left")
-    for name, effect in sorted(known.items()):
+    table = Table("effect", "description", "equation", title="ident effects NAME explains one", title_justify="left")
+    for name, effect in sorted(effects.items()):
         table.add_row(name, effect.sentence, effect.equation)
     Console().print(table)
 
@@ -61,23 +61,25 @@ def _explain(name: str, effect: Effect) -> None:
 
     entry = _entry(name, effect)
     click.echo(f"{name}: {effect.sentence}\n")
-    for title, key in (("Looks like", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
+    for title, key in (("Symptom", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
         click.echo(f"{title}: {entry[key]}")
     where = "one set for the whole robot" if effect.whole_robot else "one set per joint"
     click.echo(
         f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {where}; mechanisms: {', '.join(effect.mechanisms)}"
     )
-    for one in entry["parameters"]:
-        limits = (one["lower"], one["upper"])
-        low, high = ("" if limit is None or is_infinite(limit, one["unit"]) else f"{limit:g}" for limit in limits)
+    for parameter in entry["parameters"]:
+        limits = (parameter["lower"], parameter["upper"])
+        low, high = (
+            "" if limit is None or is_infinite(limit, parameter["unit"]) else f"{limit:g}" for limit in limits
+        )
         physical = f", {low or '-inf'} to {high or 'inf'}" if low or high else ""
-        click.echo(f"  {one['name']} [{one['unit']}]: {one['meaning']}{physical}")
+        click.echo(f"  {parameter['name']} [{parameter['unit']}]: {parameter['meaning']}{physical}")
 
 
 def _entry(name: str, effect: Effect) -> dict[str, Any]:
     from ident.dynamics.effects.base import Additive, Signal
 
-    own = (
+    coefficients = (
         effect.coefficients
         if isinstance(effect, Additive)
         else effect.parameters
@@ -87,20 +89,22 @@ def _entry(name: str, effect: Effect) -> dict[str, Any]:
     return {
         "name": name,
         "kind": "additive" if isinstance(effect, Additive) else "signal",
-        **{key: getattr(effect, key) for key in ("sentence", "looks", "causes", "remedy", "equation", "axis")},
+        "sentence": effect.sentence,
+        "looks": effect.symptom,
+        **{key: getattr(effect, key) for key in ("causes", "remedy", "equation", "axis")},
         "mechanisms": list(effect.mechanisms),
         "whole_robot": effect.whole_robot,
-        "parameters": [_quantity(one) for one in (*own, *effect.shapes)],
+        "parameters": [_quantity(quantity) for quantity in (*coefficients, *effect.shapes)],
     }
 
 
-def _quantity(one: Quantity) -> dict[str, Any]:
+def _quantity(quantity: Quantity) -> dict[str, Any]:
     import math
 
     return {
-        "name": one.name,
-        "unit": one.unit.format(effort="N m", position="rad"),
-        "meaning": one.meaning,
-        "lower": one.lower if math.isfinite(one.lower) else None,
-        "upper": one.upper if math.isfinite(one.upper) else None,
+        "name": quantity.name,
+        "unit": quantity.unit.format(effort="N m", position="rad"),
+        "meaning": quantity.meaning,
+        "lower": quantity.lower if math.isfinite(quantity.lower) else None,
+        "upper": quantity.upper if math.isfinite(quantity.upper) else None,
     }

@@ -13,7 +13,7 @@ from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from ident.identification.identify import Identification
-    from ident.uncertainty.covariance import Source
+    from ident.uncertainty.covariance import IntervalMethod
 
 FILE = click.Path(path_type=Path)
 
@@ -24,7 +24,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
-    "--validate", type=FILE, metavar="FILE", help="Judge the model on a recording that the fit does not see."
+    "--validate", type=FILE, metavar="FILE", help="Validate the model on a recording that the fit does not use."
 )
 @click.option(
     "--method", type=click.Choice(plugins.names("ident.estimation.estimators")), default="pso", show_default=True
@@ -32,30 +32,37 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--preprocess",
     type=click.Choice(plugins.names("ident.data.preprocessing")),
-    help="central: the paper's differences of raw angles; parallel: low-pass on torque and regressor alike; savgol: "
-    "Savitzky-Golay; fourier: all cycles as one Fourier series; cycle_average: the mean cycle as one."
+    help="central: central differences of raw angles, as in the paper; parallel: the same low-pass on torque and "
+    "regressor; savgol: Savitzky-Golay; fourier: one Fourier series of all cycles; cycle_average: of the mean cycle."
     "  [default: parallel]",
 )
-@click.option("--cutoff", type=FiniteRange(0.1), metavar="HZ", help="Low-pass, -3 dB.  [default: from the spectra]")
+@click.option(
+    "--cutoff",
+    type=FiniteRange(0.1),
+    metavar="HZ",
+    help="Cut-off of the low-pass (-3 dB).  [default: from the spectra]",
+)
 @click.option(
     "--neighbourhood",
     type=click.Choice(["current", "personal"]),
-    help="Best neighbour by current position, as printed, or by personal best.  [default: current]",
+    help="Choose the best neighbour by current position, as printed, or by personal best.  [default: current]",
 )
-@click.option("--iterations", type=click.IntRange(min=1), metavar="N", help="Steps of the swarm.  [default: 1000]")
+@click.option(
+    "--iterations", type=click.IntRange(min=1), metavar="N", help="Iterations of the swarm.  [default: 1000]"
+)
 @click.option(
     "--paper",
     is_flag=True,
-    help="As in the paper: central differences on all rows, and all 1000 steps of the swarm, whereas it otherwise "
-    "stops when it has reached the certified minimum.",
+    help="Proceed as in the paper: central differences on all rows, and all 1000 iterations of the swarm. Otherwise "
+    "the swarm stops at the certified minimum.",
 )
 @click.option(
     "--with",
     "effects",
     metavar="EFFECT",
     multiple=True,
-    help="Add an effect (see ident effects) to the base model, on all joints or, as NAME:1,3, on some; may be given "
-    "several times.",
+    help="Add an effect (see ident effects) to the base model, on all joints or, as NAME:1,3, on some. May be "
+    "repeated.",
 )
 @click.option(
     "--effect-file",
@@ -63,20 +70,20 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="PY",
-    help="An effect of your own; it is executed.",
+    help="Python file with an effect of your own. It is executed.",
 )
-@click.option("--physical", is_flag=True, help="Allow no friction that helps the motion. For methods that search.")
+@click.option("--physical", is_flag=True, help="Allow only friction that opposes motion. For search methods.")
 @click.option(
     "--intervals",
     type=click.Choice(["stationary", "hac", "cycles"]),
     default="stationary",
     show_default=True,
-    help="Where the noise's autocovariance is from: its spectrum; Newey-West; differences between repetitions.",
+    help="Estimate of the noise autocovariance: from its spectrum; Newey-West; differences between repetitions.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of all random numbers.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .plots]")
-@click.option("--details", is_flag=True, help="Show all that is known about the parameters' errors.")
+@click.option("--details", is_flag=True, help="Also print tables of the parameters' errors.")
 @click.option("--force", is_flag=True, help="Replace an existing model and its pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
 def command(
@@ -91,7 +98,7 @@ def command(
     effects: tuple[str, ...],
     effect_files: tuple[Path, ...],
     physical: bool,
-    intervals: Source,
+    intervals: IntervalMethod,
     seed: int,
     out: Path | None,
     plots: Path | None,
@@ -101,12 +108,12 @@ def command(
 ) -> None:
     """Find the parameters of the dynamic model, Eq. (26), from recordings of one rig.
 
-    Writes the model and pictures beside the first recording, and says how well the model agrees with the measured
-    torque, and where it does not.
+    Writes the model and pictures beside the first recording. Prints the agreement with the measured torque and where
+    the model fails.
     """
     if paper:
-        filtering = None if preprocess == "central" else preprocess
-        _refuse_beside_paper(preprocess=filtering, cutoff=cutoff, iterations=iterations)
+        other_preprocess = None if preprocess == "central" else preprocess
+        _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations)
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
     plots = plots or files[0].with_suffix(".plots")
@@ -114,7 +121,7 @@ def command(
 
     from ident.data.compatibility import check_not_repeated
     from ident.estimation import estimators
-    from ident.identification.identify import Choices, identify
+    from ident.identification.identify import FitOptions, identify
     from ident.output.console.progress import progress_bar
 
     check_not_repeated((*files, *([validate] if validate else [])))
@@ -122,22 +129,24 @@ def command(
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
     settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
-    choices = Choices(method, settings, seed, preprocess, cutoff, effects, effect_files, physical, intervals)
+    options = FitOptions(method, settings, seed, preprocess, cutoff, effects, effect_files, physical, intervals)
     with progress_bar("reading", "fitting") as progress:
-        result = identify(files, validate, choices, progress)
+        result = identify(files, validate, options, progress)
     _write(result, out, plots)
     _show(result, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
 
 
-def _refuse_beside_paper(**given: object) -> None:
+def _check_beside_paper(**given: object) -> None:
     for option, value in given.items():
         if value:
-            raise BadInput(f"no --{option} expected beside --paper, which sets it, '{value}' found; leave one out")
+            raise BadInput(
+                f"--{option} cannot be combined with --paper, which sets it; '{value}' found; leave one out"
+            )
 
 
 def _write(result: Identification, out: Path, plots: Path) -> None:
-    """Model and pictures, or nothing."""
+    """Write model and pictures, or nothing."""
     from ident.identification import model
     from ident.output.plots.fit import draw
     from ident.output.plots.folder import staged_folder
@@ -157,10 +166,10 @@ def _show(result: Identification, as_json: bool, details: bool) -> None:
     from rich.console import Console
 
     from ident.output.console import fit
-    from ident.residuals.phases import failures
+    from ident.residuals.phases import fit_sentences
 
     if as_json:
-        document = {**result.model.as_json(), "where": failures(result)}
+        document = {**result.model.as_json(), "where": fit_sentences(result)}
         click.echo(json.dumps(document, indent=2))
     else:
         fit.show(result, Console(), details)

@@ -20,15 +20,17 @@ FILE = click.Path(path_type=Path)
     show_default=True,
     help="As for `ident fit`; central is the paper's.",
 )
-@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Of the swarms.")
-@click.option("--plots", type=FILE, metavar="DIR", default=Path("table2.plots"), show_default=True, help="Pictures.")
+@click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of the swarms.")
+@click.option(
+    "--plots", type=FILE, metavar="DIR", default=Path("table2.plots"), show_default=True, help="Folder of pictures."
+)
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(files: tuple[Path, ...], preprocess: str, seed: int, plots: Path, force: bool, as_json: bool) -> None:
     """Identify by every method from one recording of a delta robot and validate on another.
 
-    Prints Table 2 of the paper beside its own values and draws its Figures 3 and 6 to 10. Without recordings: the two
-    samples that come with this software, of a simulated robot on the paths fig5a and fig5b.
+    Prints Table 2 of the paper beside the paper's values and draws its Figures 3 and 6 to 10. Without arguments, uses
+    the two samples that come with this software: a simulated robot on the paths fig5a and fig5b.
     """
     if len(files) not in (0, 2):
         raise BadInput(f"two recordings expected, to identify and to validate, {len(files)} found; give both or none")

@@ -8,7 +8,7 @@ FILE = click.Path(path_type=Path)
 
 
 @click.command(
-    short_help="Work in the browser: record, compare, find what is missing, add it.",
+    short_help="Work in the browser: record, fit, compare, find and add missing effects.",
     epilog="Example: ident workbench runs/",
 )
 @click.argument("places", metavar="[FOLDER | FILE...]", nargs=-1, type=FILE)
@@ -20,13 +20,13 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="PY",
-    help="An effect of your own; it is executed.",
+    help="Python file with an effect of your own. It is executed.",
 )
 def command(places: tuple[Path, ...], port: int | None, no_browser: bool, effect_files: tuple[Path, ...]) -> None:
-    """Open a page on which to record, fit, compare, and find the effect that the model lacks.
+    """Open a page in the browser to record, fit, compare and find the effects that the model lacks.
 
     FOLDER holds the recordings; results are written there. Of two FILEs the first is fitted, the second validates.
-    Nothing outside of that folder can be seen from the page, and nobody but this machine's user can open it.
+    The page can access only this folder, and only this machine's user can open it.
     """
     from ident.workbench.app import serve
     from ident.workbench.startup import open_session

@@ -1,4 +1,4 @@
-"""All methods on the same two recordings, each judged on both."""
+"""Identify by all methods from the same recording and evaluate each on two recordings."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
@@ -14,7 +14,7 @@ from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
 from ident.estimation.problem import Progress
-from ident.identification.goodness_of_fit import Fitness, fitness
+from ident.identification.goodness_of_fit import GoodnessOfFit, goodness_of_fit
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats
@@ -28,7 +28,7 @@ PAPER: Mapping[str, tuple[float, float, float]] = {
 """Table 2 as printed: Eq. (41) of each actuator torque, by method."""
 BASELINES = ("rls", "dls", "svd")
 FAIR_BASELINE = "ls"
-"""The baselines' least squares on the regressor of the swarm."""
+"""Least squares, as of the baselines, on the regressor of the swarm."""
 MANUFACTURER = "manufacturer"
 
 ROLES = ("identification", "validation")
@@ -36,37 +36,39 @@ ROLES = ("identification", "validation")
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """One method: its torque (m, dof) [N m] for both recordings, and how well that agrees."""
+    """Result of one method: its torque (m, dof) [N m] for both recordings and its goodness of fit."""
 
     method: str
     parameters: Mapping[str, float]
     torque: tuple[Floats, Floats]
-    fitness: tuple[Fitness, Fitness]
+    fitness: tuple[GoodnessOfFit, GoodnessOfFit]
     excess: float | None
-    """Above the certified minimum of (33), relative, where that is the method's objective."""
+    """Relative excess over the certified minimum of (33); None for other objectives."""
     diagnostics: Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False)
 class MethodComparison:
-    """All methods side by side."""
+    """Results of all methods."""
 
     datasets: tuple[Dataset, Dataset]
     """Identification and validation."""
-    nominal: tuple[Fitness, Fitness]
-    """The manufacturer's model."""
+    nominal: tuple[GoodnessOfFit, GoodnessOfFit]
+    """Goodness of fit of the manufacturer's model."""
     results: Mapping[str, MethodResult]
     """By method, the paper's first."""
 
     def baselines_not_below(self, role: int, method: str = "pso") -> list[tuple[str, int]]:
-        """Baselines that are not below `method` in Eq. (41) on the data of `role`, each with the joint (from 1)."""
+        """Return baselines not below `method` in Eq. (41) on the data of `role`, each with the joint (from 1)."""
         best = self.results[method].fitness[role].nrmse
-        found = ((name, self.results[name].fitness[role].nrmse) for name in BASELINES)
-        return [(name, j + 1) for name, values in found for j, value in enumerate(values) if value >= best[j]]
+        values_by_method = ((name, self.results[name].fitness[role].nrmse) for name in BASELINES)
+        return [
+            (name, j + 1) for name, values in values_by_method for j, value in enumerate(values) if value >= best[j]
+        ]
 
 
 def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progress: Progress) -> MethodComparison:
-    """Identify by every method on the first of two recordings `files`, and judge on both.
+    """Identify by every method from the first of two recordings `files`, and evaluate on both.
 
     Swarms run all their iterations, as in the paper.
 
@@ -88,37 +90,40 @@ def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progre
         form = estimators.form(name)
         results[name] = _result(name, forms[form], datasets[form], seed)
         progress(done, len(names))
-    own = datasets[None]
-    nominal = [fitness(dataset.torque, _known(dataset.nominal)) for dataset in own]
-    return MethodComparison((own[0], own[1]), (nominal[0], nominal[1]), results)
+    form_datasets = datasets[None]
+    nominal = [goodness_of_fit(dataset.torque, _require_nominal(dataset.nominal)) for dataset in form_datasets]
+    return MethodComparison((form_datasets[0], form_datasets[1]), (nominal[0], nominal[1]), results)
 
 
 def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Dataset], seed: int) -> MethodResult:
     given = {"tolerance": 0.0} if estimators.has_setting(name, "tolerance") else {}
     settings = estimators.settings(name, given)
-    found = fit(datasets[:1], mechanism, name, settings, np.random.default_rng(seed), lambda *_: None)
-    torque = [found.torque(dataset) for dataset in datasets]
-    judged = [fitness(dataset.torque, own) for dataset, own in zip(datasets, torque, strict=True)]
-    estimate = found.estimate
+    fitted = fit(datasets[:1], mechanism, name, settings, np.random.default_rng(seed), lambda *_: None)
+    torque = [fitted.torque(dataset) for dataset in datasets]
+    agreements = [
+        goodness_of_fit(dataset.torque, computed) for dataset, computed in zip(datasets, torque, strict=True)
+    ]
+    estimate = fitted.estimate
     return MethodResult(
         method=name,
         parameters={
-            one.name: float(value) for one, value in zip(mechanism.parameters, found.parameters, strict=True)
+            parameter.name: float(value)
+            for parameter, value in zip(mechanism.parameters, fitted.parameters, strict=True)
         },
         torque=(torque[0], torque[1]),
-        fitness=(judged[0], judged[1]),
+        fitness=(agreements[0], agreements[1]),
         excess=estimate.certificate.excess(estimate.objective) if estimate.certificate else None,
         diagnostics=estimate.diagnostics,
     )
 
 
-def _known(nominal: Floats | None) -> Floats:
+def _require_nominal(nominal: Floats | None) -> Floats:
     assert nominal is not None, "a delta robot has Table 1"
     return nominal
 
 
 def as_json(comparison: MethodComparison, preprocessing: str, seed: int) -> dict[str, Any]:
-    """Everything but the curves."""
+    """Return everything but the curves."""
     return {
         "schema": 1,
         "preprocessing": preprocessing,

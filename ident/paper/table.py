@@ -1,11 +1,11 @@
-"""The comparison on the screen: beside the paper's values, with what may be made of it."""
+"""Print the comparison of the methods beside the paper's values, with its interpretation."""
 
 from collections.abc import Iterator
 
 from rich.console import Console
 from rich.table import Table
 
-from ident.identification.goodness_of_fit import Fitness
+from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.paper.methods import BASELINES, FAIR_BASELINE, MANUFACTURER, PAPER, ROLES, MethodComparison
 
 MODELS = (
@@ -16,10 +16,10 @@ MODELS = (
 
 
 def show(comparison: MethodComparison, console: Console) -> None:
-    """Print Table 2, the order of the methods, and what may and may not be compared."""
+    """Print Table 2, the order of the methods, its reasons, and what is comparable with the paper."""
     for role in range(len(ROLES)):
         console.print(_table(comparison, role))
-    for line in (MODELS, *_order(comparison), *_why(comparison), _comparable(comparison)):
+    for line in (MODELS, *_order_sentences(comparison), *_cause_sentences(comparison), _comparability(comparison)):
         console.print(line, highlight=False)
 
 
@@ -42,32 +42,32 @@ def _values(values: tuple[float, ...]) -> list[str]:
     return [f"{value:.4f}" for value in values]
 
 
-def _order(comparison: MethodComparison) -> Iterator[str]:
+def _order_sentences(comparison: MethodComparison) -> Iterator[str]:
     for role, name in enumerate(ROLES):
-        beaten = comparison.baselines_not_below(role)
-        if beaten:
-            where = ", ".join(f"{method} on joint {joint}" for method, joint in beaten)
-            yield f"The paper's order does not hold on {name} data: PSO is not above {where}."
+        not_below = comparison.baselines_not_below(role)
+        if not_below:
+            places = ", ".join(f"{method} on joint {joint}" for method, joint in not_below)
+            yield f"The paper's order does not hold on {name} data: PSO is not above {places}."
             yield _reason(comparison, role)
         else:
             yield f"The paper's order holds on {name} data: PSO is above RLS, DLS and SVD on every joint."
 
 
 def _reason(comparison: MethodComparison, role: int) -> str:
-    """Why a baseline is not below the swarm on the data of `role`."""
+    """Explain why a baseline is not below the swarm on the data of `role`."""
     if not comparison.baselines_not_below(role, FAIR_BASELINE):
         return (
             "Least squares with the same model is above them all: Eq. (41) measures squared errors, whereas the "
             "swarm minimises absolute ones."
         )
     return (
-        "Nor is least squares with the same model: on this data the better model does not show, as where differences "
-        "of raw angles drown it in the encoder's noise (try --preprocess parallel)."
+        "Nor is least squares with the same model: these data do not show the advantage of the model, for example "
+        "because differences of raw angles amplify the encoder's noise (try --preprocess parallel)."
     )
 
 
-def _why(comparison: MethodComparison) -> Iterator[str]:
-    """Where the lead comes from: the model, or the search."""
+def _cause_sentences(comparison: MethodComparison) -> Iterator[str]:
+    """Explain whether the model or the search makes the difference."""
     for role, name in enumerate(ROLES):
         swarm, fair = (_mean(comparison.results[method].fitness[role]) for method in ("pso", FAIR_BASELINE))
         best = max(_mean(comparison.results[method].fitness[role]) for method in BASELINES)
@@ -85,16 +85,16 @@ def _why(comparison: MethodComparison) -> Iterator[str]:
     yield f"PSO ended at most {excess:.1e} (relative) above the certified minimum of (33), which lad computes too."
 
 
-def _mean(fitness: Fitness) -> float:
+def _mean(fitness: GoodnessOfFit) -> float:
     return sum(fitness.nrmse) / len(fitness.nrmse)
 
 
-def _comparable(comparison: MethodComparison) -> str:
+def _comparability(comparison: MethodComparison) -> str:
     simulated = any(dataset.recording.run.simulated for dataset in comparison.datasets)
     robot = "a SIMULATED robot" if simulated else "another robot"
     return (
-        "What may be compared with the paper: the order of the methods. What may not: the values. These recordings "
-        f"are of {robot} with its own friction, noise and voltages, on paths of our own (Figure 5 prints no "
+        "Comparable with the paper: the order of the methods. Not comparable: the values. These recordings are of "
+        f"{robot} with its own friction, noise and voltages, on other paths (Figure 5 prints no "
         "coordinates), and Eq. (41) divides by the range of each model's own torque, which depends on the path. The "
         "paper prints neither the damping of DLS, nor the threshold of SVD, nor the start of RLS; nor does it say on "
         "which of its two recordings Table 2 was computed, so both are shown."

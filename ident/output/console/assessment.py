@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.identification.model import FittedParameter, Model
-from ident.uncertainty.assessment import JointFloor, Trust
+from ident.uncertainty.assessment import Assessment, JointFloor
 
 NOTABLE_CORRELATION = 0.7
 """Absolute correlation from which the summary lists a pair of parameters."""
@@ -44,7 +44,7 @@ def length_sensitivity(model: Model) -> str:
     return "; 10 mm more change " + " and ".join(f"{name} by {100 * changes[name]:+.2g} %" for name in named)
 
 
-def summary_lines(model: Model, trust: Trust) -> Iterator[str]:
+def summary_lines(model: Model, trust: Assessment) -> Iterator[str]:
     """Yield the sentences of the summary."""
     yield _interval_line(trust)
     yield _noise_line(model, trust)
@@ -60,7 +60,7 @@ def summary_lines(model: Model, trust: Trust) -> Iterator[str]:
     yield from _cutoff_lines(model, trust)
 
 
-def _interval_line(trust: Trust) -> str:
+def _interval_line(trust: Assessment) -> str:
     sources = {
         "stationary": "noise assumed stationary in volts",
         "hac": "Newey-West",
@@ -76,7 +76,7 @@ def _interval_line(trust: Trust) -> str:
     )
 
 
-def _noise_line(model: Model, trust: Trust) -> str:
+def _noise_line(model: Model, trust: Assessment) -> str:
     unit, drive = model.effort_units[0], trust.noise[0].unit
     signal = f"{', '.join(_two_digits(joint.volts) for joint in trust.noise)} {drive}"
     if trust.floor is None:
@@ -89,7 +89,7 @@ def _noise_line(model: Model, trust: Trust) -> str:
     )
 
 
-def _trend_lines(trust: Trust) -> Iterator[str]:
+def _trend_lines(trust: Assessment) -> Iterator[str]:
     for number, joint in enumerate(trust.floor or (), start=1):
         if joint.trend:
             yield (
@@ -98,7 +98,7 @@ def _trend_lines(trust: Trust) -> Iterator[str]:
             )
 
 
-def _identifiability_line(model: Model, trust: Trust) -> str:
+def _identifiability_line(model: Model, trust: Assessment) -> str:
     identifiable = [parameter.name for parameter in model.parameters if parameter.status == "identifiable"]
     others = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
@@ -109,7 +109,7 @@ def _identifiability_line(model: Model, trust: Trust) -> str:
     return f"Condition number {trust.condition_number:.3g}; {'; '.join([f'{subject} identifiable', *exceptions])}."
 
 
-def _correlation_lines(model: Model, trust: Trust) -> Iterator[str]:
+def _correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
     pairs = sorted(
         (
             (rho, model.parameters[i].name, model.parameters[j].name)
@@ -126,7 +126,7 @@ def _correlation_lines(model: Model, trust: Trust) -> Iterator[str]:
     yield from _offset_correlation_lines(model, trust)
 
 
-def _offset_correlation_lines(model: Model, trust: Trust) -> Iterator[str]:
+def _offset_correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
     """Yield the correlation of Coulomb friction and offset per joint: motion in one direction only confounds them."""
     index = {parameter.name: i for i, parameter in enumerate(model.parameters)}
     for name, i in index.items():
@@ -136,7 +136,7 @@ def _offset_correlation_lines(model: Model, trust: Trust) -> Iterator[str]:
             yield f"Coulomb friction {name} and {model.parameters[offset].name}: errors correlate by {rho:+.2f}."
 
 
-def _cutoff_lines(model: Model, trust: Trust) -> Iterator[str]:
+def _cutoff_lines(model: Model, trust: Assessment) -> Iterator[str]:
     for i, hz in enumerate(trust.cutoffs):
         changes = {p.name: p.per_cutoff[i] / p.std for p in model.parameters if p.std}
         if changes:
@@ -144,7 +144,7 @@ def _cutoff_lines(model: Model, trust: Trust) -> Iterator[str]:
             yield f"At a cut-off of {hz:.3g} Hz, {largest} changes most, by {changes[largest]:+.1f} standard errors."
 
 
-def _parameter_table(model: Model, trust: Trust) -> Table:
+def _parameter_table(model: Model, trust: Assessment) -> Table:
     table = Table(title="Parameters in detail", title_justify="left")
     moves = ["L2", *(f"{hz:.3g} Hz" for hz in trust.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
@@ -164,7 +164,7 @@ def _parameter_table(model: Model, trust: Trust) -> Table:
     return table
 
 
-def _correlation_table(model: Model, trust: Trust) -> Table:
+def _correlation_table(model: Model, trust: Assessment) -> Table:
     table = Table(title="Correlation of the errors, in percent", title_justify="left")
     table.add_column("")
     for parameter in model.parameters:

@@ -8,9 +8,9 @@ from rich.table import Table
 from ident.dynamics.effects.base import is_infinite
 from ident.estimation.linearized_model import LinearizedModel
 from ident.identification.identify import Identification
-from ident.identification.model import Agreement, JointFitness, Model
+from ident.identification.model import Agreement, JointGoodnessOfFit, Model
 from ident.output.console import assessment
-from ident.residuals.phases import failures
+from ident.residuals.phases import fit_sentences
 from ident.uncertainty.time_delay import Delay
 
 
@@ -34,7 +34,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
         console.print(f"Delay of the torque behind the reported motion: {delays}; not compensated.", highlight=False)
     judged = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
-    for sentence in failures(result):
+    for sentence in fit_sentences(result):
         console.print(f"  {sentence}", highlight=False)
 
 
@@ -149,5 +149,5 @@ def _agreement_cells(agreement: Agreement, joint: int) -> list[str]:
     return [f"{cell} | {nominal_cell}" for cell, nominal_cell in zip(cells, _measures(nominal, joint), strict=True)]
 
 
-def _measures(fitness: JointFitness, joint: int) -> list[str]:
+def _measures(fitness: JointGoodnessOfFit, joint: int) -> list[str]:
     return [f"{fitness.nrmse[joint]:.4f}", f"{fitness.rms[joint]:.3f}", f"{fitness.r2[joint]:.4f}"]

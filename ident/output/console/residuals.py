@@ -3,11 +3,11 @@
 from rich.console import Console
 from rich.table import Table
 
-from ident.residuals.analysis import Comparison, JointComparison
+from ident.residuals.analysis import JointAnalysis, ResidualAnalysis
 from ident.residuals.phases import PHASES
 
 
-def show(comparison: Comparison, console: Console) -> None:
+def show(comparison: ResidualAnalysis, console: Console) -> None:
     """Print the residual per joint and phase, its dependence, the worst windows, and a summary in sentences."""
     datasets = [prediction.dataset for prediction in comparison.predictions]
     names = ", ".join(dataset.recording.path.name for dataset in datasets)
@@ -26,7 +26,7 @@ def show(comparison: Comparison, console: Console) -> None:
         console.print(sentence, highlight=False)
 
 
-def _joint_table(comparison: Comparison) -> Table:
+def _joint_table(comparison: ResidualAnalysis) -> Table:
     table = Table(title="Residual", title_justify="left")
     for heading in ("joint", "RMS", "of the torque", "noise", "above the noise"):
         table.add_column(heading, justify="right")
@@ -43,7 +43,7 @@ def _joint_table(comparison: Comparison) -> Table:
     return table
 
 
-def _phase_table(comparison: Comparison) -> Table:
+def _phase_table(comparison: ResidualAnalysis) -> Table:
     table = Table(title="RMS by phase of the motion (share of time)", title_justify="left")
     table.add_column("joint", justify="right")
     for name in PHASES:
@@ -55,7 +55,7 @@ def _phase_table(comparison: Comparison) -> Table:
     return table
 
 
-def _dependence_table(comparison: Comparison) -> Table:
+def _dependence_table(comparison: ResidualAnalysis) -> Table:
     table = Table(title="Share of the mean square that depends on", title_justify="left")
     table.add_column("joint", justify="right")
     axes = [curve.axis for curve in comparison.joints[0].curves]
@@ -67,11 +67,11 @@ def _dependence_table(comparison: Comparison) -> Table:
     return table
 
 
-def _shares(joint: JointComparison) -> list[str]:
+def _shares(joint: JointAnalysis) -> list[str]:
     return [f"{100 * curve.explained:.0f} %" for curve in joint.curves]
 
 
-def _window_table(comparison: Comparison) -> Table:
+def _window_table(comparison: ResidualAnalysis) -> Table:
     table = Table(title="Worst stretches", title_justify="left")
     several = len(comparison.predictions) > 1
     for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.diagnosis.binned_residual import bin_means, axis_values
+from ident.diagnosis.binned_residual import axis_values, bin_means
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import Finding, FittedModel
@@ -27,7 +27,10 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
         x, label = axis_values(finding.term.effect.axis, datasets, diagnosis.selection.computed, joint)
         theme.noise_band(figure, float(diagnosis.selection.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
-        for residuals, ink, name in ((finding.residuals_without, theme.MEASURED, "without"), (finding.residuals_with, colour, "with")):
+        for residuals, ink, name in (
+            (finding.residuals_without, theme.MEASURED, "without"),
+            (finding.residuals_with, colour, "with"),
+        ):
             bins = bin_means(x, np.concatenate([array[:, joint] for array in residuals]))
             _samples(figure, bins.x, bins.y, ink, column)
             mean = go.Scatter(
@@ -43,14 +46,20 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     theme.legend_entry(figure, "without it", line={"color": theme.MEASURED, "width": 2.4})
     theme.legend_entry(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": 2.4})
     theme.legend_entry(
-        figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": theme.with_opacity(theme.NOISE, 0.3)}
+        figure,
+        "± noise floor",
+        marker={"symbol": "square", "size": 12, "color": theme.with_opacity(theme.NOISE, 0.3)},
     )
     figure.update_yaxes(title_text=f"residual [{unit[joints[0]]}]", row=1, col=1)
     return figure
 
 
 def effect_contribution(
-    split_data: SplitData, model: FittedModel, term: Term, contribution: Sequence[Floats], noise: Sequence[float] | Floats
+    split_data: SplitData,
+    model: FittedModel,
+    term: Term,
+    contribution: Sequence[Floats],
+    noise: Sequence[float] | Floats,
 ) -> go.Figure:
     """Draw per joint the residual of `model`, and the part of it that `term` would explain.
 
@@ -65,11 +74,16 @@ def effect_contribution(
     for joint in range(rig.dof):
         x, label = axis_values(term.effect.axis, datasets, computed, joint)
         theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
-        residual, explained = (np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution))
+        residual, explained = (
+            np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
+        )
         bins = bin_means(x, residual)
         _samples(figure, bins.x, bins.y, theme.MEASURED, joint + 1)
         known = np.isfinite(residual)
-        for y, ink, name in ((bins, theme.MEASURED, "residual"), (bin_means(x[known], explained[known]), None, "taken")):
+        for y, ink, name in (
+            (bins, theme.MEASURED, "residual"),
+            (bin_means(x[known], explained[known]), None, "taken"),
+        ):
             line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
             mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
             figure.add_trace(mean, row=1, col=joint + 1)

@@ -18,7 +18,9 @@ def ladder(document: Document) -> go.Figure:
     return rms_bars(names, document.rungs, document.noise_rms, document.effort_units)
 
 
-def rms_bars(names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]) -> go.Figure:
+def rms_bars(
+    names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]
+) -> go.Figure:
     """Draw the same for models `steps` called `names`; `noise` and `units` per joint."""
     dof = len(units)
     figure = theme.subplots(
@@ -55,7 +57,9 @@ def rms_bars(names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[f
         figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
-    theme.legend_entry(figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)})
+    theme.legend_entry(
+        figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)}
+    )
     theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
     theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
     figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
@@ -63,8 +67,11 @@ def rms_bars(names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[f
 
 
 def candidates(diagnosis: Diagnosis) -> go.Figure:
-    """Draw the share of the residual that each effect would explain, predicted before the first and after the last step."""
-    first, last = diagnosis.selection.first_extensions.loss_reductions, diagnosis.selection.last_extensions.loss_reductions
+    """Draw the predicted share of the residual that each effect explains before the first and after the last step."""
+    first, last = (
+        diagnosis.selection.first_extensions.loss_reductions,
+        diagnosis.selection.last_extensions.loss_reductions,
+    )
     names = sorted({*first, *last}, key=lambda name: -max(first.get(name, 0.0), last.get(name, 0.0)))[:MAX_CANDIDATES]
     added = {finding.term.name for finding in diagnosis.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))

@@ -19,12 +19,16 @@ def precision(models: Mapping[str, Model]) -> go.Figure:
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 22 * len(names))
     for number, (name, model) in enumerate(models.items()):
         for status, label in _IDENTIFIABLE.items():
-            parameters = [one for one in model.parameters if one.status == status and relative_half_width(one) is not None]
+            parameters = [
+                entry
+                for entry in model.parameters
+                if entry.status == status and relative_half_width(entry) is not None
+            ]
             if not parameters:
                 continue
             dots = go.Scatter(
-                x=[relative_half_width(one) for one in parameters],
-                y=[theme.escaped(one.name) for one in parameters],
+                x=[relative_half_width(entry) for entry in parameters],
+                y=[theme.escaped(entry.name) for entry in parameters],
                 mode="markers",
                 name=f"{theme.escaped(name)}, {label}" if len(models) > 1 else label,
                 marker={"color": _COLOURS[status], "size": 10, "symbol": theme.SYMBOLS[number % len(theme.SYMBOLS)]},

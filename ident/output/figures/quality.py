@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 
 from ident.data.samples import drive_signal, holds_torque
 from ident.output.figures import theme
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Floats, Recording
 
 
@@ -82,7 +82,7 @@ def timing(recording: Recording) -> go.Figure:
     return figure
 
 
-def mean_square_shares(models: Mapping[str, Comparison]) -> go.Figure:
+def mean_square_shares(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the shares of the residual's mean square: noise, repeatable with the motion, steady change."""
     components: Mapping[str, tuple[str, str]] = {
         "noise": ("noise", theme.NOISE),

@@ -6,8 +6,8 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.output.figures import theme
-from ident.residuals.analysis import Comparison
-from ident.residuals.curves import Curve
+from ident.residuals.analysis import ResidualAnalysis
+from ident.residuals.curves import BinnedCurve
 from ident.residuals.phases import PHASES
 from recordings.recording import Floats
 
@@ -17,8 +17,8 @@ AXIS_RANGE = 1.3
 """Range of the residual axis over the largest RMS of any bin."""
 
 
-def phases(models: Mapping[str, Comparison]) -> go.Figure:
-    """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share of the time."""
+def phases(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
+    """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share of time."""
     first, *_ = models.values()
     dof = len(first.joints)
     figure = theme.subplots(
@@ -53,14 +53,17 @@ def phases(models: Mapping[str, Comparison]) -> go.Figure:
         theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
     _model_legend(figure, models)
     largest = max(
-        phase.rms for comparison in models.values() for joint_residual in comparison.joints for phase in joint_residual.summary.phases.values()
+        phase.rms
+        for comparison in models.values()
+        for joint_residual in comparison.joints
+        for phase in joint_residual.summary.phases.values()
     )
     figure.update_yaxes(range=[0, HEADROOM * largest or 1.0])
     figure.update_yaxes(title_text=f"RMS residual [{first.joints[0].unit}]", row=1, col=1)
     return figure
 
 
-def _model_legend(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
+def _model_legend(figure: go.Figure, models: Mapping[str, ResidualAnalysis]) -> None:
     """Add a legend of the models' patterns, if there are several models."""
     if len(models) == 1:
         return
@@ -70,7 +73,7 @@ def _model_legend(figure: go.Figure, models: Mapping[str, Comparison]) -> None:
         figure.add_trace(key, row=1, col=1)
 
 
-def curves(models: Mapping[str, Comparison]) -> go.Figure:
+def curves(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the mean residual over each quantity, one row per joint; the first model with 95 % band and RMS."""
     first, *_ = models.values()
     return curve_grid(
@@ -81,7 +84,7 @@ def curves(models: Mapping[str, Comparison]) -> go.Figure:
 
 
 def curve_grid(
-    models: Mapping[str, Sequence[Sequence[Curve]]], units: Sequence[str], floor: Sequence[float | None]
+    models: Mapping[str, Sequence[Sequence[BinnedCurve]]], units: Sequence[str], floor: Sequence[float | None]
 ) -> go.Figure:
     """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
     first, *_ = models.values()
@@ -110,19 +113,23 @@ def curve_grid(
                 figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
         # The wide bands of bins with few samples must not set the scale.
         per_model = (curve for per_joint in models.values() for curve in per_joint[joint])
-        limit = AXIS_RANGE * max((float(curve.rms.max()) for curve in per_model if len(curve.rms)), default=1.0) or 1.0
+        limit = (
+            AXIS_RANGE * max((float(curve.rms.max()) for curve in per_model if len(curve.rms)), default=1.0) or 1.0
+        )
         figure.update_yaxes(range=[-limit, limit], nticks=5, row=joint + 1)
-        figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1)
+        figure.update_yaxes(
+            title_text=f"{theme.joint_title(joint)}<br>residual [{units[joint]}]", row=joint + 1, col=1
+        )
     figure.update_annotations(font_size=11.5)
     return figure
 
 
-def _axis_label(curve: Curve) -> str:
+def _axis_label(curve: BinnedCurve) -> str:
     name = "computed load" if curve.axis == "load" else curve.axis
     return f"{name} [{curve.unit}]" if curve.unit else name
 
 
-def _interval_band(figure: go.Figure, curve: Curve, joint: int, column: int) -> None:
+def _interval_band(figure: go.Figure, curve: BinnedCurve, joint: int, column: int) -> None:
     known = np.isfinite(curve.half_width)
     low, high = (curve.mean + side * curve.half_width for side in (-1, 1))
     outline = np.concatenate([curve.centre[known], curve.centre[known][::-1]])
@@ -142,7 +149,9 @@ def _interval_band(figure: go.Figure, curve: Curve, joint: int, column: int) -> 
     )
 
 
-def _mean_trace(figure: go.Figure, curve: Curve, joint: int, column: int, number: int, label: str, legend: bool) -> None:
+def _mean_trace(
+    figure: go.Figure, curve: BinnedCurve, joint: int, column: int, number: int, label: str, legend: bool
+) -> None:
     colour, dash = theme.joint_colour(joint), theme.DASHES[number % len(theme.DASHES)]
     place = {"row": joint + 1, "col": column}
     figure.add_trace(

@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import plotly.graph_objects as go
 
 from ident.output.figures import theme
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 
 
-def densities(models: Mapping[str, Comparison]) -> go.Figure:
+def densities(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw power spectral densities per joint: measured torque, residual, and the noise."""
     first, *_ = models.values()
     dof = len(first.joints)
@@ -19,7 +19,9 @@ def densities(models: Mapping[str, Comparison]) -> go.Figure:
         frequency = joint_residual.spectrum.frequency[1:]
         lines = [("measured torque", joint_residual.spectrum.torque, {"color": theme.MEASURED, "width": 2.5})]
         if joint_residual.spectrum.noise is not None:
-            lines.append(("noise", joint_residual.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"}))
+            lines.append(
+                ("noise", joint_residual.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"})
+            )
         for number, (name, comparison) in enumerate(models.items()):
             label = theme.escaped(name) if len(models) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}

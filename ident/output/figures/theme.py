@@ -173,7 +173,9 @@ def noise_band(figure: go.Figure, half_width: float | None, row: int, column: in
     style = {"fillcolor": NOISE, "opacity": 0.22, "line_width": 0, "layer": "below"}
     figure.add_hrect(y0=-half_width, y1=half_width, **style, **place)
     if label:
-        legend_entry(figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": with_opacity(NOISE, 0.3)})
+        legend_entry(
+            figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": with_opacity(NOISE, 0.3)}
+        )
 
 
 def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:

@@ -8,7 +8,7 @@ import plotly.graph_objects as go
 from ident.data.dataset import first_cycle
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 from ident.residuals.windows import Window
 from recordings.recording import Floats
 
@@ -19,10 +19,10 @@ ROW_GAP = 84
 """Height between rows of plots, for the axis labels of one and the titles of the next [px]."""
 
 
-def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
+def over_time(models: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
     """Draw for each joint the torque and below it the residual, in recording `index` of all comparisons.
 
-    All plots share one time axis. It shows the first repetition; a double click shows all. Each trace has every sample
+    All plots share one time axis. It shows the first repetition, a double click all. Each trace has every sample
     of the first repetition and `points` of the whole recording.
     """
     first, *_ = models.values()
@@ -44,8 +44,12 @@ def over_time(models: Mapping[str, Comparison], index: int, points: int = theme.
         for number, (name, comparison) in enumerate(models.items()):
             label = theme.escaped(name) if len(models) > 1 else "model"
             _draw_model(figure, comparison.predictions[index], joint, number, label, points)
-        theme.noise_band(figure, joint_residual.split.noise_rms if joint_residual.split else None, row + 1, 1, joint == 0)
-        figure.update_yaxes(title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(joint_residual.unit)}", row=row, col=1)
+        theme.noise_band(
+            figure, joint_residual.split.noise_rms if joint_residual.split else None, row + 1, 1, joint == 0
+        )
+        figure.update_yaxes(
+            title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(joint_residual.unit)}", row=row, col=1
+        )
         figure.update_yaxes(title_text=f"residual<br>[{joint_residual.unit}]", nticks=4, row=row + 1, col=1)
     visible = dataset.time[first_cycle(dataset)]
     figure.update_xaxes(range=[float(visible[0]), float(visible[-1])])
@@ -75,7 +79,7 @@ def _line(
     figure.add_trace(trace, row=row, col=1)
 
 
-def worst_windows(comparison: Comparison) -> go.Figure:
+def worst_windows(comparison: ResidualAnalysis) -> go.Figure:
     """Draw measured and computed torque in the worst windows, which are shaded."""
     windows = comparison.windows
     columns = min(MAX_COLUMNS, len(windows))
@@ -97,13 +101,15 @@ def worst_windows(comparison: Comparison) -> go.Figure:
     return figure
 
 
-def _window_title(comparison: Comparison, window: Window) -> str:
+def _window_title(comparison: ResidualAnalysis, window: Window) -> str:
     cycle = f", cycle {window.cycle}" if window.cycle else ""
     prefix = f"{theme.escaped(window.recording)}<br>" if len(comparison.predictions) > 1 else ""
     return f"{prefix}{theme.joint_title(window.joint - 1)}: {window.phase}{cycle}, {window.times_overall:.1f} ×"
 
 
-def _draw_window(figure: go.Figure, comparison: Comparison, window: Window, row: int, column: int, legend: bool) -> None:
+def _draw_window(
+    figure: go.Figure, comparison: ResidualAnalysis, window: Window, row: int, column: int, legend: bool
+) -> None:
     prediction = next(
         prediction
         for prediction in comparison.predictions  # a long recording may consist of several parts
@@ -120,7 +126,9 @@ def _draw_window(figure: go.Figure, comparison: Comparison, window: Window, row:
     for name, values, line in traces:
         in_legend = legend and name == "measured"
         figure.add_trace(
-            go.Scatter(x=time, y=values, name=name, mode="lines", line=line, showlegend=in_legend), row=row, col=column
+            go.Scatter(x=time, y=values, name=name, mode="lines", line=line, showlegend=in_legend),
+            row=row,
+            col=column,
         )
     figure.add_vrect(
         x0=window.start, x1=window.end, fillcolor=theme.MEASURED, opacity=0.18, line_width=0, row=row, col=column

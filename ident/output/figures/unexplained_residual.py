@@ -7,7 +7,7 @@ from ident.diagnosis.document import Document
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import curve_grid
-from ident.residuals.curves import curves
+from ident.residuals.curves import binned_curves
 
 
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
@@ -44,5 +44,9 @@ def residual_curves(diagnosis: Diagnosis, document: Document) -> go.Figure:
     """Draw the residual of the last model over each quantity."""
     pairs = zip(diagnosis.split.datasets, diagnosis.selection.computed, strict=True)
     predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
-    per_joint = [curves(predictions, joint) for joint in range(len(document.joints))]
-    return curve_grid({"final model": per_joint}, document.effort_units, [float(value) for value in diagnosis.selection.noise_floor.rms])
+    per_joint = [binned_curves(predictions, joint) for joint in range(len(document.joints))]
+    return curve_grid(
+        {"final model": per_joint},
+        document.effort_units,
+        [float(value) for value in diagnosis.selection.noise_floor.rms],
+    )

@@ -1,4 +1,4 @@
-"""Draw a diagnosis: steps of the selection, residual with and without each finding_residual, unexplained residual."""
+"""Draw a diagnosis: steps of the selection, residual with and without each finding, unexplained residual."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,8 +16,8 @@ from ident.dynamics.effects.learned_curve import LearnedCurve
 from ident.identification.prediction import Prediction
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
 from ident.output.plots.residuals import NOISE, curves, spectra
-from ident.residuals.analysis import compare
-from ident.residuals.curves import means
+from ident.residuals.analysis import analyse
+from ident.residuals.curves import binned_means
 from recordings.recording import Floats
 
 OPTIONAL_PICTURES = ("finding_*.png", "remains*.png")
@@ -31,7 +31,7 @@ _MIN_SPEED_SHARE = 0.1
 def draw(diagnosis: Diagnosis, document: Document, folder: Path) -> None:
     """Draw all pictures into `folder`."""
     recordings = ", ".join(document.recordings)
-    step_errors(folder / "step_errors.png", f"{document.verdict}: {recordings}", document)
+    step_errors(folder / "ladder.png", f"{document.verdict}: {recordings}", document)
     for number, finding in enumerate(diagnosis.selection.findings, start=1):
         finding_residual(folder / f"finding_{number}_{finding.term.name}.png", diagnosis, finding)
     if diagnosis.unexplained.significant:
@@ -73,7 +73,10 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
             unit = datasets[0].recording.rig.effort_units[joint]
             x, label = binned_residual.axis_values(axis_name, datasets, diagnosis.selection.computed, joint)
             forwards = np.concatenate([data.motion.velocity[:, joint] for data in datasets]) > 0
-            for residuals, colour, name in ((finding.residuals_without, NOMINAL, "without"), (finding.residuals_with, COMPUTED, "with")):
+            for residuals, colour, name in (
+                (finding.residuals_without, NOMINAL, "without"),
+                (finding.residuals_with, COMPUTED, "with"),
+            ):
                 residual = np.concatenate([array[:, joint] for array in residuals])
                 if axis_name in _SEPARATE_DIRECTIONS:
                     _draw_bin_means(axis, np.where(forwards, x, np.nan), residual, colour, f"{name}, forwards")
@@ -91,7 +94,7 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
 def unexplained_residual(folder: Path, recordings: str, diagnosis: Diagnosis) -> None:
     """Draw the residual of the last model over each quantity, and its spectrum if it depends on frequency."""
     pairs = zip(diagnosis.split.datasets, diagnosis.selection.computed, strict=True)
-    analysis = compare(None, [Prediction(data, computed) for data, computed in pairs])
+    analysis = analyse(None, [Prediction(data, computed) for data, computed in pairs])
     title = f"What no effect explains: mean, its 95 % band, ± RMS (dotted) and floor (green): {recordings}"
     curves(folder / "remains.png", title, analysis, diagnosis.selection.noise_floor.rms.tolist())
     if "frequency" in diagnosis.unexplained.variables:
@@ -114,20 +117,29 @@ def learned_curves(path: Path, recordings: str, diagnosis: Diagnosis, fit: Nonpa
 
 
 def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, curve: LearnedCurve) -> None:
-    """Draw one curve, and the residual it explains: divided by the curve's factor, without the joint's other curves."""
+    """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
     datasets, joint = diagnosis.split.datasets, curve.joint - 1
-    predictions = [Prediction(data, one) for data, one in zip(datasets, diagnosis.selection.computed, strict=True)]
+    predictions = [
+        Prediction(data, computed) for data, computed in zip(datasets, diagnosis.selection.computed, strict=True)
+    ]
     x, label = _curve_variable(diagnosis, curve)
     factor = _curve_factor(datasets, curve)
     divisor = np.where(np.abs(factor) > _MIN_SPEED_SHARE * np.nanmax(np.abs(factor)), factor, np.nan)
     siblings = [sibling for sibling in fit.curves if sibling.joint == curve.joint and sibling is not curve]
-    sibling_torque = sum(np.interp(_curve_variable(diagnosis, one)[0], one.knots, one.values) * _curve_factor(datasets, one) for one in others)
+    sibling_torque = sum(
+        np.interp(_curve_variable(diagnosis, sibling)[0], sibling.knots, sibling.values)
+        * _curve_factor(datasets, sibling)
+        for sibling in siblings
+    )
     before, after = (
         np.concatenate([array[:, joint] for array in model.residuals])
         for model in (diagnosis.selection.steps[-1].model, fit.model)
     )
-    for residual, colour, name in ((before - sibling_torque, NOMINAL, "without curves"), (after, COMPUTED, "with curves")):
-        centre, mean, _, half_width, _, _ = means("velocity", x, residual / divisor, predictions)
+    for residual, colour, name in (
+        (before - sibling_torque, NOMINAL, "without curves"),
+        (after, COMPUTED, "with curves"),
+    ):
+        centre, mean, _, half_width, _, _ = binned_means("velocity", x, residual / divisor, predictions)
         axis.fill_between(centre, mean - half_width, mean + half_width, color=colour, alpha=0.3, lw=0)
         axis.plot(centre, mean, color=colour, lw=1.6, marker="o", ms=2.5, label=f"{name}, 95 % band")
     axis.plot(curve.knots, curve.values, color=MEASURED, lw=1.2, ls="--", label="learned")
@@ -137,14 +149,18 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
         axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0, label="± noise floor")
     rig = datasets[0].recording.rig
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
-    quantity = {"one": "residual", "direction": "residual × direction", "velocity": "residual / velocity"}[curve.multiplier]
+    quantity = {"one": "residual", "direction": "residual × direction", "velocity": "residual / velocity"}[
+        curve.multiplier
+    ]
     axis.set(xlabel=label if curve.variable == "time" else f"{label} of joint {curve.variable_joint}")
     axis.set(ylabel=f"joint {curve.joint}: {quantity} [{unit}]")
 
 
 def _curve_variable(diagnosis: Diagnosis, curve: LearnedCurve) -> tuple[Floats, str]:
     """Return the curve's variable in all rows (m,), and its name with its unit."""
-    return binned_residual.axis_values(curve.variable, diagnosis.split.datasets, diagnosis.selection.computed, curve.variable_joint - 1)
+    return binned_residual.axis_values(
+        curve.variable, diagnosis.split.datasets, diagnosis.selection.computed, curve.variable_joint - 1
+    )
 
 
 def _curve_factor(datasets: Sequence[Dataset], curve: LearnedCurve) -> Floats:

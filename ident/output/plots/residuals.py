@@ -9,8 +9,8 @@ import numpy as np
 from ident.identification.prediction import Prediction
 from ident.output.plots import fit
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
-from ident.residuals.analysis import Comparison
-from ident.residuals.curves import Curve
+from ident.residuals.analysis import ResidualAnalysis
+from ident.residuals.curves import BinnedCurve
 from ident.residuals.phases import PHASES
 from ident.residuals.windows import Window
 
@@ -22,13 +22,15 @@ WINDOW_MARGIN = 0.5
 """Time that is drawn before and after a worst window [s]."""
 
 
-def draw(comparison: Comparison, folder: Path) -> None:
+def draw(comparison: ResidualAnalysis, folder: Path) -> None:
     """Draw all pictures into `folder`."""
     first = comparison.predictions[0].dataset
     names = ", ".join(prediction.dataset.recording.path.name for prediction in comparison.predictions)
     recordings = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
     phases(
-        folder / "phases.png", f"Residual by phase of the motion (with its share of the time): {recordings}", comparison
+        folder / "phases.png",
+        f"Residual by phase of the motion (with its share of the time): {recordings}",
+        comparison,
     )
     curves(
         folder / "curves.png",
@@ -38,10 +40,12 @@ def draw(comparison: Comparison, folder: Path) -> None:
     spectra(folder / "spectrum.png", f"Residual by frequency: {recordings}", comparison)
     worst_windows(folder / "worst.png", f"The worst stretches: {recordings}", comparison)
     for number, prediction in enumerate(comparison.predictions, start=1):
-        fit.residual(folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.dataset, prediction.computed)
+        fit.residual(
+            folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.dataset, prediction.computed
+        )
 
 
-def phases(path: Path, title: str, comparison: Comparison) -> None:
+def phases(path: Path, title: str, comparison: ResidualAnalysis) -> None:
     """Draw the RMS of each joint in each phase, with its noise floor."""
     with figure(path, title, 10.0, 4.0) as drawn:
         axes = drawn.subplots(1, len(comparison.joints), squeeze=False)[0]
@@ -61,7 +65,7 @@ def phases(path: Path, title: str, comparison: Comparison) -> None:
             axis.set_ylabel(f"RMS residual [{joint.unit}]")
 
 
-def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[float] | None = None) -> None:
+def curves(path: Path, title: str, comparison: ResidualAnalysis, floors: Sequence[float] | None = None) -> None:
     """Draw the mean residual, one row per joint, one column per quantity.
 
     floors: (dof,) noise floors to draw; None: the noise estimated from the repetitions, if there are any.
@@ -76,11 +80,13 @@ def curves(path: Path, title: str, comparison: Comparison, floors: Sequence[floa
                 _curve(axis, curve, floor)
             row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
             # The wide bands of bins with few samples must not set the scale.
-            limit = AXIS_RANGE * max((float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0)
+            limit = AXIS_RANGE * max(
+                (float(curve.rms.max()) for curve in joint.curves if len(curve.rms)), default=1.0
+            )
             row[0].set_ylim(-limit or -1.0, limit or 1.0)
 
 
-def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
+def _curve(axis: Any, curve: BinnedCurve, floor: float | None) -> None:
     low, high = curve.mean - curve.half_width, curve.mean + curve.half_width
     axis.axhline(0, color=MEASURED, lw=0.8)
     if floor is not None:
@@ -96,14 +102,16 @@ def _curve(axis: Any, curve: Curve, floor: float | None) -> None:
         axis.xaxis.get_major_locator().set_params(integer=True)
 
 
-def spectra(path: Path, title: str, comparison: Comparison) -> None:
+def spectra(path: Path, title: str, comparison: ResidualAnalysis) -> None:
     """Draw the amplitude densities of torque, residual and noise."""
     rows = len(comparison.joints)
     with figure(path, title, 10.0, 1.2 + 2.4 * rows) as drawn:
         axes = drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
         for axis, joint in zip(axes, comparison.joints, strict=True):
             spectrum = joint.spectrum
-            axis.semilogy(spectrum.frequency, np.sqrt(spectrum.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque")
+            axis.semilogy(
+                spectrum.frequency, np.sqrt(spectrum.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque"
+            )
             axis.semilogy(spectrum.frequency, np.sqrt(spectrum.residual), color=COMPUTED, lw=1.3, label="residual")
             if spectrum.noise is not None:
                 axis.semilogy(
@@ -115,7 +123,7 @@ def spectra(path: Path, title: str, comparison: Comparison) -> None:
         axes[-1].set_xlabel("frequency [Hz]")
 
 
-def worst_windows(path: Path, title: str, comparison: Comparison) -> None:
+def worst_windows(path: Path, title: str, comparison: ResidualAnalysis) -> None:
     """Draw measured and computed torque around each of the worst windows."""
     if not comparison.windows:
         return

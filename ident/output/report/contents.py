@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from ident.diagnosis import answer
-from ident.diagnosis.diagnosis import DiagnosisOptions, Diagnosis, diagnose
+from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, diagnose
 from ident.diagnosis.document import Document
 from ident.dynamics.effects.library import library
 from ident.identification import model, prediction
-from ident.identification.model import Model, Source
+from ident.identification.model import Model, RecordingSource
 from ident.residuals import analysis
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Recording
 
 SCHEMA = 1
@@ -38,18 +38,18 @@ class ReportContents:
     models: Mapping[str, Model]
     digests: Mapping[str, str]
     """SHA-256 of the model files."""
-    comparisons: Mapping[str, Comparison]
+    comparisons: Mapping[str, ResidualAnalysis]
     """By model, on the recordings given."""
-    held_out_comparisons: Mapping[str, Comparison]
+    held_out_comparisons: Mapping[str, ResidualAnalysis]
     """By model, on the recordings held out; empty if there are none."""
-    sources: tuple[Source, ...]
+    sources: tuple[RecordingSource, ...]
     """The recordings, those held out last."""
     diagnosis: Diagnosis | None
     document: Document | None
     """The diagnosis as JSON."""
 
     @property
-    def primary_comparisons(self) -> Mapping[str, Comparison]:
+    def primary_comparisons(self) -> Mapping[str, ResidualAnalysis]:
         """Comparisons that judge the models: on the recordings held out, if there are any."""
         return self.held_out_comparisons or self.comparisons
 
@@ -59,7 +59,7 @@ class ReportContents:
         return tuple(prediction.dataset.recording for _, _, prediction in self.predictions)
 
     @property
-    def predictions(self) -> tuple[tuple[Mapping[str, Comparison], int, prediction.Prediction], ...]:
+    def predictions(self) -> tuple[tuple[Mapping[str, ResidualAnalysis], int, prediction.Prediction], ...]:
         """For each recording its comparisons, its index in them, and the prediction of the first model."""
         groups = [self.comparisons, *([self.held_out_comparisons] if self.held_out_comparisons else [])]
         return tuple(
@@ -94,11 +94,11 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     paths = dict(zip(_display_names(request.models), request.models, strict=True))
     models = {name: model.load(path) for name, path in paths.items()}
 
-    def compared(files: Sequence[Path]) -> dict[str, Comparison]:
+    def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
         results = {}
         for name, identified in models.items():
             progress(f"comparing {name}")
-            results[name] = analysis.compare(identified, prediction.predict(identified, files, effects))
+            results[name] = analysis.analyse(identified, prediction.predict(identified, files, effects))
         return results
 
     comparisons = compare_all(request.recordings)
@@ -107,14 +107,16 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     if request.diagnose:
         diagnosis = diagnose(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
     groups = [comparisons, *([held_out] if held_out else [])]
-    recordings = [predicted.dataset.recording for group in groups for predicted in next(iter(group.values())).predictions]
+    recordings = [
+        predicted.dataset.recording for group in groups for predicted in next(iter(group.values())).predictions
+    ]
     return ReportContents(
         request=request,
         models=models,
         digests={name: _digest(path) for name, path in paths.items()},
         comparisons=comparisons,
         held_out_comparisons=held_out,
-        sources=tuple(model.source(recording) for recording in recordings),
+        sources=tuple(model.recording_source(recording) for recording in recordings),
         diagnosis=diagnosis,
         document=answer.to_document(diagnosis) if diagnosis else None,
     )

@@ -64,7 +64,7 @@ def _error_reduction(document: Document) -> Iterator[str]:
     unit = document.effort_units[joint].replace(" ", "\u00a0")
     first, last, floor = (number(value, 2) for value in (before[joint], after[joint], document.noise_rms[joint]))
     yield (
-        f"On rows that no fit has used, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
+        f"On held-out rows, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
         f"{percent(1 - after[joint] / before[joint])}; the noise floor is at {floor}\u00a0{unit}."
     )
 
@@ -105,4 +105,4 @@ def _warnings(contents: ReportContents) -> Iterator[str]:
     if relative:
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
     if contents.diagnosis and contents.diagnosis.excerpt_share is not None:
-        yield f"Long recordings: the diagnosis used excerpts, {percent(contents.diagnosis.excerpt_share)} of all rows."
+        yield f"Long recordings: the diagnosis used excerpts, {percent(contents.diagnosis.excerpt_share)} of them."

@@ -14,8 +14,8 @@ from markupsafe import Markup
 from ident.output.figures import theme
 from ident.output.report import blocks
 from ident.output.report.blocks import ReportSection
-from ident.output.report.headline import headline
 from ident.output.report.contents import ReportContents
+from ident.output.report.headline import headline
 from ident.output.report.sections import (
     findings,
     parameters,
@@ -45,7 +45,9 @@ def render(contents: ReportContents) -> str:
         headline=headline(contents),
         sections=sections,
         figures=[
-            (plot.id, _script_json(plot.figure.to_json())) for section in sections for plot in blocks.plots(section.blocks)
+            (plot.id, _script_json(plot.figure.to_json()))
+            for section in sections
+            for plot in blocks.plots(section.blocks)
         ],
         templates=_script_json(_templates()),
         data=_script_json(json.dumps(contents.as_json(), allow_nan=False)),

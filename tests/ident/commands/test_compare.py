@@ -35,7 +35,7 @@ def test_tables_and_pictures(folder: Path) -> None:
     for text in (
         "SIMULATED",
         "RELATIVE",
-        "Noise: what differs",
+        "Noise: differences",
         "reversal",
         "cruise",
         "depends on",

@@ -17,7 +17,7 @@ from ident.cli import program
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
 from ident.identification import model
-from ident.identification.goodness_of_fit import fitness
+from ident.identification.goodness_of_fit import goodness_of_fit
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -106,7 +106,7 @@ def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, metho
     dataset = build(read(folder / "b.mcap"), mechanisms.create(simulated_rig(), loaded.form), "parallel", None)
     predicted = dataset.regressor @ np.array([parameter.value for parameter in loaded.parameters])
     assert loaded.validate_ is not None
-    assert fitness(dataset.torque, predicted).rms == pytest.approx(loaded.validate_.fitted.rms)
+    assert goodness_of_fit(dataset.torque, predicted).rms == pytest.approx(loaded.validate_.fitted.rms)
 
 
 def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
@@ -144,8 +144,11 @@ def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
         (["none.mcap"], r"none.mcap"),
         (["--cutoff", "400"], r"a fifth of the rate"),
         (["--cutoff", "20", "--preprocess", "central"], r"no cut-off"),
-        (["--paper", "--preprocess", "parallel"], r"no --preprocess expected beside --paper, .* 'parallel' found"),
-        (["--paper"], r"no --iterations expected"),
+        (
+            ["--paper", "--preprocess", "parallel"],
+            r"--preprocess cannot be combined with --paper, .* 'parallel' found",
+        ),
+        (["--paper"], r"--iterations cannot be combined with --paper"),
     ],
 )
 def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list[str], message: str) -> None:

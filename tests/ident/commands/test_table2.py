@@ -22,7 +22,7 @@ def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> 
             assert f"{value:.4f}" in said
     for role in ("identification", "validation"):
         assert f"The paper's order holds on {role} data: PSO is above RLS, DLS and SVD on every joint." in said
-    assert "What may not: the values" in said
+    assert "Not comparable: the values" in said
     assert "SIMULATED" in said
     figures = sorted(path.name for path in (tmp_path / "plots").iterdir())
     assert figures == sorted(f"figure_{number}.png" for number in (3, 6, 7, 8, 9, 10))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident import plugins
-from ident.identification.goodness_of_fit import Fitness
+from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.paper import methods
 from ident.paper.methods import MethodComparison
 from recordings.errors import BadInput
@@ -30,7 +30,7 @@ def test_methods_on_the_right_model_find_it(comparison: MethodComparison, truth:
 
 
 def test_a_baseline_that_wins_is_named_with_its_joint(comparison: MethodComparison) -> None:
-    poor = Fitness(nrmse=(0.99, 0.0, 0.99), rms=(1.0,) * 3, r2=(0.0,) * 3)
+    poor = GoodnessOfFit(nrmse=(0.99, 0.0, 0.99), rms=(1.0,) * 3, r2=(0.0,) * 3)
     pso = replace(comparison.results["pso"], fitness=(poor, comparison.results["pso"].fitness[1]))
     changed = replace(comparison, results={**comparison.results, "pso": pso})
     assert changed.baselines_not_below(0) == [("rls", 2), ("dls", 2), ("svd", 2)]

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ident.identification.goodness_of_fit import Fitness
+from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.paper import table
 from ident.paper.methods import MethodComparison, MethodResult
 
 
-def fitness(value: float) -> Fitness:
-    return Fitness(nrmse=(value,) * 3, rms=(1.0,) * 3, r2=(0.0,) * 3)
+def fitness(value: float) -> GoodnessOfFit:
+    return GoodnessOfFit(nrmse=(value,) * 3, rms=(1.0,) * 3, r2=(0.0,) * 3)
 
 
 def result(method: str, value: float) -> MethodResult:

@@ -7,7 +7,7 @@ from ident.diagnosis.steps import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.figures.finding import before_after
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import ReportBlock, Card, Notes, Plot, ReportSection, ReportTable, Text
+from ident.output.report.blocks import Card, Notes, Plot, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 
@@ -20,7 +20,9 @@ def section(contents: ReportContents) -> ReportSection | None:
     pairs = list(zip(document.findings, answer.merge_repeated(diagnosis.selection.findings), strict=True))
     # Effects that every machine of this kind has come last: they are no findings.
     pairs.sort(key=lambda pair: pair[1].term.effect.mandatory)
-    blocks: list[ReportBlock] = [_card(place, diagnosis, document, *pair) for place, pair in enumerate(pairs, start=1)]
+    blocks: list[ReportBlock] = [
+        _card(place, diagnosis, document, *pair) for place, pair in enumerate(pairs, start=1)
+    ]
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
     return ReportSection("findings", "Findings", tuple(blocks))

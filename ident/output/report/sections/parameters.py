@@ -4,7 +4,7 @@ from ident.identification.model import Model
 from ident.output.console import assessment
 from ident.output.figures import parameters
 from ident.output.figures.theme import number
-from ident.output.report.blocks import ReportBlock, Fold, Notes, Plot, ReportSection, ReportTable
+from ident.output.report.blocks import Fold, Notes, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.contents import ReportContents
 
 _KNOWN = {"identifiable": "yes", "weak": "weakly", "not": "no", None: "–"}

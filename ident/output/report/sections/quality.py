@@ -4,7 +4,7 @@ import numpy as np
 
 from ident.output.figures import quality
 from ident.output.figures.theme import number, percent
-from ident.output.report.blocks import ReportBlock, Plot, ReportSection, ReportTable, Text
+from ident.output.report.blocks import Plot, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents
 from recordings.recording import Recording
 
@@ -54,10 +54,12 @@ def _noise(contents: ReportContents) -> list[ReportBlock]:
     blocks: list[ReportBlock] = [ReportTable((*(["model"] if several else []), *head), tuple(rows), caption, words)]
     if repeated:
         blocks.append(
-            Plot("split", quality.mean_square_shares(contents.primary_comparisons), "Components of the residual's mean square.")
+            Plot(
+                "split",
+                quality.mean_square_shares(contents.primary_comparisons),
+                "Components of the residual's mean square.",
+            )
         )
     else:
-        blocks.append(
-            Text(("No motion is repeated in these recordings, so their noise floor is unknown.",))
-        )
+        blocks.append(Text(("No motion is repeated in these recordings, so their noise floor is unknown.",)))
     return blocks

@@ -6,7 +6,7 @@ import shlex
 from importlib.metadata import version
 from pathlib import Path
 
-from ident.output.report.blocks import ReportBlock, Code, ReportSection, ReportTable, Text
+from ident.output.report.blocks import Code, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents, ReportRequest
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")

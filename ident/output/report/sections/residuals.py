@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 from ident.output.figures import residuals, spectrum, torque
 from ident.output.figures.theme import number, percent
-from ident.output.report.blocks import ReportBlock, Fold, Notes, Plot, ReportSection, ReportTable
+from ident.output.report.blocks import Fold, Notes, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.contents import ReportContents
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 
 MIN_SHARE = 0.1
 """Share of the mean square that a quantity must explain to be named."""
@@ -17,7 +17,11 @@ def section(contents: ReportContents) -> ReportSection:
     """Return phases, worst windows, dependence on each quantity, and spectrum."""
     comparisons = contents.primary_comparisons
     several = len(comparisons) > 1
-    sentences = [f"{f'{name}: ' if several else ''}{line}" for name, comparison in comparisons.items() for line in _sentences(comparison)]
+    sentences = [
+        f"{f'{name}: ' if several else ''}{line}"
+        for name, comparison in comparisons.items()
+        for line in _sentences(comparison)
+    ]
     blocks: list[ReportBlock] = [
         Notes(tuple(sentences)),
         Plot(
@@ -39,7 +43,7 @@ def section(contents: ReportContents) -> ReportSection:
     return ReportSection("where", "Where the model fails", tuple(blocks))
 
 
-def _sentences(comparison: Comparison) -> Iterator[str]:
+def _sentences(comparison: ResidualAnalysis) -> Iterator[str]:
     """Yield the summary sentences and the quantity that explains most of each joint's residual."""
     yield from comparison.sentences
     strongest = [
@@ -54,7 +58,7 @@ def _sentences(comparison: Comparison) -> Iterator[str]:
         yield f"Quantity that explains most of the residual's mean square: {', '.join(named)}."
 
 
-def _worst(place: int, name: str, comparison: Comparison) -> Fold:
+def _worst(place: int, name: str, comparison: ResidualAnalysis) -> Fold:
     rows = tuple(
         (
             f"joint {window.joint}",
@@ -69,5 +73,7 @@ def _worst(place: int, name: str, comparison: Comparison) -> Fold:
     )
     head = ("joint", "recording", "time", "cycle", "phase", "RMS", "of the joint's own")
     table = ReportTable(head, rows, words=(0, 1, 4))
-    plot = Plot(f"worst-{place}", torque.worst_windows(comparison), "The worst stretches of a quarter of a second, shaded.")
+    plot = Plot(
+        f"worst-{place}", torque.worst_windows(comparison), "The worst stretches of a quarter of a second, shaded."
+    )
     return Fold(f"Worst stretches{f', {name}' if name else ''}", (plot, table), open=place == 1)

@@ -2,7 +2,7 @@
 
 from ident.data.samples import holds_torque
 from ident.output.figures import quality
-from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection, ReportTable
+from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.contents import ReportContents
 from recordings.recording import Recording
 

@@ -1,7 +1,7 @@
 """Section with the steps of the selection and the error of each."""
 
 from ident.output.figures import ladder
-from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection, ReportTable
+from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, ReportTable
 from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 

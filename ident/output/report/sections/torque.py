@@ -2,7 +2,7 @@
 
 from ident.output.figures import theme, torque
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import ReportBlock, Fold, Plot, ReportSection
+from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection
 from ident.output.report.contents import ReportContents
 
 BUDGET = 3_000_000
@@ -30,7 +30,9 @@ def section(contents: ReportContents) -> ReportSection:
 
 def _points(contents: ReportContents) -> int:
     """Return the number of points per trace at which all traces keep to the budget."""
-    traces = sum(len(prediction.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, prediction in contents.predictions)
+    traces = sum(
+        len(prediction.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, prediction in contents.predictions
+    )
     return max(theme.MAX_POINTS, int(BUDGET / _POINT / traces))
 
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from ident.diagnosis.document import Document
 from ident.output.figures import unexplained_residual
 from ident.output.figures.theme import percent
-from ident.output.report.blocks import ReportBlock, Code, Plot, ReportSection, Text
+from ident.output.report.blocks import Code, Plot, ReportBlock, ReportSection, Text
 from ident.output.report.contents import ReportContents
 from recordings.rig import is_default
 
@@ -28,7 +28,11 @@ def remaining(contents: ReportContents) -> ReportSection | None:
     blocks: list[ReportBlock] = [
         Text(sentences),
         Plot("remainder", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
-        Plot("left", unexplained_residual.residual_curves(diagnosis, document), "Residual of the last model over the quantities that it may depend on."),
+        Plot(
+            "left",
+            unexplained_residual.residual_curves(diagnosis, document),
+            "Residual of the last model over the quantities that it may depend on.",
+        ),
     ]
     return ReportSection("remains", "Unexplained residual", tuple(blocks))
 

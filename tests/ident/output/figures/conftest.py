@@ -11,7 +11,7 @@ from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify, prediction
 from ident.identification.model import Model
-from ident.residuals.analysis import Comparison, compare
+from ident.residuals.analysis import ResidualAnalysis, analyse
 from recordings.recording import Recording
 
 HOSTILE = "<script>alert(1)&b.mcap"
@@ -31,13 +31,13 @@ def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactor
 @pytest.fixture(scope="session")
 def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
     write(late)
-    choices = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", None)
+    choices = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", None)
     return identify.identify([late.path], None, choices, lambda *_: None).model
 
 
 @pytest.fixture(scope="session")
-def comparison(model: Model, late: Recording) -> Comparison:
-    found = compare(model, prediction.predict(model, [late.path], library()))
+def comparison(model: Model, late: Recording) -> ResidualAnalysis:
+    found = analyse(model, prediction.predict(model, [late.path], library()))
     return replace(
         found,
         predictions=tuple(_renamed(one) for one in found.predictions),

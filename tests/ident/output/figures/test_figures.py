@@ -9,7 +9,7 @@ import pytest
 from ident.data.dataset import first_cycle
 from ident.identification.model import Model
 from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Recording
 
 
@@ -18,12 +18,12 @@ def axis_titles(figure: go.Figure, which: str) -> list[str]:
 
 
 @pytest.fixture(params=[1, 2])
-def models(request: pytest.FixtureRequest, comparison: Comparison) -> dict[str, Comparison]:
+def models(request: pytest.FixtureRequest, comparison: ResidualAnalysis) -> dict[str, ResidualAnalysis]:
     names = ["a<b>.json", "other.json"][: request.param]
     return dict.fromkeys(names, comparison)
 
 
-def test_no_figure_shows_a_name_as_markup(models: dict[str, Comparison], comparison: Comparison) -> None:
+def test_no_figure_shows_a_name_as_markup(models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis) -> None:
     figures = [
         torque.over_time(models, 0),
         torque.worst_windows(replace(comparison, predictions=comparison.predictions * 2)),
@@ -38,7 +38,9 @@ def test_no_figure_shows_a_name_as_markup(models: dict[str, Comparison], compari
         assert "a<b>" not in text
 
 
-def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], comparison: Comparison) -> None:
+def test_torque_and_residual_share_one_time_axis(
+    models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis
+) -> None:
     figure = torque.over_time(models, 0)
     assert len(list(figure.select_yaxes())) == 6
     assert {axis.matches for axis in figure.select_xaxes()} <= {None, "x6"}
@@ -50,7 +52,7 @@ def test_torque_and_residual_share_one_time_axis(models: dict[str, Comparison], 
     assert rms == pytest.approx(comparison.joints[0].summary.rms, rel=1e-3)
 
 
-def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], comparison: Comparison) -> None:
+def test_all_detail_that_there_is_room_for(models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis) -> None:
     dataset = comparison.predictions[0].dataset
     rows, first = len(dataset.time), first_cycle(dataset)
     whole, few = (
@@ -64,7 +66,7 @@ def test_all_detail_that_there_is_room_for(models: dict[str, Comparison], compar
         assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
 
 
-def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:
+def test_phases_are_those_of_the_comparison(comparison: ResidualAnalysis) -> None:
     figure = residuals.phases({"model": comparison})
     bars = [trace for trace in figure.data if trace.type == "bar"]
     for joint, trace in zip(comparison.joints, bars, strict=True):
@@ -74,13 +76,13 @@ def test_phases_are_those_of_the_comparison(comparison: Comparison) -> None:
         assert trace.marker.color == theme.joint_colour(joint.summary.number - 1)
 
 
-def test_curves_name_their_quantity_and_its_unit(models: dict[str, Comparison]) -> None:
+def test_curves_name_their_quantity_and_its_unit(models: dict[str, ResidualAnalysis]) -> None:
     figure = residuals.curves(models)
     labels = axis_titles(figure, "x")
     assert labels == ["velocity [rad/s]", "position [rad]", "computed load [N m]", "time [s]", "cycle"]
 
 
-def test_worst_stretches_are_all_drawn(comparison: Comparison) -> None:
+def test_worst_stretches_are_all_drawn(comparison: ResidualAnalysis) -> None:
     figure = torque.worst_windows(comparison)
     assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(comparison.windows)
 
