@@ -45,7 +45,8 @@ class Machine:
 
         if self.keeps_time:
             pytest.fail(f"{otherwise}\n(this machine keeps time: {self})")
-        pytest.skip(f"this machine does not keep time: {self}. So nothing follows from: {otherwise.strip()[-200:]}")
+        last = next(reversed(otherwise.strip().splitlines()), "")
+        pytest.skip(f"this machine does not keep time: {self}. So nothing follows from: {last}")
 
     def __str__(self) -> str:
         return (

@@ -45,7 +45,7 @@ def test_bus_in_real_time(fault: campaign.Fault) -> None:
     with timekeeping.watched() as machine:
         outcome = campaign.run(fault)
     assert outcome.safe, outcome
-    machine.expect(outcome.passed, str(outcome))
+    machine.expect(outcome.passed, f"{outcome.fault}: {outcome.reason}")
 
 
 @pytest.mark.realtime
@@ -58,4 +58,4 @@ def test_programs(fault: processes.ProcessFault) -> None:
     with timekeeping.watched() as machine:
         outcome = processes.run(fault)
     assert outcome.safe, outcome
-    machine.expect(outcome.passed, str(outcome))
+    machine.expect(outcome.passed, f"{outcome.fault}: {outcome.reason}")

@@ -100,11 +100,11 @@ class Browser:
         """Return the element with this test identifier."""
         return self.page.locator(f'[data-test="{name}"]')
 
-    def click(self, name: str, timeout: float = 120.0) -> None:
-        self.at(name).click(timeout=1e3 * timeout)
+    def click(self, name: str) -> None:
+        self.at(name).click()
 
-    def text(self, name: str, timeout: float = 120.0) -> str:
-        return str(self.at(name).inner_text(timeout=1e3 * timeout))
+    def text(self, name: str) -> str:
+        return str(self.at(name).inner_text())
 
     def screenshot(self, name: str) -> None:
         """Save a screenshot."""

@@ -9,6 +9,7 @@ import pytest
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Recording
+from tests.chromium import PATIENCE
 from tests.ident.workbench.conftest import Browser, Serve
 
 pytestmark = pytest.mark.slow
@@ -17,7 +18,7 @@ ENABLED = 0x27
 """Statusword of a drive in Operation enabled under the mask 0x6F, CiA 402."""
 
 
-def wait_for(out: Path, timeout: float = 120.0) -> Recording:
+def wait_for(out: Path, timeout: float = PATIENCE) -> Recording:
     """Return the recording as soon as it is complete."""
     deadline = time.monotonic() + timeout
     while time.monotonic() < deadline:
@@ -33,7 +34,7 @@ def wait_for(out: Path, timeout: float = 120.0) -> Recording:
 
 def wait_until_moving(browser: Browser) -> None:
     browser.page.wait_for_function(
-        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')", timeout=120_000
+        "() => document.querySelector('[data-test=\"run-state\"]').innerText.endsWith('stream')"
     )
     time.sleep(1.0)
 
@@ -87,7 +88,7 @@ def test_motion_ends_when_no_browser_shows_the_page(tmp_path: Path, serve: Serve
     workbench = serve(tmp_path)
     start_recording(browser, workbench.address)
     browser.page.goto("about:blank")
-    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap", timeout=120.0))
+    assert_stopped_in_mid_motion(wait_for(tmp_path / "fig5a.mcap"))
 
 
 def test_motion_ends_when_the_server_is_killed(tmp_path: Path, serve: Serve, browser: Browser) -> None:

@@ -26,7 +26,7 @@ def session() -> Iterator[WorkbenchSession]:
     session.close()
 
 
-def wait(done: Callable[[], bool], timeout: float = 120.0) -> None:
+def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
     end = time.monotonic() + timeout
     while not done():
         assert time.monotonic() < end, "timeout"

@@ -53,31 +53,31 @@ def test_selected_time_span_is_explained_and_its_effect_added(fitted: Browser) -
     fitted.screenshot("selection")
     fitted.click("add-stribeck")
     fitted.click("tab-missing")
-    assert "stribeck" in fitted.text("step-2", timeout=120)
+    assert "stribeck" in fitted.text("step-2")
 
 
 def test_two_branches(fitted: Browser) -> None:
     fitted.click("add-stribeck")
     fitted.at("step-2").wait_for()
     error = rms(fitted, "held", 2, 2)
-    fitted.click("fork", timeout=120)
+    fitted.click("fork")
     fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
-    fitted.click("add-joint_spring", timeout=120)
+    fitted.click("add-joint_spring")
     fitted.at("step-2").wait_for()
     assert fitted.text("branch-A") == "A: stribeck"
     assert fitted.text("branch-B") == "B: joint_spring (current)"
     assert rms(fitted, "held", 2, 2) > 2 * error
     fitted.screenshot("branches")
-    fitted.click("switch-A", timeout=120)
+    fitted.click("switch-A")
     fitted.at("branch-A").filter(has_text="current").wait_for()
     assert rms(fitted, "held", 2, 2) == error
-    fitted.click("undo", timeout=120)
+    fitted.click("undo")
     fitted.at("step-2").wait_for(state="detached")
-    fitted.click("redo", timeout=120)
+    fitted.click("redo")
     fitted.at("step-2").wait_for()
     assert rms(fitted, "held", 2, 2) == error
-    fitted.click("drop-B", timeout=120)
+    fitted.click("drop-B")
     fitted.at("branch-A").wait_for(state="detached")
 
 
@@ -91,7 +91,7 @@ def test_swarm_fit_on_the_page(hidden: Path, serve: Serve, browser: Browser) -> 
     )
     browser.at("job").filter(has_text="paused").wait_for()
     browser.click("resume")
-    assert "above its certified minimum" in browser.text("swarm-proof", timeout=120)
+    assert "above its certified minimum" in browser.text("swarm-proof")
     assert int(browser.text("swarm-steps").split()[0]) > 50
     browser.screenshot("swarm")
     browser.click("swarm-save")
