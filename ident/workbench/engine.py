@@ -156,18 +156,18 @@ class Engine:
     def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
         """Yield the steps of a ladder from their `specs`; solve only the unknown ones."""
         base_structure = replace(selection.model.solution.structure, terms=())
-        before: LabelledStep | None = None
+        previous: LabelledStep | None = None
         for number, (label, terms, x) in enumerate(specs, start=1):
             step = selection.known_steps.get(specs[:number])
             if step is None:
                 structure = replace(base_structure, terms=tuple(self._term(*term) for term in terms))
                 model = selection.selector.search.fit(structure, np.array(x))
-                improvement = selection.selector.improvement(before.step.model, model) if before else None
+                improvement = selection.selector.improvement(previous.step.model, model) if previous else None
                 step = LabelledStep(
                     label, SelectionStep(terms[-1][0] if label.startswith("+") else None, model, improvement)
                 )
             yield step
-            before = step
+            previous = step
 
     def _term(self, name: str, joints: tuple[int, ...]) -> Term:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))

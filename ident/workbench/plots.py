@@ -98,8 +98,8 @@ def torque_comparison(
 
 def ladder(view: LadderView) -> Figure:
     """Plot the training and held-out error of each model."""
-    names = [f"{number}  {theme.escaped(rung.label)}" for number, rung in enumerate(view.steps)]
-    figure = rms_bars(names, [rung.entry for rung in view.steps], view.noise_rms, view.units)
+    names = [f"{number}  {theme.escaped(step.label)}" for number, step in enumerate(view.steps)]
+    figure = rms_bars(names, [step.entry for step in view.steps], view.noise_rms, view.units)
     figure.update_layout(transition_duration=400)
     return to_dict(figure)
 
@@ -117,12 +117,12 @@ def swarm_convergence(view: SwarmProgress) -> Figure:
     """Plot the excess of the best objective over its certified minimum at each step of the swarm."""
     figure = theme.subplots(1, 1, 360)
     steps = np.arange(1, len(view.excess) + 1)
-    above = np.where(np.array(view.excess) > 0, view.excess, np.nan)
+    excess = np.where(np.array(view.excess) > 0, view.excess, np.nan)
     line = {"color": theme.JOINTS[0], "width": 2}
-    figure.add_trace(go.Scatter(x=steps, y=above, mode="lines", name="best so far", line=line))
-    goal = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-    figure.add_hline(y=view.tolerance, line=goal)
-    theme.legend_entry(figure, "stopping tolerance", line=goal)
+    figure.add_trace(go.Scatter(x=steps, y=excess, mode="lines", name="best so far", line=line))
+    tolerance_line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
+    figure.add_hline(y=view.tolerance, line=tolerance_line)
+    theme.legend_entry(figure, "stopping tolerance", line=tolerance_line)
     figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")
     figure.update_yaxes(
         title_text="objective (33) above its<br>certified minimum [relative]", type="log", exponentformat="power"

@@ -57,23 +57,23 @@ def pose_sequence(view: RecordingView, series: TorqueSeries | None) -> PoseSeque
     geometry = view.geometry
     assert geometry is not None
     position = view.signals["position"][1].astype(float)
-    known = np.flatnonzero(np.isfinite(position).all(axis=1))
-    wanted = np.arange(view.time[known[0]], view.time[known[-1]], 1 / _RATE)
-    rows = known[np.minimum(np.searchsorted(view.time[known], wanted), len(known) - 1)]
+    valid_rows = np.flatnonzero(np.isfinite(position).all(axis=1))
+    sample_times = np.arange(view.time[valid_rows[0]], view.time[valid_rows[-1]], 1 / _RATE)
+    rows = valid_rows[np.minimum(np.searchsorted(view.time[valid_rows], sample_times), len(valid_rows) - 1)]
     theta = position[rows]
     platform = kinematics.forward(geometry, theta)
     phi = np.array(geometry.phi)
-    out = np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
-    reach = (geometry.R + geometry.L1 * np.cos(theta))[:, :, None] * out
-    reach[:, :, 2] = geometry.L1 * np.sin(theta)
+    directions = np.stack([np.cos(phi), np.sin(phi), np.zeros(3)], axis=1)
+    elbows = (geometry.R + geometry.L1 * np.cos(theta))[:, :, None] * directions
+    elbows[:, :, 2] = geometry.L1 * np.sin(theta)
     return PoseSequence(
         geometry=geometry,
         step=1 / _RATE,
         time=view.time[rows],
         platform=platform,
-        shoulders=geometry.R * out,
-        elbows=reach,
-        platform_joints=platform[:, None, :] + geometry.r * out,
+        shoulders=geometry.R * directions,
+        elbows=elbows,
+        platform_joints=platform[:, None, :] + geometry.r * directions,
         residual_share=_residual_share(series, view.time[rows]),
     )
 
@@ -81,8 +81,8 @@ def pose_sequence(view: RecordingView, series: TorqueSeries | None) -> PoseSeque
 def _residual_share(series: TorqueSeries | None, time: Floats) -> Floats:
     if series is None:
         return np.zeros((len(time), 3))
-    size = np.abs(series.residual)
-    largest = np.nanquantile(size, 0.98)
-    at = np.minimum(np.searchsorted(series.time, time), len(series.time) - 1)
-    share: Floats = np.clip(np.nan_to_num(size[at] / largest), 0.0, 1.0)
+    magnitude = np.abs(series.residual)
+    largest = np.nanquantile(magnitude, 0.98)
+    rows = np.minimum(np.searchsorted(series.time, time), len(series.time) - 1)
+    share: Floats = np.clip(np.nan_to_num(magnitude[rows] / largest), 0.0, 1.0)
     return share

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ident.estimation import estimators
 from ident.identification import identify
-from ident.residuals.phases import failures
+from ident.residuals.phases import fit_sentences
 from ident.workbench.cli_equivalent import swarm_command
 from ident.workbench.views import SwarmProgress, SwarmRequest, SwarmResult
 
@@ -28,13 +28,13 @@ def run_swarm(
         BadInput: a recording cannot be used, or the recordings come from different rigs.
     """
     settings = estimators.settings(METHOD, {})
-    options = identify.Choices(
+    options = identify.FitOptions(
         METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, tuple(effect_files)
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
     command = swarm_command(request, train.name, validate.name if validate else None)
-    return SwarmResult(result.model, log.progress, failures(result), command)
+    return SwarmResult(result.model, log.progress, fit_sentences(result), command)
 
 
 class _ConvergenceLog:

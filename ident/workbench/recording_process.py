@@ -71,16 +71,16 @@ class RecordingProcess:
         """Whether the process runs, so that drives may be moving."""
         return self._process is not None and self._process.poll() is None
 
-    def start(self, arguments: Sequence[str], out: Path) -> None:
-        """Start `daq record` with these `arguments` into the new file `out`.
+    def start(self, arguments: Sequence[str], file: Path) -> None:
+        """Start `daq record` with these `arguments` into the new file `file`.
 
         Raises:
             BadInput: a recording is in progress, or the program `daq` is missing.
         """
         if self.running:
             raise BadInput("no other recording expected, one is in progress; stop it first")
-        command = [*daq_command(), "record", *arguments, "--status", "--out", out.name]
-        self.run = run = RunStatus(("daq", *command[-len(arguments) - 4 :]), out)
+        command = [*daq_command(), "record", *arguments, "--status", "--out", file.name]
+        self.run = run = RunStatus(("daq", *command[-len(arguments) - 4 :]), file)
         # A new session: Ctrl-C in the terminal must not reach the process directly, as it is stopped by `close`.
         self._process = process = subprocess.Popen(
             command,

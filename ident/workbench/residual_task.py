@@ -13,7 +13,7 @@ from ident.identification.model import Model
 from ident.identification.prediction import Prediction
 from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
-from ident.residuals.analysis import Comparison
+from ident.residuals.analysis import ResidualAnalysis
 from ident.workbench import plots
 from ident.workbench.views import ResidualView
 from recordings.recording import Floats
@@ -25,21 +25,21 @@ def residual_view(
     bandwidth: float,
     library: Mapping[str, Effect],
 ) -> ResidualView:
-    """Fit the model to the training recording, as `ident diagnose --apply` does, and analyse it on the other one."""
+    """Fit the model to the training recording, as `ident diagnose --apply`, and analyse the validation residual."""
     train, validate = files
-    options = identify.Choices("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
+    options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
     model = identify.identify([train], validate, options, lambda *_: None, solution).model
-    return _view(model, analysis.compare(model, prediction.predict(model, [validate or train], library)))
+    return _view(model, analysis.analyse(model, prediction.predict(model, [validate or train], library)))
 
 
 def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
     """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
     indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
     predictions = [Prediction(split.datasets[i], split.datasets[i].torque - model.residuals[i]) for i in indices]
-    return _view(None, analysis.compare(None, predictions))
+    return _view(None, analysis.analyse(None, predictions))
 
 
-def _view(model: Model | None, analysed: Comparison) -> ResidualView:
+def _view(model: Model | None, analysed: ResidualAnalysis) -> ResidualView:
     return ResidualView(
         model=model,
         recordings=tuple(dict.fromkeys(item.dataset.recording.path.name for item in analysed.predictions)),
@@ -50,7 +50,7 @@ def _view(model: Model | None, analysed: Comparison) -> ResidualView:
     )
 
 
-def _figures(analysed: Comparison) -> dict[str, plots.Figure]:
+def _figures(analysed: ResidualAnalysis) -> dict[str, plots.Figure]:
     models = {"model": analysed}
     figures = {
         "Residual by motion phase": residuals.phases(models),

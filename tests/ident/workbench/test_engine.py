@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ident.estimation.estimators import settings
-from ident.identification.identify import Choices, identify
+from ident.identification.identify import FitOptions, identify
 from ident.workbench import views
 from ident.workbench.cli_equivalent import shell_script
 from ident.workbench.engine import Engine
@@ -125,7 +125,7 @@ def test_swarm_reports_progress_and_agrees_with_ident_fit() -> None:
     (result,) = engine.swarm(TRAIN, VALIDATE, views.SwarmRequest(("stribeck:2",), 30.0, 3))
     assert isinstance(result, views.SwarmResult)
     assert result.command == "ident fit fig5a.mcap --validate fig5b.mcap --cutoff 30 --with stribeck:2 --seed 3"
-    choices = Choices("pso", settings("pso", {}), 3, "parallel", 30.0, ("stribeck:2",))
+    choices = FitOptions("pso", settings("pso", {}), 3, "parallel", 30.0, ("stribeck:2",))
     model = identify([TRAIN], VALIDATE, choices, lambda *_: None).model
     assert result.model.parameters == model.parameters
     assert model.method.certified

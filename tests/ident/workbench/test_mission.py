@@ -66,9 +66,9 @@ def _check_cli_equivalent(browser: Browser, folder: Path, ident: Runner) -> None
     code = browser.at("script").filter(has_text="--only stribeck")
     line = next(text for text in code.inner_text().splitlines() if text.startswith("ident diagnose"))
     words = [str(folder / word) if word.endswith(".mcap") else word for word in line.split()[1:]]
-    done = ident(*words, "--json")
-    assert done.code == 0, done.err
-    last = json.loads(done.out)["rungs"][-1]
+    result = ident(*words, "--json")
+    assert result.code == 0, result.err
+    last = json.loads(result.out)["rungs"][-1]
     browser.click("tab-missing")
     for joint in (1, 2, 3):
         assert rms(browser, "train", 2, joint) == pytest.approx(last["train_rms"][joint - 1], abs=6e-5)
