@@ -63,9 +63,9 @@ def _explain(name: str, effect: Effect) -> None:
     click.echo(f"{name}: {effect.sentence}\n")
     for title, key in (("Symptom", "looks"), ("Usual causes", "causes"), ("What to do", "remedy")):
         click.echo(f"{title}: {entry[key]}")
-    where = "one set for the whole robot" if effect.whole_robot else "one set per joint"
+    scope = "one set for the whole robot" if effect.whole_robot else "one set per joint"
     click.echo(
-        f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {where}; mechanisms: {', '.join(effect.mechanisms)}"
+        f"\nEquation: {effect.equation}\nKind: {entry['kind']}, {scope}; mechanisms: {', '.join(effect.mechanisms)}"
     )
     for parameter in entry["parameters"]:
         limits = (parameter["lower"], parameter["upper"])

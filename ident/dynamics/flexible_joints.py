@@ -66,7 +66,9 @@ class FlexibleJoints:
         taken: Floats = with_play(self.delta, self.constants, *_moved(motion), half_gap, 1 / self.rate, parts)
         return taken
 
-    def cost_reductions(self, motion: Motion, joint_inertias: Floats, residual: Floats, motor_shares: Floats, half_gaps: Floats) -> Floats:
+    def cost_reductions(
+        self, motion: Motion, joint_inertias: Floats, residual: Floats, motor_shares: Floats, half_gaps: Floats
+    ) -> Floats:
         """(s, h, dof) fall of the sum of squares of a `residual` (n, dof) [N m] by play, at a first look.
 
         Each joint is taken by itself. own: (dof,) inertia [kg m^2] of which motors may have the `shares` (s,) - these
@@ -83,7 +85,9 @@ class FlexibleJoints:
             tilt[:, joint] = (ahead[:, joint] - load[:, joint]) / _ASIDE
         push = joint_inertias * motion.acceleration
         parts = int(np.ceil(1 / (self.rate * _GLANCE)))
-        fallen: Floats = falls(load, tilt, inertia, push, joint_inertias, residual, motor_shares, half_gaps, 1 / self.rate, parts)
+        fallen: Floats = falls(
+            load, tilt, inertia, push, joint_inertias, residual, motor_shares, half_gaps, 1 / self.rate, parts
+        )
         return fallen
 
     def natural_frequencies(self, motion: Motion, compliance: Floats) -> Floats:

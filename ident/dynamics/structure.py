@@ -71,7 +71,9 @@ class ModelStructure:
     def parameters(self) -> tuple[ParameterEntry, ...]:
         """The entries of the vector: the mechanism's, then term by term what its owners have in turn, and shapes."""
         own = [
-            ParameterEntry(one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
+            ParameterEntry(
+                one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0
+            )
             for one in self.mechanism.parameters
         ]
         return *own, *(entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term))
@@ -79,10 +81,16 @@ class ModelStructure:
     def _term_parameters(self, index: int, term: Term) -> list[ParameterEntry]:
         linear = isinstance(term.effect, Additive)
         joints = (None,) if term.effect.whole_robot else term.joints
-        own = [self._parameter(index, term, quantity, joint, linear) for joint in joints for quantity in term.local_parameters]
+        own = [
+            self._parameter(index, term, quantity, joint, linear)
+            for joint in joints
+            for quantity in term.local_parameters
+        ]
         return own + [self._parameter(index, term, quantity, None, False) for quantity in term.effect.shapes]
 
-    def _parameter(self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool) -> ParameterEntry:
+    def _parameter(
+        self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool
+    ) -> ParameterEntry:
         again = sum(other.name == term.name for other in self.terms[:index])
         name = f"{term.name}{f'#{again + 1}' if again else ''}.{quantity.name}"
         effort, position = self.rig.effort_units[joint or 0], self.rig.position_units[joint or 0]
@@ -116,7 +124,9 @@ class ModelStructure:
         """(owners, c) what the owners of the term `index` have, in the vector `x` (K,)."""
         term = self.terms[index]
         values = x[self.parameter_mask(index)]
-        return values[: term.instances * len(term.local_parameters)].reshape(term.instances, len(term.local_parameters))
+        return values[: term.instances * len(term.local_parameters)].reshape(
+            term.instances, len(term.local_parameters)
+        )
 
     def shape_values(self, index: int, x: Floats) -> Floats:
         """(s,) shapes of the term `index` in the vector `x` (K,)."""

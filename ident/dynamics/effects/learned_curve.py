@@ -43,7 +43,9 @@ class LearnedCurve:
         own = view.motion.velocity[:, self.joint - 1]
         if self.multiplier == "velocity":
             return own
-        factor: Floats = view.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(own)
+        factor: Floats = (
+            view.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(own)
+        )
         return factor
 
     def torque(self, view: EffectInputs) -> Floats:
@@ -81,6 +83,6 @@ def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:
     own = ",\n".join(f"        {curve!r}" for curve in curves)
     return (
         f'"""Stand-in for an effect that is not known yet: curves learned from {about}."""\n\n'
-        "from ident.dynamics.effects.learned_curve import Curve, effect_of\n\n"
-        f"effect = effect_of(\n    [\n{own},\n    ]\n)\n"
+        "from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect\n\n"
+        f"effect = learned_effect(\n    [\n{own},\n    ]\n)\n"
     )

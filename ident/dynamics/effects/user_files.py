@@ -1,15 +1,17 @@
 """Effects from files of the user: what goes wrong inside of them is said with the file's name, not by a traceback."""
 
-import importlib.util
+import ast
 from collections.abc import Callable
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects import earlier_files
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.validation import validation_error
 from recordings.errors import BadInput
@@ -28,12 +30,13 @@ def from_file(path: Path) -> Effect:
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
 
-    spec = importlib.util.spec_from_file_location(path.stem, path)
-    if spec is None or spec.loader is None:
-        raise BadInput(f"effect file {path}: a Python file expected, found something else; check the path")
-    module = importlib.util.module_from_spec(spec)
+    module = ModuleType(path.stem)
+    module.__file__ = str(path)
     try:
-        spec.loader.exec_module(module)
+        tree = earlier_files.translated(ast.parse(path.read_bytes()), path)
+        exec(compile(tree, str(path), "exec", dont_inherit=True), vars(module))
+    except BadInput:
+        raise
     except (Exception, SystemExit) as error:  # whatever the user's code does
         raise BadInput(f"effect file {path}: {one_line(error)}; mend the file") from None
     effect: Any = getattr(module, "effect", None)

@@ -5,9 +5,9 @@ from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, get_args
 
-from ident.dynamics.effects.base import Additive, SignatureAxis, Effect, Quantity
+from ident.dynamics.effects.base import Additive, Effect, Quantity, SignatureAxis
 
-_TEXTS = ("sentence", "looks", "causes", "remedy", "equation")
+_TEXTS = ("sentence", "symptom", "causes", "remedy", "equation")
 _UNITS = {"effort": "N m", "position": "rad"}
 
 
@@ -55,7 +55,9 @@ def _quantity(one: Quantity) -> Iterator[str]:
     limits: Any = (one.lower, one.upper)
     if not all(isinstance(limit, Real) for limit in limits) or not one.lower < one.upper:
         yield f"lower below upper expected, {one.lower!r} and {one.upper!r} found"
-    elif not isinstance(one.initial_guesses, Sequence) or not all(isinstance(start, Real) for start in one.initial_guesses):
+    elif not isinstance(one.initial_guesses, Sequence) or not all(
+        isinstance(start, Real) for start in one.initial_guesses
+    ):
         yield f"starts: a tuple of numbers expected, {one.initial_guesses!r} found"
     elif not all(one.lower <= start <= one.upper for start in one.initial_guesses):
         yield f"starts within {one.lower:g} and {one.upper:g} expected, {one.initial_guesses!r} found"

@@ -39,7 +39,9 @@ effect = Signal(
     equation="reported(t) = torque(t + delta); delta < 0: a measurement delay",
     axis="acceleration",
     parameters=(
-        Quantity(name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, initial_guesses=(5e-4,)),
+        Quantity(
+            name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, initial_guesses=(5e-4,)
+        ),
     ),
     report=report,
     pointwise=False,

@@ -25,7 +25,9 @@ effect = Signal(
     equation="command = v + width sgn v",
     axis="load",
     parameters=(
-        Quantity(name="width", unit="V", meaning="half of the dead band", lower=0.0, upper=5.0, initial_guesses=(0.01,)),
+        Quantity(
+            name="width", unit="V", meaning="half of the dead band", lower=0.0, upper=5.0, initial_guesses=(0.01,)
+        ),
     ),
     report=report,
     unobservable=amplifier_unobservable,

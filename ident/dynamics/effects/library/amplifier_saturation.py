@@ -45,7 +45,9 @@ effect = Signal(
             initial_guesses=(0.05,),
         ),
     ),
-    shapes=(Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, initial_guesses=(6.0,)),),
+    shapes=(
+        Quantity(name="n", unit="1", meaning="sharpness of the knee", lower=1.5, upper=40.0, initial_guesses=(6.0,)),
+    ),
     report=report,
     suggest=suggest,
     unobservable=amplifier_unobservable,

@@ -29,7 +29,12 @@ effect = Signal(
     axis="velocity",
     parameters=(
         Quantity(
-            name="k_e", unit="V s/{position}", meaning="voltage per speed", lower=0.0, upper=5.0, initial_guesses=(0.01,)
+            name="k_e",
+            unit="V s/{position}",
+            meaning="voltage per speed",
+            lower=0.0,
+            upper=5.0,
+            initial_guesses=(0.01,),
         ),
     ),
     report=report,

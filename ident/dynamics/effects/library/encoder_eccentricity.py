@@ -28,9 +28,21 @@ effect = Signal(
     equation="measured q = q + a sin N q + b cos N q",
     axis="motor angle",
     parameters=(
-        Quantity(name="a", unit="{position}", meaning="amplitude of the sine", lower=-0.3, upper=0.3, initial_guesses=(1e-4,)),
         Quantity(
-            name="b", unit="{position}", meaning="amplitude of the cosine", lower=-0.3, upper=0.3, initial_guesses=(1e-4,)
+            name="a",
+            unit="{position}",
+            meaning="amplitude of the sine",
+            lower=-0.3,
+            upper=0.3,
+            initial_guesses=(1e-4,),
+        ),
+        Quantity(
+            name="b",
+            unit="{position}",
+            meaning="amplitude of the cosine",
+            lower=-0.3,
+            upper=0.3,
+            initial_guesses=(1e-4,),
         ),
     ),
     shapes=(

@@ -21,7 +21,12 @@ effect = Signal(
     mechanisms=("delta",),
     parameters=(
         Quantity(
-            name="c", unit="{position}", meaning="what is read too much", lower=-0.35, upper=0.35, initial_guesses=(0.005,)
+            name="c",
+            unit="{position}",
+            meaning="what is read too much",
+            lower=-0.35,
+            upper=0.35,
+            initial_guesses=(0.005,),
         ),
     ),
     position=position,

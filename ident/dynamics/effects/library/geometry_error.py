@@ -24,7 +24,14 @@ effect = Signal(
     mechanisms=("delta",),
     whole_robot=True,
     parameters=(
-        Quantity(name="e", unit="m", meaning="what the length is too long", lower=-0.12, upper=0.12, initial_guesses=(0.002,)),
+        Quantity(
+            name="e",
+            unit="m",
+            meaning="what the length is too long",
+            lower=-0.12,
+            upper=0.12,
+            initial_guesses=(0.002,),
+        ),
     ),
     shapes=(
         Quantity(

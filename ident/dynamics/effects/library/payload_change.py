@@ -49,7 +49,11 @@ def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
     half = 0.5 / view.rate  # what is there at an instant was added since the one before
     return [
-        {"t_c": float(view.time[i]) - half, "t_e": float(view.time[j]) - half if j < end else INFINITE_TIME, "t_r": _QUICK}
+        {
+            "t_c": float(view.time[i]) - half,
+            "t_e": float(view.time[j]) - half if j < end else INFINITE_TIME,
+            "t_r": _QUICK,
+        }
         for i, j in found
         if i < end
     ]

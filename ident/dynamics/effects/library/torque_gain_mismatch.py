@@ -20,7 +20,12 @@ effect = Signal(
     axis="load",
     parameters=(
         Quantity(
-            name="e", unit="1", meaning="relative excess of the gain", lower=-0.7, upper=2.0, initial_guesses=(0.02, -0.02)
+            name="e",
+            unit="1",
+            meaning="relative excess of the gain",
+            lower=-0.7,
+            upper=2.0,
+            initial_guesses=(0.02, -0.02),
         ),
     ),
     report=report,

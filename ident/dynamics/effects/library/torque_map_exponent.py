@@ -27,7 +27,14 @@ effect = Signal(
     equation="torque = gain |v|^(p + excess) sgn v, p = 2 (square) or 1 (linear)",
     axis="load",
     parameters=(
-        Quantity(name="excess", unit="1", meaning="exponent beyond the rig's", lower=-0.9, upper=2.0, initial_guesses=(0.02,)),
+        Quantity(
+            name="excess",
+            unit="1",
+            meaning="exponent beyond the rig's",
+            lower=-0.9,
+            upper=2.0,
+            initial_guesses=(0.02,),
+        ),
     ),
     report=report,
     unobservable=lambda rig, torque_measured: "The torque itself was recorded." if torque_measured else None,

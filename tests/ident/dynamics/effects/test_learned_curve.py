@@ -8,7 +8,7 @@ import pytest
 
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect, effect_file_text
+from ident.dynamics.effects.learned_curve import LearnedCurve, effect_file_text, learned_effect
 from ident.dynamics.effects.user_files import from_file
 from recordings.recording import Floats, Recording
 

@@ -17,7 +17,7 @@ import sys
 import numpy as np
 from ident.dynamics.effects.base import Additive, Quantity, Signal
 
-TEXT = dict(sentence="It rubs.", looks="A bump.", causes="dirt", remedy="clean it", equation="a", axis="position")
+TEXT = dict(sentence="It rubs.", symptom="A bump.", causes="dirt", remedy="clean it", equation="a", axis="position")
 """
 ADDITIVE = """
 def columns(view, shapes):
