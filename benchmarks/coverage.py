@@ -27,7 +27,7 @@ from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
 from ident.uncertainty.assessment import loss_of, uncertainty_of
-from ident.uncertainty.covariance import Source
+from ident.uncertainty.covariance import IntervalMethod
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 
@@ -38,7 +38,7 @@ TRUTH = np.array([4.3963, 5.3480, 0.3823, 0.3237, 0.3047, 0.35, 0.32, 0.38, 9.10
 """Eq. (36), friction positive where it opposes motion; viscous friction is dissipative here."""
 CUTOFF = 30.0
 """[Hz]"""
-SOURCES: tuple[Source, ...] = get_args(Source)
+SOURCES: tuple[IntervalMethod, ...] = get_args(IntervalMethod)
 WANTED = (0.93, 0.97)
 
 

@@ -50,11 +50,11 @@ def command(
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
     identified = model.load(model_file)
-    analysis_result = analysis.analyse(identified, prediction.predict(identified, files, library(effect_files)))
+    result = analysis.analyse(identified, prediction.predict(identified, files, library(effect_files)))
     with staged_folder(plots) as folder:
-        pictures.draw(analysis_result, folder)
+        pictures.draw(result, folder)
     if as_json:
-        click.echo(json.dumps(analysis.as_json(analysis_result), indent=2, allow_nan=False))
+        click.echo(json.dumps(analysis.as_json(result), indent=2, allow_nan=False))
     else:
-        console_table.show(analysis_result, Console())
+        console_table.show(result, Console())
     click.echo(f"pictures: {plots}", err=True)

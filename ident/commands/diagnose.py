@@ -140,9 +140,9 @@ def command(
         console_table.show(document, Console())
         if stand_in and not document.stand_in:
             click.echo(f"{stand_in} not written: no curve explains the residual on rows that were not fitted.")
-    for label, place in (("model", out if apply else None), ("pictures", plots)):
-        if place:
-            click.echo(f"{label}: {place}", err=True)
+    for label, written_path in (("model", out if apply else None), ("pictures", plots)):
+        if written_path:
+            click.echo(f"{label}: {written_path}", err=True)
 
 
 def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.design.with_effects import additive, middle, remade, view_of
+from ident.design.with_effects import additive_columns, middle_shapes, with_rig, inputs_of
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Signal, Values
 from ident.dynamics.mechanisms import Mechanism
@@ -20,28 +20,28 @@ _LEAST = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class EffectContext:
     """In what effects are looked at."""
 
     rig: Rig
     mechanism: Mechanism
-    load: Floats
+    parameters: Floats
     """(k,) parameters of the mechanism, by which effects reckon the load."""
     rate: float = 500.0
     """Of the motions [Hz]."""
 
-    def owners(self, effect: Effect) -> int:
+    def instances(self, effect: Effect) -> int:
         """How many sets of its parameters an effect has on all joints."""
         return 1 if effect.whole_robot else self.rig.dof
 
-    def each(self, effect: Effect) -> int:
+    def parameters_per_instance(self, effect: Effect) -> int:
         """Of so many parameters."""
         own = effect.coefficients if isinstance(effect, Additive) else effect.parameters  # type: ignore[attr-defined]
         return len(own)
 
-    def count(self, effect: Effect) -> int:
+    def parameter_count(self, effect: Effect) -> int:
         """All of them."""
-        return self.owners(effect) * self.each(effect)
+        return self.instances(effect) * self.parameters_per_instance(effect)
 
     def columns(self, effect: Effect, motion: Motion) -> Floats:
         """Torque (n, dof, count) per unit of each parameter, joint by joint.
@@ -50,25 +50,25 @@ class Setting:
             Unreachable: the mechanism does not close in this motion.
         """
         if isinstance(effect, Additive):
-            return additive(effect, self.view(motion))
+            return additive_columns(effect, self.inputs(motion))
         assert isinstance(effect, Signal)
-        view = self.view(motion)
+        view = self.inputs(motion)
         changes = [
             self._change(effect, view, owner, index, effect.parameters[index].initial_guesses[0])
-            for owner in range(self.owners(effect))
-            for index in range(self.each(effect))
+            for owner in range(self.instances(effect))
+            for index in range(self.parameters_per_instance(effect))
         ]
         return np.stack(changes, axis=2)
 
-    def view(self, motion: Motion) -> EffectInputs:
+    def inputs(self, motion: Motion) -> EffectInputs:
         """What effects see of `motion`."""
-        return view_of(self.rig, self.mechanism, motion, self.load, self.rate)
+        return inputs_of(self.rig, self.mechanism, motion, self.parameters, self.rate)
 
     def _change(self, effect: Signal, view: EffectInputs, owner: int, index: int, size: float) -> Floats:
         """Change (n, dof) of what is reported, per unit of one parameter, looked at with that `size` of it."""
-        values = {one.name: np.zeros(self.owners(effect)) for one in effect.parameters}
+        values = {one.name: np.zeros(self.instances(effect)) for one in effect.parameters}
         values[effect.parameters[index].name][owner] = size
-        values |= {name: np.array([value]) for name, value in middle(effect).items()}
+        values |= {name: np.array([value]) for name, value in middle_shapes(effect).items()}
         try:
             change: Floats = np.nan_to_num((self._reported(effect, values, view) - view.rigid) / size)
         except Unreachable:
@@ -82,9 +82,9 @@ class Setting:
         true, motion = self, view.motion
         if effect.rig:
             rig = effect.rig(self.rig, values)
-            true = replace(self, rig=rig, mechanism=remade(self.mechanism, rig))
+            true = replace(self, rig=rig, mechanism=with_rig(self.mechanism, rig))
         if effect.position:
             motion = replace(motion, position=effect.position(motion.position, self.rig, values))
         if effect.rig or effect.position:
-            view = true.view(motion)
+            view = true.inputs(motion)
         return effect.report(view.rigid, view, values) if effect.report else view.rigid

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.design.columns import Setting
-from ident.design.with_effects import nominal_load, with_effects
+from ident.design.columns import EffectContext
+from ident.design.with_effects import nominal_parameters, with_effects
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import load, names
 from ident.dynamics.mechanisms import Mechanism, Parameter
@@ -22,7 +22,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 from recordings.rig import Rig
 
-LEAST = 1e-3
+MIN_DISCRIMINABILITY = 1e-3
 """Share of an effect's torque that no rival may imitate; with less, no motion tells them apart."""
 _SHOWN = 1e-3
 """Share of its torque that an effect leaves on the motion of reference, or it is taken to be no stronger."""
@@ -33,10 +33,10 @@ Pair = tuple[str, str]
 
 
 @dataclass(frozen=True, eq=False)
-class Rivals:
+class DiscriminationModel:
     """A mechanism, and effects on all joints, as columns one behind the other."""
 
-    setting: Setting
+    context: EffectContext
     """With what is true of any such machine in its mechanism."""
     effects: Mapping[str, Effect]
     pairs: tuple[Pair, ...]
@@ -45,13 +45,13 @@ class Rivals:
     """Where the true one is, from 0; its rivals may be anywhere."""
     strengths: Mapping[str, Floats] = field(default_factory=dict)
     """(owners,) of each effect; 1 where it is missing."""
-    recorded: Floats | float = 0.0
+    recorded_products: Floats | float = 0.0
     """(k, k) mean products of the columns on motions that are recorded already."""
 
     @property
     def base(self) -> Mechanism:
         """Without the effects."""
-        return self.setting.mechanism
+        return self.context.mechanism
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -59,7 +59,7 @@ class Rivals:
         return *self.base.parameters, *(
             Parameter(f"{name}.{number + 1}", "1", f"strength of {name}")
             for name, effect in self.effects.items()
-            for number in range(self.setting.count(effect))
+            for number in range(self.context.parameter_count(effect))
         )
 
     @property
@@ -70,7 +70,7 @@ class Rivals:
     def regressor(self, motion: Motion) -> Floats:
         """Columns (n, dof, k) of the mechanism, then of one effect after the other."""
         own = [
-            self.setting.columns(effect, motion) * np.repeat(self._strength(name), self.setting.each(effect))
+            self.context.columns(effect, motion) * np.repeat(self._strength(name), self.context.parameters_per_instance(effect))
             for name, effect in self.effects.items()
         ]
         return np.concatenate([self.base.regressor(motion), *own], axis=2)
@@ -79,11 +79,11 @@ class Rivals:
         """The manufacturer's model knows no effects."""
         return self.base.nominal_torque(motion)
 
-    def sampled(self, rate: float) -> "Rivals":
+    def at_rate(self, rate: float) -> "DiscriminationModel":
         """For motions at `rate` [Hz]."""
-        return replace(self, setting=replace(self.setting, rate=rate))
+        return replace(self, setting=replace(self.context, rate=rate))
 
-    def as_strong_as_on(self, motion: Motion) -> "Rivals":
+    def normalized_on(self, motion: Motion) -> "DiscriminationModel":
         """With effects of which the mechanism leaves 1 N m RMS on `motion`, on whichever joint they are.
 
         Raises:
@@ -92,36 +92,36 @@ class Rivals:
         gram = products(self.regressor(motion)[None])
         strengths = {}
         for name, effect in self.effects.items():
-            owners = [self._entries(name, owner) for owner in range(self.setting.owners(effect))]
+            owners = [self._entries(name, owner) for owner in range(self.context.instances(effect))]
             whole = np.array([gram[0, which, which].sum() for which in owners])
             if not whole.any():
                 raise BadInput(
                     f"effect {name}: one that makes a torque in a motion expected, it needs a load, and that of rig "
-                    f"'{self.setting.rig.name}' is not known; name a recording: --recording FILE"
+                    f"'{self.context.rig.name}' is not known; name a recording: --recording FILE"
                 )
             left = np.array([_left(gram, which, self._own)[0] for which in owners])
             shown = np.sqrt(np.maximum(left, _SHOWN**2 * whole))
             strengths[name] = self._strength(name) / np.where(shown > 0, shown, 1.0)
         return replace(self, strengths=strengths)
 
-    def beside(self, motion: Motion) -> "Rivals":
+    def with_recorded(self, motion: Motion) -> "DiscriminationModel":
         """For motions that will be looked at together with `motion`, which is recorded already."""
-        return replace(self, recorded=self.recorded + products(self.regressor(motion)[None])[0])
+        return replace(self, recorded=self.recorded_products + products(self.regressor(motion)[None])[0])
 
-    def told(self, gram: Floats) -> dict[str, Floats]:
+    def unexplained(self, gram: Floats) -> dict[str, Floats]:
         """(b, q) of each effect: mean squares of torque that speak for it, given mean products (b, k, k) of columns.
 
         q: against each rival, on each of the joints.
         """
-        gram = gram + self.recorded
+        gram = gram + self.recorded_products
         found: dict[str, list[Floats]] = {}
         for name, which, rest in self._questions():
             found.setdefault(name, []).append(_left(gram, which, rest))
         return {name: np.stack(values, axis=1) for name, values in found.items()}
 
-    def shares(self, columns: Floats) -> dict[str, float]:
+    def discriminability(self, columns: Floats) -> dict[str, float]:
         """The least RMS of torque that speaks for each effect, of `columns` (n, dof, k) of the regressor."""
-        told = self.told(products(columns[None]))
+        told = self.unexplained(products(columns[None]))
         return {name: float(np.sqrt(values.min())) for name, values in told.items()}
 
     @cached_property
@@ -148,25 +148,25 @@ class Rivals:
         for other, effect in self.effects.items():
             if other == name:
                 break
-            first += self.setting.count(effect)
-        effect, each = self.effects[name], self.setting.each(self.effects[name])
+            first += self.context.parameter_count(effect)
+        effect, each = self.effects[name], self.context.parameters_per_instance(self.effects[name])
         if owner is None:
-            return np.arange(first, first + self.setting.count(effect))
+            return np.arange(first, first + self.context.parameter_count(effect))
         return np.arange(first + owner * each, first + (owner + 1) * each)
 
     def _strength(self, name: str) -> Floats:
-        return self.strengths.get(name, np.ones(self.setting.owners(self.effects[name])))
+        return self.strengths.get(name, np.ones(self.context.instances(self.effects[name])))
 
 
-def rivals(
+def discrimination_model(
     rig: Rig,
     pairs: Sequence[Pair],
     effects: Mapping[str, Effect],
     joints: Sequence[int] = (),
-    known: Floats | None = None,
+    parameters: Floats | None = None,
     *,
     torque_measured: bool = False,
-) -> Rivals:
+) -> DiscriminationModel:
     """The mechanism of `rig` with effects of which each of the `pairs` is to be told apart.
 
     effects: by name, those of the pairs among them.
@@ -186,17 +186,17 @@ def rivals(
     if any(joint >= rig.dof for joint in joints):
         raise BadInput(f"joint 1 to {rig.dof} expected, {max(joints) + 1} found; name another")
     named = list(dict.fromkeys(name for pair in pairs for name in pair))
-    base = with_effects(rig, [name for name in always_true(rig) if name not in named])
-    values = nominal_load(rig, base) if known is None else known[: len(base.parameters)]
-    return Rivals(
-        Setting(rig, base, values),
+    base = with_effects(rig, [name for name in mandatory_effects(rig) if name not in named])
+    values = nominal_parameters(rig, base) if parameters is None else parameters[: len(base.parameters)]
+    return DiscriminationModel(
+        EffectContext(rig, base, values),
         {name: effects[name] for name in named},
         tuple(pairs),
         tuple(joints) or tuple(range(rig.dof)),
     )
 
 
-def always_true(rig: Rig) -> list[str]:
+def mandatory_effects(rig: Rig) -> list[str]:
     """Effects that every machine of this kind shows."""
     return [name for name in names() if (effect := load(name)).mandatory and rig.mechanism in effect.mechanisms]
 

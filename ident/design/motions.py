@@ -33,7 +33,7 @@ def trajectory(
     )
 
 
-def repeated(trajectory: Trajectory) -> Motion:
+def repeated_motion(trajectory: Trajectory) -> Motion:
     """The repeated part of `trajectory`."""
     rows = trajectory.repeat >= 0
     position, velocity, acceleration, direction = (

@@ -11,7 +11,7 @@ from typing import Literal
 
 import numpy as np
 
-from ident.design.discrimination import Rivals, products
+from ident.design.discrimination import DiscriminationModel, products
 from ident.design.motions import trajectory
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
@@ -24,20 +24,20 @@ Criterion = Literal["d", "e", "t"]
 
 SAMPLES_PER_HARMONIC = 24
 """In one period of the highest harmonic: enough to see the peaks."""
-SMOOTH = 0.01
+SMOOTHING = 0.01
 """Share of the limit of speed below which sgn is smoothed, as the search needs slopes."""
 POWER = 4
 """The smallest is approached by the mean of this power of all inverse ones, which has slopes."""
-NOTHING = 1e-12
+TINY = 1e-12
 """What is smaller is none."""
 STEP = 1e-6
 """Of differences [rad or m]."""
-FAR = 1e3
+UNREACHABLE = 1e3
 """Objective, and use of limits, where the mechanism does not close."""
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class DesignProblem:
     """What is sought, for vectors of coefficients: centres, then all cosines, then all sines, joint by joint."""
 
     rig: Rig
@@ -63,7 +63,7 @@ class Problem:
         )
 
     def _description(self) -> str:
-        if isinstance(self.mechanism, Rivals):
+        if isinstance(self.mechanism, DiscriminationModel):
             return "tells " + ", ".join(f"{first} from {second}" for first, second in self.mechanism.pairs)
         return f"excitation, {self.criterion.upper()}-optimal"
 
@@ -72,16 +72,16 @@ class Problem:
         try:
             return self._usage(coefficients)
         except kinematics.Unreachable:
-            return np.full((len(coefficients), self._limits), FAR)
+            return np.full((len(coefficients), self._limits), UNREACHABLE)
 
     def evaluate(self, coefficients: Floats) -> tuple[Floats, Floats]:
         """Objective (b,), the smaller the better, and use of each limit (b, l), of `coefficients` (b, v)."""
         try:
             return self._objective(self._rows(coefficients) / self.scale), self._usage(coefficients)
         except kinematics.Unreachable:
-            return np.full(len(coefficients), FAR), self.usage(coefficients)
+            return np.full(len(coefficients), UNREACHABLE), self.usage(coefficients)
 
-    def sizes(self, coefficients: Floats) -> Floats:
+    def column_sizes(self, coefficients: Floats) -> Floats:
         """RMS (k,) of the regressor's columns at `coefficients` (v,)."""
         size: Floats = np.sqrt(np.mean(self._rows(coefficients[None])[0] ** 2, axis=0))
         return size
@@ -89,10 +89,10 @@ class Problem:
     def _rows(self, coefficients: Floats) -> Floats:
         """The regressor (b, rows, k), not scaled."""
         position, velocity, acceleration = self._motions(coefficients)
-        direction = np.tanh(velocity / (SMOOTH * self.rig.limits.speed))
+        direction = np.tanh(velocity / (SMOOTHING * self.rig.limits.speed))
         mechanism = self.mechanism
-        if isinstance(mechanism, Rivals):
-            mechanism = mechanism.sampled(self._samples / self.period)
+        if isinstance(mechanism, DiscriminationModel):
+            mechanism = mechanism.at_rate(self._samples / self.period)
         columns = mechanism.regressor(Motion(position, velocity, acceleration, direction))
         return columns.reshape(len(coefficients), -1, columns.shape[2])
 
@@ -110,11 +110,11 @@ class Problem:
         return (objective[1:] - objective[0]) / STEP, (used[1:] - used[0]).T / STEP
 
     def _objective(self, rows: Floats) -> Floats:
-        if isinstance(self.mechanism, Rivals):
-            told = np.concatenate(list(self.mechanism.told(products(rows)).values()), axis=1)
+        if isinstance(self.mechanism, DiscriminationModel):
+            told = np.concatenate(list(self.mechanism.unexplained(products(rows)).values()), axis=1)
             return _least(told)
         information = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
-        eigenvalues = np.maximum(np.linalg.eigvalsh(information), NOTHING)
+        eigenvalues = np.maximum(np.linalg.eigvalsh(information), TINY)
         if self.criterion == "d":
             objective: Floats = -np.log(eigenvalues).mean(axis=1)
         else:
@@ -152,5 +152,5 @@ class Problem:
 
 def _least(values: Floats) -> Floats:
     """(b,) minus the logarithm of about the smallest of `values` (b, q)."""
-    least: Floats = np.log(np.mean(np.maximum(values, NOTHING) ** -POWER, axis=1)) / POWER
+    least: Floats = np.log(np.mean(np.maximum(values, TINY) ** -POWER, axis=1)) / POWER
     return least

@@ -10,7 +10,7 @@ from ident.data.compatibility import check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.samples import holds_torque
-from ident.design.discrimination import always_true
+from ident.design.discrimination import mandatory_effects
 from ident.design.motions import trajectory
 from ident.design.with_effects import with_effects
 from recordings.reader import read
@@ -20,19 +20,19 @@ from trajectories import Trajectory
 
 
 @dataclass(frozen=True, eq=False)
-class Recorded:
+class RecordedMotion:
     """A recording, as a design sees it."""
 
     rig: Rig
     trajectory: Trajectory
     """The measured motion without gaps."""
-    known: Floats
+    parameters: Floats
     """(k,) parameters of the mechanism with what is always true of it, fitted by least squares."""
     torque_measured: bool
     """Whether it holds the torque itself, and no voltage."""
 
 
-def recorded(paths: Sequence[Path]) -> list[Recorded]:
+def read_recorded_motions(paths: Sequence[Path]) -> list[RecordedMotion]:
     """The recordings in the files `paths`, or their beginnings if they are long.
 
     Raises:
@@ -44,10 +44,10 @@ def recorded(paths: Sequence[Path]) -> list[Recorded]:
     return [_seen(recording) for recording in recordings]
 
 
-def _seen(recording: Recording) -> Recorded:
+def _seen(recording: Recording) -> RecordedMotion:
     course = prepare(recording, "parallel", None)
     rig, motion = recording.rig, course.as_recorded.motion
-    regressor = course.condition(with_effects(rig, always_true(rig)).regressor(motion))
+    regressor = course.condition(with_effects(rig, mandatory_effects(rig)).regressor(motion))
     torque = course.dataset.torque
     usable = course.usable & np.isfinite(regressor).all(axis=2)
     known = np.asarray(np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0], np.float64)
@@ -55,4 +55,4 @@ def _seen(recording: Recording) -> Recorded:
     whole = np.isfinite(signals).all(axis=(0, 2))
     position, velocity, acceleration = (signal[whole] for signal in signals)
     made = trajectory(recording.path.name, rig, course.samples.rate, position, velocity, acceleration)
-    return Recorded(rig, made, known, holds_torque(recording))
+    return RecordedMotion(rig, made, known, holds_torque(recording))

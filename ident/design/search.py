@@ -10,7 +10,7 @@ from itertools import count
 import numpy as np
 from numpy.random import Generator
 
-from ident.design.problem import Criterion, Problem
+from ident.design.problem import Criterion, DesignProblem
 from ident.dynamics.mechanisms import Mechanism
 from ident.estimation.problem import Progress
 from recordings.errors import BadInput
@@ -20,29 +20,29 @@ from trajectories import checks, kinematics
 from trajectories.fourier import FourierSeries
 from trajectories.trajectory import assemble
 
-DRAWN = 16
+RANDOM_STARTS = 16
 """Random motions that are looked at."""
-STARTS = 8
+SHORT_RUNS = 8
 """The best of them are improved a little,"""
-SHORT = 25
+SHORT_ITERATIONS = 25
 """by so many iterations;"""
-KEPT = 3
+LONG_RUNS = 3
 """the best of these"""
-ITERATIONS = 120
+LONG_ITERATIONS = 120
 """by so many more, and the best result is kept."""
-TOTAL = STARTS * SHORT + KEPT * ITERATIONS
+TOTAL_ITERATIONS = SHORT_RUNS * SHORT_ITERATIONS + LONG_RUNS * LONG_ITERATIONS
 """Iterations in all, at most."""
-GENTLE = 0.03
+OBJECTIVE_SCALE = 0.03
 """Factor of the objective: the first steps of a search are as long as its slope, and are not to lead far astray."""
 MARGIN = 0.95
 """Share of each limit that is used at most."""
 SLACK = 0.005
 """What the search may be beyond that: the result is made smaller in the end."""
-STARTING = (0.3, 0.9)
+START_USAGE = (0.3, 0.9)
 """Share of the limits that is used at the start, from and to."""
-FALLING = (1.0, 3.0)
+HARMONIC_DECAY = (1.0, 3.0)
 """Power of its number with which a harmonic is smaller at the start, from and to: of equal speed, or hardly there."""
-ASIDE = 0.5
+CENTRE_OFFSET = 0.5
 """A start's centre may lie beside the middle by so much, over half of what is allowed [of the joints' range]."""
 
 
@@ -60,32 +60,32 @@ def search(
     Raises:
         BadInput: there is no motion within the limits.
     """
-    problem = Problem(rig, mechanism, criterion, period, harmonics, np.ones(len(mechanism.parameters)))
+    problem = DesignProblem(rig, mechanism, criterion, period, harmonics, np.ones(len(mechanism.parameters)))
     starts = _starts(problem, generator)
     if criterion != "t":  # which has strengths of its own
-        problem = replace(problem, scale=np.maximum(problem.sizes(starts[0]), 1e-9))
+        problem = replace(problem, scale=np.maximum(problem.column_sizes(starts[0]), 1e-9))
     steps = count(1)
-    for kept, iterations in ((STARTS, SHORT), (KEPT, ITERATIONS)):
+    for kept, iterations in ((SHORT_RUNS, SHORT_ITERATIONS), (LONG_RUNS, LONG_ITERATIONS)):
         starts = sorted(starts, key=partial(_objective, problem))[:kept]
-        starts = [_improved(problem, start, iterations, lambda: progress(next(steps), TOTAL)) for start in starts]
+        starts = [_improved(problem, start, iterations, lambda: progress(next(steps), TOTAL_ITERATIONS)) for start in starts]
     return _within_limits(problem.series(min(starts, key=partial(_objective, problem))), rig)
 
 
-def drawn(rig: Rig, mechanism: Mechanism, period: float, harmonics: int, generator: Generator) -> FourierSeries:
+def random_motion(rig: Rig, mechanism: Mechanism, period: float, harmonics: int, generator: Generator) -> FourierSeries:
     """A random motion of the same kind.
 
     Raises:
         BadInput: there is no motion within the limits.
     """
-    problem = Problem(rig, mechanism, "d", period, harmonics, np.ones(len(mechanism.parameters)))
+    problem = DesignProblem(rig, mechanism, "d", period, harmonics, np.ones(len(mechanism.parameters)))
     return _within_limits(problem.series(_starts(problem, generator)[0]), rig)
 
 
-def _objective(problem: Problem, coefficients: Floats) -> float:
+def _objective(problem: DesignProblem, coefficients: Floats) -> float:
     return float(problem.evaluate(coefficients[None])[0][0])
 
 
-def _starts(problem: Problem, generator: Generator) -> list[Floats]:
+def _starts(problem: DesignProblem, generator: Generator) -> list[Floats]:
     """DRAWN random motions (v,), or fewer where there is no room around all of the centres.
 
     Raises:
@@ -101,13 +101,13 @@ def _starts(problem: Problem, generator: Generator) -> list[Floats]:
     return found
 
 
-def _start(problem: Problem, centre: Floats, generator: Generator) -> Floats | None:
+def _start(problem: DesignProblem, centre: Floats, generator: Generator) -> Floats | None:
     """Random coefficients (v,) around joint positions (dof,); None without room."""
     dof, harmonics = problem.rig.dof, problem.harmonics
-    falling = generator.uniform(*FALLING)
+    falling = generator.uniform(*HARMONIC_DECAY)
     waves = generator.normal(size=(2, dof, harmonics)) / np.arange(1, harmonics + 1) ** falling
     waves *= generator.uniform(0.2, 1.0, (dof, 1))
-    most = generator.uniform(*STARTING)
+    most = generator.uniform(*START_USAGE)
     still = np.concatenate([centre, np.zeros(waves.size)])
     moving = np.concatenate([np.zeros(dof), waves.ravel()])
     sizes = np.geomspace(1e-3, 10, 60)
@@ -118,7 +118,7 @@ def _start(problem: Problem, centre: Floats, generator: Generator) -> Floats | N
 def _centres(rig: Rig, generator: Generator) -> Iterator[Floats]:
     """DRAWN joint positions (dof,) at most: the middle of what is allowed, and others beside it."""
     yield _middle(rig)
-    for aside in generator.uniform(-ASIDE, ASIDE, (DRAWN - 1, rig.dof)):
+    for aside in generator.uniform(-CENTRE_OFFSET, CENTRE_OFFSET, (RANDOM_STARTS - 1, rig.dof)):
         with suppress(kinematics.Unreachable):
             yield _middle(rig, aside)
 
@@ -136,7 +136,7 @@ def _middle(rig: Rig, aside: Floats | None = None) -> Floats:
     return (low + high) / 2 + aside * (high - low) / 2
 
 
-def _improved(problem: Problem, start: Floats, iterations: int, report: Callable[[], None]) -> Floats:
+def _improved(problem: DesignProblem, start: Floats, iterations: int, report: Callable[[], None]) -> Floats:
     """The best coefficients (v,) within the limits that the search has seen from `start` (v,)."""
     from scipy.optimize import NonlinearConstraint, minimize
 
@@ -151,10 +151,10 @@ def _improved(problem: Problem, start: Floats, iterations: int, report: Callable
         return value, used
 
     def objective(x: Floats) -> float:
-        return GENTLE * float(values(x)[0][0])
+        return OBJECTIVE_SCALE * float(values(x)[0][0])
 
     def slope(x: Floats) -> Floats:
-        return GENTLE * slopes(x)[0]
+        return OBJECTIVE_SCALE * slopes(x)[0]
 
     values = _remembered(looked_at)
     limits = NonlinearConstraint(lambda x: values(x)[1][0], -np.inf, MARGIN, jac=lambda x: slopes(x)[1])

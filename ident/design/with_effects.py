@@ -68,23 +68,23 @@ class _With:
         return False
 
     def regressor(self, motion: Motion) -> Floats:
-        view = view_of(self.rig, self.base, motion, nominal_load(self.rig, self.base))
-        return np.concatenate([self.base.regressor(motion), additive(self.effect, view)], axis=2)
+        view = inputs_of(self.rig, self.base, motion, nominal_parameters(self.rig, self.base))
+        return np.concatenate([self.base.regressor(motion), additive_columns(self.effect, view)], axis=2)
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
         return self.base.nominal_torque(motion)
 
 
-def remade(mechanism: Mechanism, rig: Rig) -> Mechanism:
+def with_rig(mechanism: Mechanism, rig: Rig) -> Mechanism:
     """The same `mechanism` for another `rig`."""
     if isinstance(mechanism, _With):
-        return replace(mechanism, base=remade(mechanism.base, rig), rig=rig)
+        return replace(mechanism, base=with_rig(mechanism.base, rig), rig=rig)
     return mechanisms.create(rig)
 
 
-def additive(effect: Additive, view: EffectInputs) -> Floats:
+def additive_columns(effect: Additive, inputs: EffectInputs) -> Floats:
     """Torque (n, dof, owners * c) per unit of each coefficient of the `effect` on every joint, joint by joint."""
-    made = effect.columns(view, middle(effect))
+    made = effect.columns(inputs, middle_shapes(effect))
     if effect.whole_robot:
         return made
     n, dof, c = made.shape
@@ -94,12 +94,12 @@ def additive(effect: Additive, view: EffectInputs) -> Floats:
     return own.reshape(n, dof, dof * c)
 
 
-def middle(effect: Effect) -> Shapes:
+def middle_shapes(effect: Effect) -> Shapes:
     """The middle one of the shapes at which a search for the `effect` begins."""
     return {one.name: one.initial_guesses[len(one.initial_guesses) // 2] if one.initial_guesses else _SOME for one in effect.shapes}
 
 
-def nominal_load(rig: Rig, mechanism: Mechanism) -> Floats:
+def nominal_parameters(rig: Rig, mechanism: Mechanism) -> Floats:
     """(k,) parameters of the `mechanism` with the masses of the rig file, half of each forearm's at either end.
 
     0 for those that the rig file does not know: friction, and everything of independent axes.
@@ -115,17 +115,17 @@ def nominal_load(rig: Rig, mechanism: Mechanism) -> Floats:
     return np.array([known.get(parameter.name, 0.0) for parameter in mechanism.parameters])
 
 
-def view_of(rig: Rig, mechanism: Mechanism, motion: Motion, load: Floats, rate: float = _RATE) -> EffectInputs:
+def inputs_of(rig: Rig, mechanism: Mechanism, motion: Motion, parameters: Floats, rate: float = _RATE) -> EffectInputs:
     """What effects see of a `motion` that nobody has recorded, at `rate` [Hz].
 
     load: (k,) parameters of the `mechanism`.
     """
-    rigid = np.array([0.0 if parameter.friction else 1.0 for parameter in mechanism.parameters]) * load
+    rigid = np.array([0.0 if parameter.friction else 1.0 for parameter in mechanism.parameters]) * parameters
 
     def load_at(other: Motion) -> Floats:
         torque: Floats = mechanism.regressor(other) @ rigid
         return torque
 
-    known = {one.name: float(value) for one, value in zip(mechanism.parameters, load, strict=True)}
+    known = {one.name: float(value) for one, value in zip(mechanism.parameters, parameters, strict=True)}
     known["m_d"] = sum(value for name, value in known.items() if name.endswith(".m_d"))
     return EffectInputs(rig, rate, np.arange(len(motion.position)) / rate, motion, load_at, rate / 2, known)

@@ -8,7 +8,7 @@ from recordings.recording import Floats
 
 
 @dataclass(frozen=True)
-class Fitness:
+class GoodnessOfFit:
     """One number per joint each."""
 
     nrmse: tuple[float, ...]
@@ -19,7 +19,7 @@ class Fitness:
     """Coefficient of determination; 1 is perfect, 0 no better than the mean torque."""
 
 
-def fitness(measured: Floats, computed: Floats) -> Fitness:
+def goodness_of_fit(measured: Floats, computed: Floats) -> GoodnessOfFit:
     """Agreement of `computed` with `measured`, both (m, dof) [N m]; NaN where not known.
 
     A model whose torque does not vary has no range to compare with: Eq. (41) is minus infinity there.
@@ -32,4 +32,4 @@ def fitness(measured: Floats, computed: Floats) -> Fitness:
     with np.errstate(divide="ignore", invalid="ignore"):
         nrmse = 1 - np.sqrt(mean_square) / (np.nanmax(model, axis=0) - np.nanmin(model, axis=0))
         r2 = 1 - mean_square / np.nanvar(known, axis=0)
-    return Fitness(*(tuple(float(value) for value in row) for row in (nrmse, np.sqrt(mean_square), r2)))
+    return GoodnessOfFit(*(tuple(float(value) for value in row) for row in (nrmse, np.sqrt(mean_square), r2)))

@@ -21,21 +21,21 @@ from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.linearized_model import LinearizedModel, fit_shape_parameters, parse_terms
 from ident.estimation.problem import Progress
-from ident.identification.goodness_of_fit import fitness
+from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model import (
     Agreement,
-    Certified,
+    CertifiedMinimum,
     FittedParameter,
     JointDelay,
-    JointFitness,
-    Method,
+    JointGoodnessOfFit,
+    FitMethod,
     Model,
     Preprocessing,
-    source,
+    recording_source,
 )
-from ident.identification.prediction import terms_of
-from ident.uncertainty.assessment import Knowledge, assess
-from ident.uncertainty.covariance import Source
+from ident.identification.prediction import effect_terms
+from ident.uncertainty.assessment import ParameterUncertainty, assess
+from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
 from recordings.errors import BadInput
@@ -44,7 +44,7 @@ from recordings.recording import Floats, Recording
 
 
 @dataclass(frozen=True)
-class Choices:
+class FitOptions:
     """What the user chose."""
 
     method: str
@@ -60,7 +60,7 @@ class Choices:
     """Effects of the user's own."""
     physical: bool = False
     """Friction must oppose motion."""
-    intervals: Source = "stationary"
+    intervals: IntervalMethod = "stationary"
     """See `ident.uncertainty.covariance`."""
 
 
@@ -78,9 +78,9 @@ class Identification:
 def identify(
     files: Sequence[Path],
     validate: Path | None,
-    choices: Choices,
+    options: FitOptions,
     progress: Progress,
-    settled: tuple[ModelStructure, Floats] | None = None,
+    known_structure: tuple[ModelStructure, Floats] | None = None,
 ) -> Identification:
     """Fit the mechanism of the rig to the recordings `files` together, and judge it on them and on `validate`.
 
@@ -93,17 +93,17 @@ def identify(
     rig = recordings[0].rig
     check_same_rig(recordings)
     check_no_overlap(recordings)
-    form = estimators.form(choices.method)
-    mechanism, datasets = _prepared(recordings, len(files), form, choices, settled)
+    form = estimators.form(options.method)
+    mechanism, datasets = _prepared(recordings, len(files), form, options, known_structure)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
-    generator = np.random.default_rng(choices.seed)
-    result = fit(train, mechanism, choices.method, choices.settings, generator, progress, choices.physical)
+    generator = np.random.default_rng(options.seed)
+    result = fit(train, mechanism, options.method, options.settings, generator, progress, options.physical)
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    kept = terms_of(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
-    trust, knowledge = None, (Knowledge(),) * len(mechanism.parameters)
+    kept = effect_terms(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
+    trust, knowledge = None, (ParameterUncertainty(),) * len(mechanism.parameters)
     if form is None:
-        moved = _moved(train, mechanism, choices)
-        trust, knowledge = assess(train, result, mechanism, choices.method, moved, relative, choices.intervals)
+        moved = _moved(train, mechanism, options)
+        trust, knowledge = assess(train, result, mechanism, options.method, moved, relative, options.intervals)
     model = Model(
         mechanism=rig.mechanism,
         form=form,
@@ -115,17 +115,17 @@ def identify(
         torque=rig.torque,
         relative=relative,
         parameters=_parameters(mechanism, result, knowledge),
-        method=Method(
-            name=choices.method,
-            settings=asdict(choices.settings),
-            seed=choices.seed,
+        method=FitMethod(
+            name=options.method,
+            settings=asdict(options.settings),
+            seed=options.seed,
             objective=result.estimate.objective,
             rows=result.rows,
             certified=_certified(result),
             diagnostics=dict(result.estimate.diagnostics),
         ),
         preprocessing=Preprocessing(
-            name=choices.preprocessing,
+            name=options.preprocessing,
             bandwidth=train[0].bandwidth,
             rate=train[0].rate,
             cutoff=train[0].cutoff.sentence() if train[0].cutoff else None,
@@ -142,7 +142,7 @@ def _prepared(
     recordings: Sequence[Recording],
     fitted: int,
     form: str | None,
-    choices: Choices,
+    choices: FitOptions,
     settled: tuple[ModelStructure, Floats] | None,
 ) -> tuple[Mechanism, tuple[Dataset, ...]]:
     """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
@@ -173,7 +173,7 @@ def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing
     return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
 
 
-def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: Choices) -> Sensitivity:
+def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: FitOptions) -> Sensitivity:
     if isinstance(mechanism, LinearizedModel):  # their shapes would have to be searched for anew each time
         return Sensitivity(None, ())
     recordings = [dataset.recording for dataset in train]
@@ -181,7 +181,7 @@ def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: Choices) -> 
     return sensitivity(recordings, mechanisms.create, choices.preprocessing, cutoff)
 
 
-def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Knowledge]) -> tuple[FittedParameter, ...]:
+def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[ParameterUncertainty]) -> tuple[FittedParameter, ...]:
     return tuple(
         FittedParameter(
             name=parameter.name,
@@ -206,12 +206,12 @@ def _delays(train: Sequence[Dataset], result: Fit) -> tuple[JointDelay, ...] | N
     return tuple(JointDelay(seconds=one.seconds, half_width=one.half_width) for one in found)
 
 
-def _certified(result: Fit) -> Certified | None:
+def _certified(result: Fit) -> CertifiedMinimum | None:
     estimate = result.estimate
     if estimate.certificate is None:
         return None
     proof = estimate.certificate
-    return Certified(minimum=proof.objective, lower_bound=proof.lower_bound, excess=proof.excess(estimate.objective))
+    return CertifiedMinimum(minimum=proof.objective, lower_bound=proof.lower_bound, excess=proof.excess(estimate.objective))
 
 
 def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:
@@ -219,7 +219,7 @@ def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:
     computed = np.concatenate([result.torque(dataset) for dataset in datasets])
     nominal = [dataset.nominal for dataset in datasets if dataset.nominal is not None]
     return Agreement(
-        recordings=tuple(source(dataset.recording) for dataset in datasets),
-        fitted=JointFitness.of(fitness(measured, computed)),
-        nominal=JointFitness.of(fitness(measured, np.concatenate(nominal))) if nominal else None,
+        recordings=tuple(recording_source(dataset.recording) for dataset in datasets),
+        fitted=JointGoodnessOfFit.of(goodness_of_fit(measured, computed)),
+        nominal=JointGoodnessOfFit.of(goodness_of_fit(measured, np.concatenate(nominal))) if nominal else None,
     )

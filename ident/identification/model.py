@@ -12,8 +12,8 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from ident.identification.goodness_of_fit import Fitness
-from ident.uncertainty.assessment import Knowledge, Trust
+from ident.identification.goodness_of_fit import GoodnessOfFit
+from ident.uncertainty.assessment import ParameterUncertainty, Assessment
 from recordings.config import Section, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -22,7 +22,7 @@ from recordings.rig import Geometry, Mechanism, Torque
 SCHEMA = 1
 
 
-class FittedParameter(Knowledge):
+class FittedParameter(ParameterUncertainty):
     """One identified parameter and how well it is known; friction is positive where it opposes motion."""
 
     name: str
@@ -36,7 +36,7 @@ class FittedParameter(Knowledge):
     """In the form of (36), where friction has the opposite sign."""
 
 
-class Certified(Section):
+class CertifiedMinimum(Section):
     """The exact minimum of objective (33), and how near the estimator came."""
 
     minimum: float
@@ -47,7 +47,7 @@ class Certified(Section):
     """How far at most the estimator's objective is above the minimum, relative."""
 
 
-class Method(Section):
+class FitMethod(Section):
     """The estimator and what it ended with."""
 
     name: str
@@ -55,7 +55,7 @@ class Method(Section):
     seed: int
     objective: float
     rows: int
-    certified: Certified | None = None
+    certified: CertifiedMinimum | None = None
     """Only where the estimator's objective is (33)."""
     diagnostics: dict[str, Any] = Field(default_factory=dict)
     """What else the estimator has to say, such as a rank."""
@@ -83,7 +83,7 @@ class Preprocessing(Section):
     """Estimated, not applied; None where the training data do not tell."""
 
 
-class Source(Section):
+class RecordingSource(Section):
     """A recording that was used."""
 
     name: str
@@ -91,7 +91,7 @@ class Source(Section):
     simulated: bool
 
 
-class JointFitness(Section):
+class JointGoodnessOfFit(Section):
     """Agreement with the measured torque, one number per joint."""
 
     nrmse: tuple[float, ...]
@@ -101,7 +101,7 @@ class JointFitness(Section):
     r2: tuple[float, ...]
 
     @classmethod
-    def of(cls, fitness: Fitness) -> "JointFitness":
+    def of(cls, fitness: GoodnessOfFit) -> "JointGoodnessOfFit":
         """The same numbers, ready for a file."""
         return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
 
@@ -109,9 +109,9 @@ class JointFitness(Section):
 class Agreement(Section):
     """The model on some recordings, and the manufacturer's model on the same."""
 
-    recordings: tuple[Source, ...]
-    fitted: JointFitness
-    nominal: JointFitness | None
+    recordings: tuple[RecordingSource, ...]
+    fitted: JointGoodnessOfFit
+    nominal: JointGoodnessOfFit | None
     """None where the manufacturer has no model."""
 
 
@@ -147,11 +147,11 @@ class Model(Section):
     relative: bool
     """True where the torque gain is assumed: all parameters are then known up to one common factor."""
     parameters: tuple[FittedParameter, ...]
-    method: Method
+    method: FitMethod
     preprocessing: Preprocessing
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
-    trust: Trust | None = None
+    trust: Assessment | None = None
     """None for forms of the mechanism that are not meant to be true, but to be compared with."""
 
     def as_json(self) -> Mapping[str, Any]:
@@ -160,11 +160,11 @@ class Model(Section):
         return document
 
 
-def source(recording: Recording) -> Source:
+def recording_source(recording: Recording) -> RecordingSource:
     """Name and digest of a recording's file."""
     with recording.path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return Source(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
+    return RecordingSource(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
 
 
 def save(model: Model, path: Path) -> None:

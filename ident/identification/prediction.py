@@ -43,20 +43,20 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
     """
     recordings = [read(path) for path in files]
     for recording in recordings:
-        refuse_other_rig(model, recording)
+        check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
     if model.form:
         mechanism = mechanisms.create(recordings[0].rig, model.form)
         values = _values(model, mechanism.parameters)
         datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
         return tuple(Prediction(dataset, dataset.predicted_torque(values)) for dataset in datasets)
-    composition, x = composition_of(model, recordings[0].rig, library)
+    composition, x = structure_of(model, recordings[0].rig, library)
     # One after the other: all that a long recording is prepared from need not be kept.
     courses = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
     return tuple(Prediction(course.dataset, chunks.torque(course, composition, x)) for course in courses)
 
 
-def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
+def structure_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
     """The mechanism with its effects that `model` describes, and their parameters (K,).
 
     Raises:
@@ -79,9 +79,9 @@ def composition_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tup
     return composition, x
 
 
-def terms_of(composition: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]:
+def effect_terms(structure: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]:
     """The effects of `composition` with what of `x` (K,) is not among a model's parameters."""
-    return tuple(_entry(composition, index, x) for index in range(len(composition.terms)))
+    return tuple(_entry(structure, index, x) for index in range(len(structure.terms)))
 
 
 def _entry(composition: ModelStructure, index: int, x: Floats) -> EffectTerm:
@@ -123,7 +123,7 @@ def _all(rig: Rig) -> tuple[int, ...]:
     return tuple(range(1, rig.dof + 1))
 
 
-def refuse_other_rig(model: Model, recording: Recording) -> None:
+def check_model_rig(model: Model, recording: Recording) -> None:
     """Raise BadInput where `recording` is of another machine than `model`."""
     rig = recording.rig
     expected = _flat(model.mechanism, model.effort_units, model.torque, model.geometry)

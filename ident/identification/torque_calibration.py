@@ -24,18 +24,18 @@ from ident.data.dataset import Dataset, build_all
 from ident.dynamics import mechanisms
 from ident.uncertainty import covariance
 from ident.uncertainty.covariance import Uncertainty
-from ident.uncertainty.sensitivity import LENGTH_STEP, stretched
+from ident.uncertainty.sensitivity import LENGTH_STEP, with_longer_rods
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 from recordings.rig import Torque
 
-CARRIES = {"delta": "m_p"}
+PAYLOAD_PARAMETERS = {"delta": "m_p"}
 """Of each mechanism that can carry a payload, the parameter that it adds to."""
-LEAST_EXPLAINED = 0.9
+MIN_EXPLAINED = 0.9
 """Of what differs between the recordings, the payload must explain this share."""
-MOST_UNCERTAIN = 0.2
+MAX_RELATIVE_STD = 0.2
 """A gain known no better than this (relative standard error) is not worth having."""
-SIGNIFICANT = 0.01
+SIGNIFICANCE_LEVEL = 0.01
 _STEPS = 20
 _CONVERGED = 1e-10
 
@@ -60,9 +60,9 @@ class Calibration:
     """(n,) relative change of the gains where L2 is longer by LENGTH_STEP."""
 
     @property
-    def differ(self) -> bool:
+    def gains_differ(self) -> bool:
         """Whether the gains differ between joints by more than chance."""
-        return self.equal_p < SIGNIFICANT
+        return self.equal_p < SIGNIFICANCE_LEVEL
 
 
 def calibrate(empty: Recording, loaded: Recording, payload: float, method: str = "parallel") -> Calibration:
@@ -119,7 +119,7 @@ class _Problem:
     def of(cls, datasets: Sequence[Dataset], payload: float) -> "_Problem":
         names = mechanisms.create(datasets[0].recording.rig).parameters
         friction = np.array([parameter.friction for parameter in names])
-        mass = [parameter.name for parameter in names].index(CARRIES[datasets[0].recording.rig.mechanism])
+        mass = [parameter.name for parameter in names].index(PAYLOAD_PARAMETERS[datasets[0].recording.rig.mechanism])
         columns, carried = [], []
         for number, dataset in enumerate(datasets):
             rubbing = dataset.regressor[:, :, friction]
@@ -174,7 +174,7 @@ class _Problem:
             covariance.least_squares(rows, left, noise.residual_std(dataset, left, found), dataset.repeat)
             for dataset, rows, left in zip(datasets, jacobian, residual, strict=True)
         ]
-        return covariance.of(parts)
+        return covariance.estimate(parts)
 
     def explained(self) -> float:
         """How much of what another set of parameters for the second recording would explain, the payload does."""
@@ -214,7 +214,7 @@ def _equal_p(gain: Floats, covariance: Floats) -> float:
 def _per_length_step(empty: Recording, loaded: Recording, payload: float, method: str) -> Floats:
     scales = []
     for step in (-LENGTH_STEP, LENGTH_STEP):
-        pair = [stretched(recording, step) for recording in (empty, loaded)]
+        pair = [with_longer_rods(recording, step) for recording in (empty, loaded)]
         datasets = build_all(pair, mechanisms.create(pair[0].rig), method, None)
         problem = _Problem.of(datasets, payload)
         scales.append(problem.solve()[-problem.dof :])
@@ -227,9 +227,9 @@ def _refuse_unlike(empty: Recording, loaded: Recording, payload: float) -> None:
     if not payload > 0:
         raise BadInput(f"a payload above 0 kg expected, {payload:g} kg found; give the mass that was added")
     check_same_rig([empty, loaded])
-    if empty.rig.mechanism not in CARRIES:
+    if empty.rig.mechanism not in PAYLOAD_PARAMETERS:
         raise BadInput(
-            f"a mechanism that carries a payload expected ({', '.join(CARRIES)}), {empty.rig.mechanism} found; "
+            f"a mechanism that carries a payload expected ({', '.join(PAYLOAD_PARAMETERS)}), {empty.rig.mechanism} found; "
             "measure its gain otherwise"
         )
     one, other = empty.run, loaded.run
@@ -257,14 +257,14 @@ def _refuse_unexplained(
     relative: Floats, explained: float, empty: Recording, loaded: Recording, payload: float
 ) -> None:
     names = f"{empty.path.name} and {loaded.path.name}"
-    if explained < LEAST_EXPLAINED:
+    if explained < MIN_EXPLAINED:
         raise BadInput(
             f"{names}: two recordings that differ by a payload expected, but it explains only "
             f"{100 * max(explained, 0):.0f} % of how they differ; change nothing else between them"
         )
-    if relative.max() > MOST_UNCERTAIN:
+    if relative.max() > MAX_RELATIVE_STD:
         raise BadInput(
-            f"{names}: gains known to better than {100 * MOST_UNCERTAIN:.0f} % expected, joint "
+            f"{names}: gains known to better than {100 * MAX_RELATIVE_STD:.0f} % expected, joint "
             f"{int(relative.argmax()) + 1} is known to {100 * relative.max():.0f} % with {payload:g} kg; take a "
             "heavier payload or record longer"
         )

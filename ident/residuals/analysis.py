@@ -11,37 +11,37 @@ from ident.data.cycle_statistics import CycleStatistics
 from ident.identification.model import Model
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
-from ident.residuals.curves import Curve, curves
+from ident.residuals.curves import BinnedCurve, binned_curves
 from ident.residuals.spectrum import Spectrum, spectrum
-from ident.residuals.windows import Window, worst
+from ident.residuals.windows import Window, worst_windows
 from recordings.recording import Floats
 
 SCHEMA = 1
-WORST = 6
+WINDOWS = 6
 """Windows that are shown."""
 
 
 @dataclass(frozen=True, eq=False)
-class JointComparison:
+class JointAnalysis:
     """One joint, all recordings together."""
 
     unit: str
     """Of its effort."""
-    summary: phases.Joint
+    summary: phases.JointResidual
     split: CycleStatistics | None
     """Noise floor and what repeats; None where no motion is repeated."""
-    curves: tuple[Curve, ...]
+    curves: tuple[BinnedCurve, ...]
     spectrum: Spectrum
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class ResidualAnalysis:
     """A model against recordings."""
 
     model: Model | None
     """None for one on its way, of which there is no file yet."""
     predictions: tuple[Prediction, ...]
-    joints: tuple[JointComparison, ...]
+    joints: tuple[JointAnalysis, ...]
     windows: tuple[Window, ...]
     """Worst first."""
 
@@ -51,43 +51,43 @@ class Comparison:
         return phases.sentences([joint.summary for joint in self.joints])
 
 
-def compare(model: Model | None, predictions: Sequence[Prediction]) -> Comparison:
+def analyse(model: Model | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
     """Look at the residuals of `predictions`, which are those of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
     splits = cycle_statistics.of_residuals(datasets, [prediction.residual for prediction in predictions])
-    summaries = phases.joints(datasets, [prediction.computed for prediction in predictions])
+    summaries = phases.joint_residuals(datasets, [prediction.computed for prediction in predictions])
     units = datasets[0].recording.rig.effort_units
     joints = tuple(
-        JointComparison(
+        JointAnalysis(
             unit=unit,
             summary=summary,
             split=splits[joint] if splits else None,
-            curves=curves(predictions, joint),
+            curves=binned_curves(predictions, joint),
             spectrum=spectrum(predictions, joint),
         )
         for joint, (unit, summary) in enumerate(zip(units, summaries, strict=True))
     )
-    return Comparison(model, tuple(predictions), joints, worst(predictions, WORST))
+    return ResidualAnalysis(model, tuple(predictions), joints, worst_windows(predictions, WINDOWS))
 
 
-def as_json(comparison: Comparison) -> dict[str, Any]:
+def as_json(analysis: ResidualAnalysis) -> dict[str, Any]:
     """The document that `ident compare --json` prints, as docs/compare.md describes it; its keys are stable."""
-    datasets = [prediction.dataset for prediction in comparison.predictions]
-    assert comparison.model is not None
+    datasets = [prediction.dataset for prediction in analysis.predictions]
+    assert analysis.model is not None
     return {
         "schema": SCHEMA,
         "recordings": [dataset.recording.path.name for dataset in datasets],
         "simulated": any(dataset.recording.run.simulated for dataset in datasets),
-        "relative": comparison.model.relative,
-        "effects": list(comparison.model.effects),
+        "relative": analysis.model.relative,
+        "effects": list(analysis.model.effects),
         "bandwidth_hz": datasets[0].bandwidth,
-        "joints": [_joint(joint) for joint in comparison.joints],
-        "windows": [vars(window) for window in comparison.windows],
-        "where": list(comparison.sentences),
+        "joints": [_joint(joint) for joint in analysis.joints],
+        "windows": [vars(window) for window in analysis.windows],
+        "where": list(analysis.sentences),
     }
 
 
-def _joint(joint: JointComparison) -> dict[str, Any]:
+def _joint(joint: JointAnalysis) -> dict[str, Any]:
     summary, split = joint.summary, joint.split
     return {
         "joint": summary.number,
@@ -102,7 +102,7 @@ def _joint(joint: JointComparison) -> dict[str, Any]:
     }
 
 
-def _curve(curve: Curve) -> dict[str, Any]:
+def _curve(curve: BinnedCurve) -> dict[str, Any]:
     return {
         "unit": curve.unit,
         "explained": curve.explained,

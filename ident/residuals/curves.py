@@ -9,24 +9,24 @@ import numpy as np
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Ints
 
-Axis = Literal["velocity", "position", "load", "time", "cycle"]
-AXES: tuple[Axis, ...] = ("velocity", "position", "load", "time", "cycle")
+CurveAxis = Literal["velocity", "position", "load", "time", "cycle"]
+AXES: tuple[CurveAxis, ...] = ("velocity", "position", "load", "time", "cycle")
 
 BINS = 24
-LEAST_SAMPLES = 10
+MIN_SAMPLES = 10
 """In a bin; others are left out."""
-LONGEST_VISIT = 0.5
+MAX_VISIT = 0.5
 """A stay in a bin counts as one observation, a longer one as several of this duration [s]."""
-LEAST_VISITS = 2
+MIN_VISITS = 2
 """In a bin, as equal ones; fewer tell nothing of how much visits scatter."""
 LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class BinnedCurve:
     """Residual of one joint in b bins of one quantity, in ascending order."""
 
-    axis: Axis
+    axis: CurveAxis
     unit: str
     centre: Floats
     """(b,) mean of the quantity in the bin."""
@@ -42,7 +42,7 @@ class Curve:
     """Share of the mean square that the curve of means accounts for, less what chance alone would give: 0 to 1."""
 
 
-def curves(predictions: Sequence[Prediction], joint: int) -> tuple[Curve, ...]:
+def binned_curves(predictions: Sequence[Prediction], joint: int) -> tuple[BinnedCurve, ...]:
     """Curves of one joint (0 to dof - 1) over all AXES that there are, all recordings together."""
     return tuple(_curve(axis, predictions, joint) for axis in AXES if axis != "cycle" or _cycles(predictions) > 1)
 
@@ -51,10 +51,10 @@ def _cycles(predictions: Sequence[Prediction]) -> int:
     return sum(int(prediction.dataset.repeat.max()) + 1 for prediction in predictions)
 
 
-def _curve(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Curve:
+def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> BinnedCurve:
     values = np.concatenate(list(_values(axis, predictions, joint)))
     residual = np.concatenate([prediction.residual[:, joint] for prediction in predictions])
-    centre, mean, error, half_width, rms, samples = means(axis, values, residual, predictions)
+    centre, mean, error, half_width, rms, samples = binned_means(axis, values, residual, predictions)
     square = float(np.nansum(np.where(np.isfinite(values), residual, 0.0) ** 2))
     explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0
     rig = predictions[0].dataset.recording.rig
@@ -65,10 +65,10 @@ def _curve(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Curve:
         "time": "s",
         "cycle": "",
     }[axis]
-    return Curve(axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0))
+    return BinnedCurve(axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0))
 
 
-def means(axis: Axis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
+def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
     """(6, b) of each bin of `values` (m,): centre; mean of the `residual` (m,), its standard error, half the width of
     its interval; RMS; samples.
 
@@ -78,12 +78,12 @@ def means(axis: Axis, values: Floats, residual: Floats, predictions: Sequence[Pr
     bins = np.full(len(values), -1)
     bins[usable] = _bins(values[usable], axis, predictions[0].dataset.recording.run.period)
     visit = _visits(bins, predictions)
-    keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= LEAST_SAMPLES]
+    keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= MIN_SAMPLES]
     rows = [_statistics(values[bins == b], residual[bins == b], visit[bins == b]) for b in keep]
     return np.array(rows).reshape(-1, 6).T
 
 
-def _values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
+def _values(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
     """Of each prediction (m,). The load is the computed torque: the measured one contains the residual."""
     cycles = 0
     for prediction in predictions:
@@ -100,7 +100,7 @@ def _values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Iterat
             yield signal[:, joint]
 
 
-def _bins(values: Floats, axis: Axis, period: float) -> Ints:
+def _bins(values: Floats, axis: CurveAxis, period: float) -> Ints:
     """(n,) number of the bin of each value: equal in width, or one for each cycle.
 
     Bins of time are no shorter than the `period` [s] of the motion, which would show in them again.
@@ -122,7 +122,7 @@ def _visits(bins: Ints, predictions: Sequence[Prediction]) -> Ints:
         first += len(prediction.residual)
     starts = np.flatnonzero(begins)
     since = np.arange(len(bins)) - np.repeat(starts, np.diff([*starts, len(bins)]))
-    longest = max(1, round(LONGEST_VISIT * predictions[0].dataset.rate))
+    longest = max(1, round(MAX_VISIT * predictions[0].dataset.rate))
     return np.cumsum(begins | (since % longest == 0))
 
 
@@ -139,7 +139,7 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     visits = samples**2 / float((np.bincount(number) ** 2.0).sum())
     deviation = np.bincount(number, residual - mean)
     error = half_width = np.nan
-    if visits >= LEAST_VISITS:
+    if visits >= MIN_VISITS:
         error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
         half_width = float(t.ppf((1 + LEVEL) / 2, visits - 1)) * error
     return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples

@@ -11,7 +11,7 @@ from recordings.recording import Floats
 
 DURATION = 0.25
 """[s]"""
-LEAST_KNOWN = 0.8
+MIN_KNOWN_SHARE = 0.8
 """A window with a smaller share of usable samples is not judged."""
 
 
@@ -37,7 +37,7 @@ class Window:
     """Repetition of the motion, from 1."""
 
 
-def worst(predictions: Sequence[Prediction], count: int) -> tuple[Window, ...]:
+def worst_windows(predictions: Sequence[Prediction], count: int) -> tuple[Window, ...]:
     """The `count` windows that stand out most from their joint's RMS, worst first.
 
     Those of one joint do not overlap; nor is the same part of a repeated motion named twice.
@@ -93,5 +93,5 @@ def _moving_rms(residual: Floats, length: int) -> Floats:
     samples, square = (totals[length:] - totals[:-length]).T
     with np.errstate(invalid="ignore", divide="ignore"):
         mean_square = np.maximum(square, 0.0) / samples
-    rms: Floats = np.sqrt(np.where(samples >= LEAST_KNOWN * length, mean_square, np.nan))
+    rms: Floats = np.sqrt(np.where(samples >= MIN_KNOWN_SHARE * length, mean_square, np.nan))
     return rms

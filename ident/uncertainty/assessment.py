@@ -13,27 +13,27 @@ from ident.dynamics.mechanisms import Mechanism
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
 from ident.uncertainty import covariance, physical_consistency, sensitivity
-from ident.uncertainty.covariance import Source, Uncertainty
+from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Identifiability, Status, identifiability
 from recordings.config import Section
 from recordings.recording import Bools, Floats, Recording
 
-Maybe = float | None
+OptionalFloat = float | None
 Loss = Literal["absolute deviations", "squares", "weighted squares"]
 
 
-class Knowledge(Section):
+class ParameterUncertainty(Section):
     """How well one parameter is known, in its unit. None where the data do not tell: at a bound, or inseparable."""
 
-    std: Maybe = None
+    std: OptionalFloat = None
     """Standard error, of the noise alone."""
     ci95: tuple[float, float] | None = None
     """95 % interval; see `Trust`."""
-    degrees_of_freedom: Maybe = None
+    degrees_of_freedom: OptionalFloat = None
     """Of the standard error; None where it is as good as exact."""
     status: Status | None = None
     """Whether the motion tells this parameter from the others."""
-    per_length_step: Maybe = None
+    per_length_step: OptionalFloat = None
     """Change where the forearms are 10 mm longer."""
     per_cutoff: tuple[float, ...] = ()
     """Change at each of `Trust.cutoffs`."""
@@ -83,7 +83,7 @@ class Inseparable(Section):
     sentence: str
 
 
-class Coupling(Section):
+class JointCoupling(Section):
     """The inertia matrix D of Eq. (27) along the recording."""
 
     off_diagonal: tuple[tuple[float, ...], ...]
@@ -91,7 +91,7 @@ class Coupling(Section):
     positive: bool
 
 
-class Doubt(Section):
+class ImplausibleParameter(Section):
     """A parameter that no real machine can have."""
 
     name: str
@@ -99,11 +99,11 @@ class Doubt(Section):
     sentence: str
 
 
-class Trust(Section):
+class Assessment(Section):
     """What is known about the errors of a fit."""
 
     level: float = covariance.LEVEL
-    source: Source
+    source: IntervalMethod
     """How the noise's autocovariance was found, see `ident.uncertainty.covariance`."""
     loss: Loss
     """What the intervals are for: the estimator's objective."""
@@ -111,7 +111,7 @@ class Trust(Section):
     """True where intervals are of absolute values, the gain's uncertainty included; else only ratios are claimed."""
     gain_uncertainty: float
     """Relative standard uncertainty that the intervals include."""
-    correlation: tuple[tuple[Maybe, ...], ...]
+    correlation: tuple[tuple[OptionalFloat, ...], ...]
     """Between the errors of the parameters, in their order."""
     condition_number: float
     singular_values: tuple[float, ...]
@@ -119,8 +119,8 @@ class Trust(Section):
     noise: tuple[JointNoise, ...]
     floor: tuple[JointFloor, ...] | None
     """None where the motion is not repeated."""
-    doubts: tuple[Doubt, ...]
-    coupling: Coupling | None
+    doubts: tuple[ImplausibleParameter, ...]
+    coupling: JointCoupling | None
     cutoffs: tuple[float, ...]
     """Other cut-offs that were tried [Hz]."""
 
@@ -130,10 +130,10 @@ def assess(
     fit: Fit,
     mechanism: Mechanism,
     method: str,
-    moved: sensitivity.Sensitivity,
+    parameter_changes: sensitivity.Sensitivity,
     relative: bool,
-    source: Source = "stationary",
-) -> tuple[Trust, tuple[Knowledge, ...]]:
+    interval_method: IntervalMethod = "stationary",
+) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
     """Judge `fit` of `datasets` by the estimator `method`: as a whole, and parameter by parameter.
 
     `moved` is what other assumptions do to the parameters; `relative`: they are known up to one common factor.
@@ -143,11 +143,11 @@ def assess(
     loss = loss_of(fit, method)
     known = identifiability(_gram(datasets), mechanism.parameters)
     free = np.array([s != "not" and not b for s, b in zip(known.status, fit.at_bound, strict=True)])
-    error = uncertainty_of(datasets, residuals, found, loss, source, free)
+    error = uncertainty_of(datasets, residuals, found, loss, interval_method, free)
     gain = 0.0 if relative else _gain_uncertainty(datasets[0].recording)
     intervals = error.interval(fit.parameters, gain)
-    trust = Trust(
-        source=source,
+    trust = Assessment(
+        source=interval_method,
         loss=loss,
         absolute=not relative,
         gain_uncertainty=gain,
@@ -160,13 +160,13 @@ def assess(
         noise=_noise(found, datasets[0].recording),
         floor=_floor(cycle_statistics.of_residuals(datasets, residuals)),
         doubts=tuple(
-            Doubt(name=d.name, significant=d.significant, sentence=d.sentence)
-            for d in physical_consistency.doubts(mechanism.parameters, fit.parameters, intervals)
+            ImplausibleParameter(name=d.name, significant=d.significant, sentence=d.sentence)
+            for d in physical_consistency.violations(mechanism.parameters, fit.parameters, intervals)
         ),
         coupling=_coupling(mechanism, datasets, fit.parameters),
-        cutoffs=tuple(hz for hz, _ in moved.per_cutoff),
+        cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    return trust, _knowledge(error, intervals, known, moved)
+    return trust, _knowledge(error, intervals, known, parameter_changes)
 
 
 def _noise(found: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:
@@ -195,15 +195,15 @@ def _gram(datasets: Sequence[Dataset]) -> Floats:
 def uncertainty_of(
     datasets: Sequence[Dataset],
     residuals: Sequence[Floats],
-    found: Sequence[noise.Noise],
+    joint_noise: Sequence[noise.Noise],
     loss: Loss,
-    source: Source,
+    interval_method: IntervalMethod,
     free: Bools,
 ) -> Uncertainty:
     """Of the parameters that are `free` (k,); NaN for the others. The fit left `residuals` with the noise `found`."""
     parts, cycles = [], 0
     for dataset, residual in zip(datasets, residuals, strict=True):
-        std = noise.residual_std(dataset, residual, found)
+        std = noise.residual_std(dataset, residual, joint_noise)
         cycle = np.where(dataset.repeat >= 0, dataset.repeat + cycles, -1)
         cycles = int(cycle.max()) + 1
         regressor = dataset.regressor[:, :, free]
@@ -212,17 +212,17 @@ def uncertainty_of(
         else:
             weight = 1 / std if loss == "weighted squares" else None
             parts.append(covariance.least_squares(regressor, residual, std, cycle, weight))
-    return covariance.of(parts, source).among(free)
+    return covariance.estimate(parts, interval_method).expanded(free)
 
 
 def _knowledge(
     error: Uncertainty, intervals: Floats, known: Identifiability, moved: sensitivity.Sensitivity
-) -> tuple[Knowledge, ...]:
+) -> tuple[ParameterUncertainty, ...]:
     return tuple(
-        Knowledge(
+        ParameterUncertainty(
             std=_number(error.std[i]),
             ci95=(float(intervals[i, 0]), float(intervals[i, 1])) if np.isfinite(intervals[i]).all() else None,
-            degrees_of_freedom=_number(error.freedom[i]),
+            degrees_of_freedom=_number(error.degrees_of_freedom[i]),
             status=status,
             per_length_step=None if moved.per_length_step is None else float(moved.per_length_step[i]),
             per_cutoff=tuple(float(change[i]) for _, change in moved.per_cutoff),
@@ -249,10 +249,10 @@ def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[J
     )
 
 
-def _coupling(mechanism: Mechanism, datasets: Sequence[Dataset], parameters: Floats) -> Coupling | None:
+def _coupling(mechanism: Mechanism, datasets: Sequence[Dataset], parameters: Floats) -> JointCoupling | None:
     found = physical_consistency.coupling(mechanism, datasets[0].motion, parameters)
-    return None if found is None else Coupling(**asdict(found))
+    return None if found is None else JointCoupling(**asdict(found))
 
 
-def _number(x: float) -> Maybe:
+def _number(x: float) -> OptionalFloat:
     return float(x) if np.isfinite(x) else None

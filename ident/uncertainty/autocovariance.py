@@ -58,7 +58,7 @@ def variance_of_sum(blocks: Sequence[Floats]) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Process:
+class StationaryNoise:
     """Stationary noise of several joints, known by its autocovariances."""
 
     covariance: Floats
@@ -69,14 +69,14 @@ class Process:
     """(dof,) from how many samples."""
 
     @classmethod
-    def of(cls, blocks: Sequence[Floats], known: Sequence[Floats]) -> "Process":
+    def estimate(cls, blocks: Sequence[Floats], valid: Sequence[Floats]) -> "StationaryNoise":
         """From `blocks` of noise (m, dof), zero where not `known` (m, dof; else one)."""
         width = min(bandwidth(blocks), max(len(block) for block in blocks) / 2)
         weights = parzen(width)
         products = sum(_lagged(block, len(weights)) for block in blocks)
-        pairs = sum(_lagged(mask, len(weights)) for mask in known)
+        pairs = sum(_lagged(mask, len(weights)) for mask in valid)
         covariance = weights[:, None, None] * np.where(pairs > 0.5, products / np.maximum(pairs, 0.5), 0.0)
-        samples = np.sum([mask.sum(axis=0) for mask in known], axis=0)
+        samples = np.sum([mask.sum(axis=0) for mask in valid], axis=0)
         return cls(covariance, weights, samples)
 
     def variance_of_sums(self, blocks: Iterable[Floats]) -> tuple[Floats, Floats]:

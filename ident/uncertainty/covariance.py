@@ -28,7 +28,7 @@ from ident.uncertainty import autocovariance
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
-Source = Literal["stationary", "hac", "cycles"]
+IntervalMethod = Literal["stationary", "hac", "cycles"]
 LEVEL = 0.95
 """Of all intervals."""
 _KERNEL = 0.3
@@ -47,7 +47,7 @@ class Block:
     """(m, dof) the influence of a sample's unit noise is B^-1 factor x."""
     noise: Floats
     """(m, dof) unit noise: what the residual says about it."""
-    known: Floats
+    valid: Floats
     """(m, dof) 1 where there is a residual, else 0."""
     per_residual: Floats
     """(m, dof) unit noise per unit of residual; 0 if the one is not a multiple of the other."""
@@ -56,10 +56,10 @@ class Block:
 
     def weighted(self, weight: Floats) -> Floats:
         """The regressor (m, dof, k), times `weight` (m, dof), zero where there is no residual."""
-        product: Floats = np.where(self.known[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
+        product: Floats = np.where(self.valid[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
         return product
 
-    def products(self) -> Floats:
+    def normal_matrix(self) -> Floats:
         """Their share of B (k, k) where they were fitted by least squares: w^2 is factor times per_residual."""
         rows = self.weighted(np.sqrt(self.factor * self.per_residual)).reshape(-1, self.regressor.shape[2])
         return rows.T @ rows
@@ -74,7 +74,7 @@ class Block:
         added: Floats = np.einsum("mjk,mj->mk", self.influence(inverse), self.noise)
         return added
 
-    def cut(self) -> Iterator["Block"]:
+    def split(self) -> Iterator["Block"]:
         """The same rows in blocks that are not too long."""
         for first in range(0, len(self.noise), _BLOCK):
             part = slice(first, first + _BLOCK)
@@ -86,10 +86,10 @@ class Block:
 class Uncertainty:
     """What is known about the error of k parameters. NaN for one at a bound, which the bound decided."""
 
-    source: Source
+    method: IntervalMethod
     covariance: Floats
     """(k, k) of the parameters."""
-    freedom: Floats
+    degrees_of_freedom: Floats
     """(k,) degrees of freedom of each variance."""
 
     @property
@@ -106,18 +106,18 @@ class Uncertainty:
             matrix: Floats = self.covariance / np.outer(std, std)
         return matrix
 
-    def among(self, free: Bools) -> "Uncertainty":
+    def expanded(self, free: Bools) -> "Uncertainty":
         """The same as part of a larger set of parameters: these are the `free` ones (k,); NaN for the others."""
         covariance, freedom = np.full((len(free), len(free)), np.nan), np.full(len(free), np.nan)
         covariance[np.ix_(free, free)] = self.covariance
-        freedom[free] = self.freedom
-        return Uncertainty(self.source, covariance, freedom)
+        freedom[free] = self.degrees_of_freedom
+        return Uncertainty(self.method, covariance, freedom)
 
     def half_width(self) -> Floats:
         """(k,) of the 95 % interval, from Student's t."""
         from scipy.stats import t
 
-        width: Floats = t.ppf((1 + LEVEL) / 2, self.freedom) * self.std
+        width: Floats = t.ppf((1 + LEVEL) / 2, self.degrees_of_freedom) * self.std
         return width
 
     def interval(self, parameters: Floats, gain_uncertainty: float = 0.0) -> Floats:
@@ -146,7 +146,7 @@ def least_squares(
     share = np.where(known, 1 / std, 0.0)
     noise = np.where(known, residual, 0.0) * share
     block = Block(regressor, weight**2 * std, noise, known.astype(np.float64), share, cycle)
-    return block, np.sum([part.products() for part in block.cut()], axis=0)
+    return block, np.sum([part.normal_matrix() for part in block.split()], axis=0)
 
 
 def least_absolute(regressor: Floats, residual: Floats, std: Floats, cycle: Ints) -> tuple[Block, Floats]:
@@ -174,18 +174,18 @@ def _density_at_zero(x: Floats) -> float:
     return float(np.mean(np.exp(-0.5 * (x / width) ** 2)) / (width * np.sqrt(2 * np.pi)))
 
 
-def of(parts: Sequence[tuple[Block, Floats]], source: Source = "stationary") -> Uncertainty:
+def estimate(recordings: Sequence[tuple[Block, Floats]], method: IntervalMethod = "stationary") -> Uncertainty:
     """The uncertainty of parameters fitted to `parts` together, one for each recording (see `least_squares`).
 
     Raises:
         BadInput: "cycles" was asked for, but there are fewer than two repetitions.
     """
-    blocks = [short for block, _ in parts for short in block.cut()]
-    inverse = np.linalg.inv(np.sum([bread for _, bread in parts], axis=0))
-    covariance, freedom = _SOURCES[source](blocks, inverse)
-    if source != "cycles":
+    blocks = [short for block, _ in recordings for short in block.split()]
+    inverse = np.linalg.inv(np.sum([bread for _, bread in recordings], axis=0))
+    covariance, freedom = _SOURCES[method](blocks, inverse)
+    if method != "cycles":
         covariance = covariance / (1 - _taken_up(blocks, covariance))
-    return Uncertainty(source, covariance, np.maximum(freedom, 1.0))
+    return Uncertainty(method, covariance, np.maximum(freedom, 1.0))
 
 
 def _taken_up(blocks: Sequence[Block], covariance: Floats) -> float:
@@ -199,7 +199,7 @@ def _taken_up(blocks: Sequence[Block], covariance: Floats) -> float:
 
 
 def _stationary(blocks: Sequence[Block], inverse: Floats) -> tuple[Floats, Floats]:
-    process = autocovariance.Process.of([block.noise for block in blocks], [block.known for block in blocks])
+    process = autocovariance.StationaryNoise.estimate([block.noise for block in blocks], [block.valid for block in blocks])
     return process.variance_of_sums(block.influence(inverse) for block in blocks)
 
 
@@ -223,7 +223,7 @@ def _cycles(blocks: Sequence[Block], inverse: Floats) -> tuple[Floats, Floats]:
     return count / (count - 1) * sums.T @ sums, np.full(sums.shape[1], count - 1.0)
 
 
-_SOURCES: dict[Source, Callable[[Sequence[Block], Floats], tuple[Floats, Floats]]] = {
+_SOURCES: dict[IntervalMethod, Callable[[Sequence[Block], Floats], tuple[Floats, Floats]]] = {
     "stationary": _stationary,
     "hac": _hac,
     "cycles": _cycles,

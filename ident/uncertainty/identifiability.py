@@ -18,7 +18,7 @@ Status = Literal["identifiable", "weak", "not"]
 
 WEAK = 30.0
 """Largest singular value over this one, from which a combination is only weakly known (the book's limit)."""
-LOST = 1e6
+UNIDENTIFIABLE = 1e6
 """The same, from which it is not known: round-off and the motion's own noise are of that order."""
 _ROUNDING = np.sqrt(np.finfo(np.float64).eps)
 """Singular values from products of columns are no more exact than this."""
@@ -62,10 +62,10 @@ def identifiability(gram: Floats, parameters: Sequence[Parameter]) -> Identifiab
     index = singular[0] / np.maximum(singular, _ROUNDING * singular[0])
     parts = (directions * index) ** 2
     shares = parts / parts.sum(axis=1, keepdims=True)
-    weak, lost = shares[:, index >= WEAK].sum(axis=1), shares[:, index >= LOST].sum(axis=1)
+    weak, lost = shares[:, index >= WEAK].sum(axis=1), shares[:, index >= UNIDENTIFIABLE].sum(axis=1)
     status = tuple(_status(*suffered) for suffered in zip(weak, lost, strict=True))
     combinations = [
-        _combination(directions[:, i], singular[i], length, parameters, "not" if index[i] >= LOST else "weak")
+        _combination(directions[:, i], singular[i], length, parameters, "not" if index[i] >= UNIDENTIFIABLE else "weak")
         for i in np.flatnonzero(index >= WEAK)
     ]
     return Identifiability(float(index[-1]), tuple(singular.tolist()), status, tuple(combinations))

@@ -14,7 +14,7 @@ _MOST_SAMPLES = 2000
 
 
 @dataclass(frozen=True)
-class Doubt:
+class Violation:
     """A parameter that no real machine can have."""
 
     name: str
@@ -36,7 +36,7 @@ class Coupling:
     """D is positive definite throughout, as kinetic energy demands."""
 
 
-def doubts(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[Doubt, ...]:
+def violations(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[Violation, ...]:
     """The implausible among `values` (k,), with their 95 % `intervals` (k, 2), NaN where there is none."""
     found = []
     for parameter, value, highest in zip(parameters, values, intervals[:, 1], strict=True):
@@ -45,7 +45,7 @@ def doubts(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -
             what = "friction would help the motion" if parameter.friction else "no body has a negative one"
             certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
             sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {what}{certainty}"
-            found.append(Doubt(parameter.name, float(value), significant, sentence))
+            found.append(Violation(parameter.name, float(value), significant, sentence))
     return tuple(found)
 
 

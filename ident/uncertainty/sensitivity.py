@@ -21,7 +21,7 @@ CUTOFF_FACTORS = (0.5, 2.0)
 _LONGEST = 60.0
 """Of each recording [s]."""
 
-Create = Callable[[Rig], Mechanism]
+MechanismFactory = Callable[[Rig], Mechanism]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +34,7 @@ class Sensitivity:
     """For other cut-offs [Hz]: change (k,) of each, in its unit; empty where the preprocessing has none."""
 
 
-def sensitivity(recordings: Sequence[Recording], create: Create, method: str, cutoff: float | None) -> Sensitivity:
+def sensitivity(recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None) -> Sensitivity:
     """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: there is none), with other assumptions."""
     short = [_shortened(recording) for recording in recordings]
     at_cutoff = tuple(_with_other_cutoffs(short, create, method, cutoff)) if cutoff else ()
@@ -42,13 +42,13 @@ def sensitivity(recordings: Sequence[Recording], create: Create, method: str, cu
 
 
 def _with_other_lengths(
-    recordings: Sequence[Recording], create: Create, method: str, cutoff: float | None
+    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None
 ) -> Floats | None:
     if recordings[0].rig.mechanism != "delta":
         return None
     try:
         shorter, longer = (
-            _refit([stretched(recording, step) for recording in recordings], create, method, cutoff)
+            _refit([with_longer_rods(recording, step) for recording in recordings], create, method, cutoff)
             for step in (-LENGTH_STEP, LENGTH_STEP)
         )
     except BadInput:  # with the other length, the mechanism cannot reach where it went
@@ -57,7 +57,7 @@ def _with_other_lengths(
     return change
 
 
-def stretched(recording: Recording, step: float) -> Recording:
+def with_longer_rods(recording: Recording, step: float) -> Recording:
     """As if the forearms were longer by `step` [m]."""
     geometry = recording.rig.geometry
     longer = geometry.model_copy(update={"L2": geometry.L2 + step})
@@ -65,7 +65,7 @@ def stretched(recording: Recording, step: float) -> Recording:
 
 
 def _with_other_cutoffs(
-    recordings: Sequence[Recording], create: Create, method: str, cutoff: float
+    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float
 ) -> Iterator[tuple[float, Floats]]:
     here = _refit(recordings, create, method, cutoff)
     highest = min(recording.run.rate for recording in recordings) / 5
@@ -75,7 +75,7 @@ def _with_other_cutoffs(
             yield other, _refit(recordings, create, method, other) - here
 
 
-def _refit(recordings: Sequence[Recording], create: Create, method: str, cutoff: float | None) -> Floats:
+def _refit(recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None) -> Floats:
     mechanism = create(recordings[0].rig)
     rows = [build(recording, mechanism, method, cutoff).rows() for recording in recordings]
     regressor, torque = (np.concatenate(parts) for parts in zip(*rows, strict=True))

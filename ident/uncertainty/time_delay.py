@@ -80,5 +80,5 @@ def _with_intervals(
         left = residual - column @ seconds
         std = np.broadcast_to(np.sqrt(np.nanmean(left**2, axis=0)), left.shape)
         parts.append(covariance.least_squares(column, left, std, dataset.repeat))
-    widths = covariance.of(parts).half_width()
+    widths = covariance.estimate(parts).half_width()
     return tuple(Delay(float(one), float(width)) for one, width in zip(seconds, widths, strict=True))

@@ -22,7 +22,7 @@ STATUSWORDS = {
 
 
 @pytest.mark.parametrize(("word", "state"), STATUSWORDS.items())
-def test_statusword_tells_the_state(word: int, state: DriveState) -> None:
+def test_statusword_decodes_to_its_state(word: int, state: DriveState) -> None:
     assert cia402.decode(word) is state
 
 
@@ -32,7 +32,7 @@ def test_status_bits_decode_to_their_state(state: DriveState) -> None:
 
 
 @given(st.integers(0, 0xFFFF))
-def test_every_word_is_the_state_of_its_bits_or_refused(word: int) -> None:
+def test_every_statusword_has_one_state_or_is_refused(word: int) -> None:
     fitting = [state for mask, value, state in cia402._PATTERNS if word & mask == value]
     assert len(fitting) <= 1
     if fitting:
@@ -55,13 +55,13 @@ def test_every_word_is_the_state_of_its_bits_or_refused(word: int) -> None:
         (DriveState.NOT_READY, Controlword.DISABLE_VOLTAGE),
     ],
 )
-def test_way_to_enabled(state: DriveState, command: int) -> None:
+def test_next_controlword_towards_enabled(state: DriveState, command: int) -> None:
     assert cia402.next_controlword(Goal.ENABLED, state) == command
 
 
 @pytest.mark.parametrize("state", DriveState)
 @pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
-def test_no_way_down_leads_through_enabled(goal: Goal, state: DriveState) -> None:
+def test_no_controlword_towards_a_stop_enables_or_resets_faults(goal: Goal, state: DriveState) -> None:
     command = cia402.next_controlword(goal, state)
     assert command & 0x0F != Controlword.ENABLE
     assert command & 0x80 == 0

@@ -53,7 +53,7 @@ DISTURBANCES: dict[Callable[[], None], str] = {
 
 
 @pytest.mark.parametrize("disturb", DISTURBANCES, ids=lambda disturb: disturb.__name__[1:])
-def test_a_disturbed_run_ends_with_its_reason_and_without_power(disturb: Callable[[], None], tmp_path: Path) -> None:
+def test_disturbed_run_ends_with_its_reason_and_without_power(disturb: Callable[[], None], tmp_path: Path) -> None:
     bench = Bench(tmp_path, rate=100, answer_timeout=0.2)
     file = tmp_path / "disturbed.mcap"
     with bench.simulated_rig("lockstep"), bench.recording(file, "lockstep", "--cycles", "10") as process:

@@ -75,7 +75,7 @@ def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
     assert max(run.stale()) <= figures["cycles_missed"]
 
 
-def test_the_kernel_keeps_time_and_every_sync_finds_fresh_targets(run: Run) -> None:
+def test_kernel_keeps_the_period_and_targets_precede_their_sync(run: Run) -> None:
     # No drift: the kernel's own stamps lie on the line of the configured period.
     stamps = run.frames.stamp[run.syncs] / 1e9
     period = np.polyfit(np.rint((stamps - stamps[0]) * RATE), stamps, 1)[0]

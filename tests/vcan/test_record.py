@@ -17,7 +17,7 @@ ASKED = "4000100000000000"
 """What is object 1000?"""
 
 
-def test_fig5a_in_lockstep_and_candump_sees_every_recorded_frame(tmp_path: Path, out: Path) -> None:
+def test_candump_sees_every_recorded_frame_of_fig5a_in_lockstep(tmp_path: Path, out: Path) -> None:
     bench = Bench(tmp_path, rate=500)
     file = out / "recorded.mcap"
     file.unlink(missing_ok=True)

@@ -51,7 +51,7 @@ def trip(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Trip:
     return Trip(first, second, json.loads(listened.out), machine)
 
 
-def test_what_is_listened_to_is_what_was_recorded(trip: Trip) -> None:
+def test_listener_records_the_replayed_frames(trip: Trip) -> None:
     sent, listened = read_can(trip.first), read_can(trip.second)
     for name in ("id", "dlc", "data"):
         np.testing.assert_array_equal(getattr(sent, name), getattr(listened, name))
@@ -63,7 +63,7 @@ def test_what_is_listened_to_is_what_was_recorded(trip: Trip) -> None:
     np.testing.assert_array_equal(recorded.voltage, second_recording.voltage[came])
 
 
-def test_what_is_listened_to_has_the_times_of_what_was_recorded(trip: Trip) -> None:
+def test_listener_records_the_replayed_times(trip: Trip) -> None:
     recorded, second_recording = read(trip.first), read(trip.second)
     trip.machine.expect(_same_times(recorded, second_recording), f"listened: {trip.figures}")
     np.testing.assert_array_equal(recorded.repeat, second_recording.repeat)

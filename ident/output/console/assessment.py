@@ -100,9 +100,11 @@ def _trend_lines(trust: Assessment) -> Iterator[str]:
 
 def _identifiability_line(model: Model, trust: Assessment) -> str:
     identifiable = [parameter.name for parameter in model.parameters if parameter.status == "identifiable"]
-    others = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
+    not_identifiable = {
+        status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")
+    }
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
-    exceptions = [f"{labels[status]}: {', '.join(names)}" for status, names in others.items() if names]
+    exceptions = [f"{labels[status]}: {', '.join(names)}" for status, names in not_identifiable.items() if names]
     subject = (
         "all parameters are" if len(identifiable) == len(model.parameters) else f"{len(identifiable)} parameters are"
     )
@@ -149,13 +151,13 @@ def _parameter_table(model: Model, trust: Assessment) -> Table:
     moves = ["L2", *(f"{hz:.3g} Hz" for hz in trust.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
         table.add_column(heading, justify="left" if heading in ("", "known") else "right")
-    known = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
+    labels = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
     for p in model.parameters:
         ends = ("", "") if p.ci95 is None else (f"{p.ci95[0]:.4g}", f"{p.ci95[1]:.4g}")
         changes = [
             None if p.std is None or move is None else move / p.std for move in (p.per_length_step, *p.per_cutoff)
         ]
-        cells = [_optional(p.std, ".2g"), _optional(p.degrees_of_freedom, ".0f"), known[p.status]]
+        cells = [_optional(p.std, ".2g"), _optional(p.degrees_of_freedom, ".0f"), labels[p.status]]
         table.add_row(p.name, *ends, *cells, *(_optional(change, "+.1f") for change in changes))
     table.caption = (
         "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable; its "

@@ -47,16 +47,16 @@ def _step_table(document: Document) -> Table:
     table.add_column("model")
     for joint in document.joints:
         table.add_column(joint, justify="right")
-    for label, rung in zip(document.labels, document.rungs, strict=True):
-        table.add_row(label, *_rms_cells(rung))
+    for label, step in zip(document.labels, document.rungs, strict=True):
+        table.add_row(label, *_rms_cells(step))
     table.add_section()
     table.add_row("noise floor, with encoder steps", *(f"{value:.3g}" for value in document.noise_rms), style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
     return table
 
 
-def _rms_cells(rung: StepEntry) -> list[str]:
-    return [f"{train:.3g} | {test:.3g}" for train, test in zip(rung.train_rms, rung.validate_rms, strict=True)]
+def _rms_cells(step: StepEntry) -> list[str]:
+    return [f"{train:.3g} | {test:.3g}" for train, test in zip(step.train_rms, step.validate_rms, strict=True)]
 
 
 def _print_finding(finding: FindingEntry, document: Document, console: Console) -> None:

@@ -32,8 +32,8 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     if model.preprocessing.delays:
         delays = ", ".join(str(Delay(joint.seconds, joint.half_width)) for joint in model.preprocessing.delays)
         console.print(f"Delay of the torque behind the reported motion: {delays}; not compensated.", highlight=False)
-    judged = "validation" if result.validation else "training"
-    console.print(f"Where the model fails ({judged} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
+    role = "validation" if result.validation else "training"
+    console.print(f"Where the model fails ({role} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
     for sentence in fit_sentences(result):
         console.print(f"  {sentence}", highlight=False)
 
@@ -132,8 +132,8 @@ def _agreement_table(model: Model) -> Table:
     units = ", ".join(dict.fromkeys(model.effort_units))
     for measure in ("Eq. (41)", f"RMS [{units}]", "R²"):
         table.add_column(measure, justify="right")
-    judged: list[tuple[str, Agreement | None]] = [("training", model.train), ("validation", model.validate_)]
-    for name, agreement in judged:
+    agreements: list[tuple[str, Agreement | None]] = [("training", model.train), ("validation", model.validate_)]
+    for name, agreement in agreements:
         if agreement:
             for joint in range(len(model.joints)):
                 table.add_row(name if joint == 0 else "", str(joint + 1), *_agreement_cells(agreement, joint))

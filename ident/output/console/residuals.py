@@ -7,30 +7,30 @@ from ident.residuals.analysis import JointAnalysis, ResidualAnalysis
 from ident.residuals.phases import PHASES
 
 
-def show(comparison: ResidualAnalysis, console: Console) -> None:
+def show(analysis: ResidualAnalysis, console: Console) -> None:
     """Print the residual per joint and phase, its dependence, the worst windows, and a summary in sentences."""
-    datasets = [prediction.dataset for prediction in comparison.predictions]
+    datasets = [prediction.dataset for prediction in analysis.predictions]
     names = ", ".join(dataset.recording.path.name for dataset in datasets)
     if any(dataset.recording.run.simulated for dataset in datasets):
         console.print("SIMULATED data.", style="bold yellow")
-    if comparison.model and comparison.model.relative:
+    if analysis.model and analysis.model.relative:
         console.print(
             "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
         )
     console.print(f"Model against {names}, {datasets[0].bandwidth:g} Hz bandwidth", highlight=False)
-    console.print(_joint_table(comparison))
-    console.print(_phase_table(comparison))
-    console.print(_dependence_table(comparison))
-    console.print(_window_table(comparison))
-    for sentence in comparison.sentences:
+    console.print(_joint_table(analysis))
+    console.print(_phase_table(analysis))
+    console.print(_dependence_table(analysis))
+    console.print(_window_table(analysis))
+    for sentence in analysis.sentences:
         console.print(sentence, highlight=False)
 
 
-def _joint_table(comparison: ResidualAnalysis) -> Table:
+def _joint_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Residual", title_justify="left")
     for heading in ("joint", "RMS", "of the torque", "noise", "above the noise"):
         table.add_column(heading, justify="right")
-    for joint in comparison.joints:
+    for joint in analysis.joints:
         summary, split = joint.summary, joint.split
         noise = (
             [f"{split.noise_rms:.3g} {joint.unit}", f"{100 * split.above_noise:.0f} %"] if split else ["unknown", ""]
@@ -43,25 +43,25 @@ def _joint_table(comparison: ResidualAnalysis) -> Table:
     return table
 
 
-def _phase_table(comparison: ResidualAnalysis) -> Table:
+def _phase_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="RMS by phase of the motion (share of time)", title_justify="left")
     table.add_column("joint", justify="right")
     for name in PHASES:
         table.add_column(name, justify="right")
-    for joint in comparison.joints:
+    for joint in analysis.joints:
         phases = [joint.summary.phases.get(name) for name in PHASES]
         cells = [f"{phase.rms:.3g} ({100 * phase.time_share:.0f} %)" if phase else "" for phase in phases]
         table.add_row(str(joint.summary.number), *cells)
     return table
 
 
-def _dependence_table(comparison: ResidualAnalysis) -> Table:
+def _dependence_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Share of the mean square that depends on", title_justify="left")
     table.add_column("joint", justify="right")
-    axes = [curve.axis for curve in comparison.joints[0].curves]
+    axes = [curve.axis for curve in analysis.joints[0].curves]
     for axis in axes:
         table.add_column(axis, justify="right")
-    for joint in comparison.joints:
+    for joint in analysis.joints:
         table.add_row(str(joint.summary.number), *_shares(joint))
     table.caption = "Each quantity alone; the shares overlap. The pictures show the curves."
     return table
@@ -71,17 +71,17 @@ def _shares(joint: JointAnalysis) -> list[str]:
     return [f"{100 * curve.explained:.0f} %" for curve in joint.curves]
 
 
-def _window_table(comparison: ResidualAnalysis) -> Table:
+def _window_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Worst stretches", title_justify="left")
-    several = len(comparison.predictions) > 1
+    several = len(analysis.predictions) > 1
     for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):
         table.add_column(heading, justify="left" if heading in ("in", "phase") else "right")
-    for window in comparison.windows:
+    for window in analysis.windows:
         table.add_row(
             str(window.joint),
             f"{window.start:.2f} s",
             f"{window.end:.2f} s",
-            f"{window.rms:.3g} {comparison.joints[window.joint - 1].unit}",
+            f"{window.rms:.3g} {analysis.joints[window.joint - 1].unit}",
             f"{window.times_overall:.1f} x",
             window.phase,
             str(window.cycle or ""),

@@ -79,10 +79,10 @@ def effect_contribution(
         )
         bins = bin_means(x, residual)
         _samples(figure, bins.x, bins.y, theme.MEASURED, joint + 1)
-        known = np.isfinite(residual)
+        finite = np.isfinite(residual)
         for y, ink, name in (
             (bins, theme.MEASURED, "residual"),
-            (bin_means(x[known], explained[known]), None, "taken"),
+            (bin_means(x[finite], explained[finite]), None, "taken"),
         ):
             line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
             mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)

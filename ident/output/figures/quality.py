@@ -82,7 +82,7 @@ def timing(recording: Recording) -> go.Figure:
     return figure
 
 
-def mean_square_shares(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
+def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the shares of the residual's mean square: noise, repeatable with the motion, steady change."""
     components: Mapping[str, tuple[str, str]] = {
         "noise": ("noise", theme.NOISE),
@@ -90,9 +90,9 @@ def mean_square_shares(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
         "trend": ("changes from cycle to cycle", theme.JOINTS[3]),
     }
     labels, squares = [], []
-    for name, comparison in models.items():
-        prefix = f"{theme.escaped(name)}, " if len(models) > 1 else ""
-        for number, joint in enumerate(comparison.joints, start=1):
+    for name, analysis in analyses.items():
+        prefix = f"{theme.escaped(name)}, " if len(analyses) > 1 else ""
+        for number, joint in enumerate(analysis.joints, start=1):
             if joint.split:
                 trend = joint.split.trend.mean_square if joint.split.trend and joint.split.trend.significant else 0.0
                 labels.append(f"{prefix}joint {number}")

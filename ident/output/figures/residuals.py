@@ -17,15 +17,15 @@ AXIS_RANGE = 1.3
 """Range of the residual axis over the largest RMS of any bin."""
 
 
-def phases(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
+def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the RMS residual of each joint in each phase with the noise floor; above each bar its share of time."""
-    first, *_ = models.values()
+    first, *_ = analyses.values()
     dof = len(first.joints)
     figure = theme.subplots(
         1, dof, 320, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
     )
-    for number, (name, comparison) in enumerate(models.items()):
-        for joint, joint_residual in enumerate(comparison.joints):
+    for number, (name, analysis) in enumerate(analyses.items()):
+        for joint, joint_residual in enumerate(analysis.joints):
             names = [phase for phase in PHASES if phase in joint_residual.summary.phases]
             phase_residuals = [joint_residual.summary.phases[phase] for phase in names]
             colour = theme.joint_colour(joint)
@@ -51,11 +51,11 @@ def phases(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
             figure.add_hline(y=joint_residual.split.noise_rms, line=line, row=1, col=joint + 1)
     if any(joint_residual.split for joint_residual in first.joints):
         theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
-    _model_legend(figure, models)
+    _model_legend(figure, analyses)
     largest = max(
         phase.rms
-        for comparison in models.values()
-        for joint_residual in comparison.joints
+        for analysis in analyses.values()
+        for joint_residual in analysis.joints
         for phase in joint_residual.summary.phases.values()
     )
     figure.update_yaxes(range=[0, HEADROOM * largest or 1.0])
@@ -63,31 +63,31 @@ def phases(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
     return figure
 
 
-def _model_legend(figure: go.Figure, models: Mapping[str, ResidualAnalysis]) -> None:
+def _model_legend(figure: go.Figure, analyses: Mapping[str, ResidualAnalysis]) -> None:
     """Add a legend of the models' patterns, if there are several models."""
-    if len(models) == 1:
+    if len(analyses) == 1:
         return
-    for number, name in enumerate(models):
+    for number, name in enumerate(analyses):
         style = {"color": theme.MEASURED, "pattern": theme.bar_pattern(number)}
         key = go.Bar(x=[None], y=[None], name=theme.escaped(name), offsetgroup=name, marker=style)
         figure.add_trace(key, row=1, col=1)
 
 
-def curves(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
+def curves(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the mean residual over each quantity, one row per joint; the first model with 95 % band and RMS."""
-    first, *_ = models.values()
+    first, *_ = analyses.values()
     return curve_grid(
-        {name: [joint.curves for joint in comparison.joints] for name, comparison in models.items()},
+        {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()},
         [joint.unit for joint in first.joints],
         [joint.split.noise_rms if joint.split else None for joint in first.joints],
     )
 
 
 def curve_grid(
-    models: Mapping[str, Sequence[Sequence[BinnedCurve]]], units: Sequence[str], floor: Sequence[float | None]
+    analyses: Mapping[str, Sequence[Sequence[BinnedCurve]]], units: Sequence[str], floor: Sequence[float | None]
 ) -> go.Figure:
     """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
-    first, *_ = models.values()
+    first, *_ = analyses.values()
     rows, columns = len(first), max(map(len, first))
     figure = theme.subplots(
         rows,
@@ -103,8 +103,8 @@ def curve_grid(
         for column, curve in enumerate(first[joint], start=1):
             theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
             _interval_band(figure, curve, joint, column)
-            for number, (name, per_joint) in enumerate(models.items()):
-                label = theme.escaped(name) if len(models) > 1 else "mean residual, with its 95 % band"
+            for number, (name, per_joint) in enumerate(analyses.items()):
+                label = theme.escaped(name) if len(analyses) > 1 else "mean residual, with its 95 % band"
                 legend = joint == 0 and column == 1
                 _mean_trace(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
             if joint == rows - 1:
@@ -112,7 +112,7 @@ def curve_grid(
             if curve.axis == "cycle":
                 figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
         # The wide bands of bins with few samples must not set the scale.
-        per_model = (curve for per_joint in models.values() for curve in per_joint[joint])
+        per_model = (curve for per_joint in analyses.values() for curve in per_joint[joint])
         limit = (
             AXIS_RANGE * max((float(curve.rms.max()) for curve in per_model if len(curve.rms)), default=1.0) or 1.0
         )
@@ -130,13 +130,13 @@ def _axis_label(curve: BinnedCurve) -> str:
 
 
 def _interval_band(figure: go.Figure, curve: BinnedCurve, joint: int, column: int) -> None:
-    known = np.isfinite(curve.half_width)
+    finite = np.isfinite(curve.half_width)
     low, high = (curve.mean + side * curve.half_width for side in (-1, 1))
-    outline = np.concatenate([curve.centre[known], curve.centre[known][::-1]])
+    outline = np.concatenate([curve.centre[finite], curve.centre[finite][::-1]])
     figure.add_trace(
         go.Scatter(
             x=outline,
-            y=np.concatenate([high[known], low[known][::-1]]),
+            y=np.concatenate([high[finite], low[finite][::-1]]),
             fill="toself",
             fillcolor=theme.with_opacity(theme.joint_colour(joint), 0.25),
             mode="lines",

@@ -8,9 +8,9 @@ from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
 
 
-def densities(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
+def densities(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw power spectral densities per joint: measured torque, residual, and the noise."""
-    first, *_ = models.values()
+    first, *_ = analyses.values()
     dof = len(first.joints)
     figure = theme.subplots(
         1, dof, 340, shared_yaxes="all", subplot_titles=theme.joint_titles(dof), horizontal_spacing=0.04
@@ -22,10 +22,10 @@ def densities(models: Mapping[str, ResidualAnalysis]) -> go.Figure:
             lines.append(
                 ("noise", joint_residual.spectrum.noise, {"color": theme.NOISE, "width": 1.6, "dash": "dash"})
             )
-        for number, (name, comparison) in enumerate(models.items()):
-            label = theme.escaped(name) if len(models) > 1 else "residual"
+        for number, (name, analysis) in enumerate(analyses.items()):
+            label = theme.escaped(name) if len(analyses) > 1 else "residual"
             style = {"color": theme.joint_colour(joint), "width": 1.8, "dash": theme.DASHES[number % 4]}
-            lines.append((label, comparison.joints[joint].spectrum.residual, style))
+            lines.append((label, analysis.joints[joint].spectrum.residual, style))
         for label, density, style in lines:
             trace = go.Scatter(
                 x=frequency, y=density[1:], name=label, line=style, legendgroup=label, showlegend=joint == 0

@@ -19,13 +19,13 @@ ROW_GAP = 84
 """Height between rows of plots, for the axis labels of one and the titles of the next [px]."""
 
 
-def over_time(models: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
+def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
     """Draw for each joint the torque and below it the residual, in recording `index` of all comparisons.
 
     All plots share one time axis. It shows the first repetition, a double click all. Each trace has every sample
     of the first repetition and `points` of the whole recording.
     """
-    first, *_ = models.values()
+    first, *_ = analyses.values()
     dataset = first.predictions[index].dataset
     dof = len(first.joints)
     figure = theme.subplots(
@@ -41,9 +41,9 @@ def over_time(models: Mapping[str, ResidualAnalysis], index: int, points: int = 
         time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], points, first_cycle(dataset))
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
-        for number, (name, comparison) in enumerate(models.items()):
-            label = theme.escaped(name) if len(models) > 1 else "model"
-            _draw_model(figure, comparison.predictions[index], joint, number, label, points)
+        for number, (name, analysis) in enumerate(analyses.items()):
+            label = theme.escaped(name) if len(analyses) > 1 else "model"
+            _draw_model(figure, analysis.predictions[index], joint, number, label, points)
         theme.noise_band(
             figure, joint_residual.split.noise_rms if joint_residual.split else None, row + 1, 1, joint == 0
         )
@@ -61,9 +61,9 @@ def over_time(models: Mapping[str, ResidualAnalysis], index: int, points: int = 
 def _draw_model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str, points: int) -> None:
     dataset = prediction.dataset
     kept = first_cycle(dataset)
-    known = np.isfinite(dataset.torque[:, joint])
+    finite = np.isfinite(dataset.torque[:, joint])
     line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
-    computed = np.where(known, prediction.computed[:, joint], np.nan)
+    computed = np.where(finite, prediction.computed[:, joint], np.nan)
     row = 2 * joint + 1
     _line(figure, *theme.thinned(dataset.time, computed, points, kept), row, label, joint == 0, line)
     thin = line | {"width": 1.1}
@@ -79,9 +79,9 @@ def _line(
     figure.add_trace(trace, row=row, col=1)
 
 
-def worst_windows(comparison: ResidualAnalysis) -> go.Figure:
+def worst_windows(analysis: ResidualAnalysis) -> go.Figure:
     """Draw measured and computed torque in the worst windows, which are shaded."""
-    windows = comparison.windows
+    windows = analysis.windows
     columns = min(MAX_COLUMNS, len(windows))
     rows = -(-len(windows) // columns)
     height = theme.HEADER + 12 + theme.FOOTER + 170 * rows + ROW_GAP * (rows - 1)
@@ -89,30 +89,30 @@ def worst_windows(comparison: ResidualAnalysis) -> go.Figure:
         rows,
         columns,
         height,
-        subplot_titles=[_window_title(comparison, window) for window in windows],
+        subplot_titles=[_window_title(analysis, window) for window in windows],
         vertical_spacing=ROW_GAP / (height - theme.HEADER - 12 - theme.FOOTER),
         horizontal_spacing=0.07,
     )
     for number, window in enumerate(windows):
-        _draw_window(figure, comparison, window, number // columns + 1, number % columns + 1, number == 0)
+        _draw_window(figure, analysis, window, number // columns + 1, number % columns + 1, number == 0)
     theme.legend_entry(figure, "model", line={"color": theme.joint_colour(windows[0].joint - 1), "width": 1.6})
     figure.update_annotations(font_size=11.5)
     figure.update_layout(margin_t=theme.HEADER + 12)
     return figure
 
 
-def _window_title(comparison: ResidualAnalysis, window: Window) -> str:
+def _window_title(analysis: ResidualAnalysis, window: Window) -> str:
     cycle = f", cycle {window.cycle}" if window.cycle else ""
-    prefix = f"{theme.escaped(window.recording)}<br>" if len(comparison.predictions) > 1 else ""
+    prefix = f"{theme.escaped(window.recording)}<br>" if len(analysis.predictions) > 1 else ""
     return f"{prefix}{theme.joint_title(window.joint - 1)}: {window.phase}{cycle}, {window.times_overall:.1f} ×"
 
 
 def _draw_window(
-    figure: go.Figure, comparison: ResidualAnalysis, window: Window, row: int, column: int, legend: bool
+    figure: go.Figure, analysis: ResidualAnalysis, window: Window, row: int, column: int, legend: bool
 ) -> None:
     prediction = next(
         prediction
-        for prediction in comparison.predictions  # a long recording may consist of several parts
+        for prediction in analysis.predictions  # a long recording may consist of several parts
         if prediction.dataset.recording.path.name == window.recording and prediction.dataset.time[-1] > window.start
     )
     dataset, joint = prediction.dataset, window.joint - 1
@@ -134,4 +134,4 @@ def _draw_window(
         x0=window.start, x1=window.end, fillcolor=theme.MEASURED, opacity=0.18, line_width=0, row=row, col=column
     )
     figure.update_xaxes(title_text="time [s]", row=row, col=column)
-    figure.update_yaxes(title_text=theme.effort_label(comparison.joints[joint].unit), row=row, col=column)
+    figure.update_yaxes(title_text=theme.effort_label(analysis.joints[joint].unit), row=row, col=column)

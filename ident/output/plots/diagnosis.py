@@ -44,16 +44,16 @@ def step_errors(path: Path, title: str, document: Document) -> None:
     """Draw training and held-out RMS error of each step per joint, with the noise floor as a line."""
     dof = len(document.joints)
     names = document.labels
-    with figure(path, title, 2.0 + 3.2 * dof, 1.6 + 0.5 * len(names)) as drawn:
-        axes = drawn.subplots(1, dof, squeeze=False, sharex=True, sharey=True)[0]
-        place = np.arange(len(names))
+    with figure(path, title, 2.0 + 3.2 * dof, 1.6 + 0.5 * len(names)) as canvas:
+        axes = canvas.subplots(1, dof, squeeze=False, sharex=True, sharey=True)[0]
+        positions = np.arange(len(names))
         for joint, axis in enumerate(axes):
-            train = [rung.train_rms[joint] for rung in document.rungs]
-            test = [rung.validate_rms[joint] for rung in document.rungs]
-            axis.barh(place - 0.2, train, 0.36, color=NOMINAL, label="training", zorder=2)
-            axis.barh(place + 0.2, test, 0.36, color=COMPUTED, label="held out", zorder=2)
+            train = [step.train_rms[joint] for step in document.rungs]
+            test = [step.validate_rms[joint] for step in document.rungs]
+            axis.barh(positions - 0.2, train, 0.36, color=NOMINAL, label="training", zorder=2)
+            axis.barh(positions + 0.2, test, 0.36, color=COMPUTED, label="held out", zorder=2)
             axis.axvline(document.noise_rms[joint], color=NOISE, lw=1.8, ls="--", zorder=3, label="noise floor")
-            axis.set(yticks=place, yticklabels=names, title=f"joint {joint + 1}")
+            axis.set(yticks=positions, yticklabels=names, title=f"joint {joint + 1}")
             axis.set_xlabel(f"RMS error [{document.effort_units[joint]}]")
         axes[0].invert_yaxis()
         axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1.1), ncols=3, frameon=False, fontsize=9)
@@ -67,8 +67,10 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
     datasets = diagnosis.split.datasets
     joints = finding.term.joints
     axis_name = finding.term.effect.axis
-    with figure(path, f"{finding.term.name}: residual without it and with it", 2.0 + 3.6 * len(joints), 3.8) as drawn:
-        axes = drawn.subplots(1, len(joints), squeeze=False, sharey=True)[0]
+    with figure(
+        path, f"{finding.term.name}: residual without it and with it", 2.0 + 3.6 * len(joints), 3.8
+    ) as canvas:
+        axes = canvas.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
             unit = datasets[0].recording.rig.effort_units[joint]
             x, label = binned_residual.axis_values(axis_name, datasets, diagnosis.selection.computed, joint)
@@ -107,13 +109,13 @@ def learned_curves(path: Path, recordings: str, diagnosis: Diagnosis, fit: Nonpa
     rows = [[curve for curve in fit.curves if curve.joint == joint] for joint in joints]
     columns = max(map(len, rows))
     title = f"What no effect explains, over what it depends on: {recordings}"
-    with figure(path, title, 2.5 + 4.5 * columns, 1.2 + 2.8 * len(rows)) as drawn:
-        for row, joint_curves in zip(drawn.subplots(len(rows), columns, squeeze=False), rows, strict=True):
+    with figure(path, title, 2.5 + 4.5 * columns, 1.2 + 2.8 * len(rows)) as canvas:
+        for row, joint_curves in zip(canvas.subplots(len(rows), columns, squeeze=False), rows, strict=True):
             for axis, curve in zip(row, joint_curves, strict=False):
                 _draw_learned_curve(axis, diagnosis, fit, curve)
             for axis in row[len(joint_curves) :]:
                 axis.set_axis_off()
-        drawn.axes[0].legend(frameon=False, fontsize=9)
+        canvas.axes[0].legend(frameon=False, fontsize=9)
 
 
 def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, curve: LearnedCurve) -> None:

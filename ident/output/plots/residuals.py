@@ -22,34 +22,34 @@ WINDOW_MARGIN = 0.5
 """Time that is drawn before and after a worst window [s]."""
 
 
-def draw(comparison: ResidualAnalysis, folder: Path) -> None:
+def draw(analysis: ResidualAnalysis, folder: Path) -> None:
     """Draw all pictures into `folder`."""
-    first = comparison.predictions[0].dataset
-    names = ", ".join(prediction.dataset.recording.path.name for prediction in comparison.predictions)
+    first = analysis.predictions[0].dataset
+    names = ", ".join(prediction.dataset.recording.path.name for prediction in analysis.predictions)
     recordings = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
     phases(
         folder / "phases.png",
         f"Residual by phase of the motion (with its share of the time): {recordings}",
-        comparison,
+        analysis,
     )
     curves(
         folder / "curves.png",
         f"Mean residual, its 95 % band, ± RMS (dotted) and noise (green): {recordings}",
-        comparison,
+        analysis,
     )
-    spectra(folder / "spectrum.png", f"Residual by frequency: {recordings}", comparison)
-    worst_windows(folder / "worst.png", f"The worst stretches: {recordings}", comparison)
-    for number, prediction in enumerate(comparison.predictions, start=1):
+    spectra(folder / "spectrum.png", f"Residual by frequency: {recordings}", analysis)
+    worst_windows(folder / "worst.png", f"The worst stretches: {recordings}", analysis)
+    for number, prediction in enumerate(analysis.predictions, start=1):
         fit.residual(
             folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.dataset, prediction.computed
         )
 
 
-def phases(path: Path, title: str, comparison: ResidualAnalysis) -> None:
+def phases(path: Path, title: str, analysis: ResidualAnalysis) -> None:
     """Draw the RMS of each joint in each phase, with its noise floor."""
-    with figure(path, title, 10.0, 4.0) as drawn:
-        axes = drawn.subplots(1, len(comparison.joints), squeeze=False)[0]
-        for axis, joint in zip(axes, comparison.joints, strict=True):
+    with figure(path, title, 10.0, 4.0) as canvas:
+        axes = canvas.subplots(1, len(analysis.joints), squeeze=False)[0]
+        for axis, joint in zip(axes, analysis.joints, strict=True):
             phases_of_joint = joint.summary.phases
             names = [name for name in PHASES if name in phases_of_joint]
             axis.bar(names, [phases_of_joint[name].rms for name in names], color=COMPUTED, width=0.6, zorder=2)
@@ -65,17 +65,17 @@ def phases(path: Path, title: str, comparison: ResidualAnalysis) -> None:
             axis.set_ylabel(f"RMS residual [{joint.unit}]")
 
 
-def curves(path: Path, title: str, comparison: ResidualAnalysis, floors: Sequence[float] | None = None) -> None:
+def curves(path: Path, title: str, analysis: ResidualAnalysis, floors: Sequence[float] | None = None) -> None:
     """Draw the mean residual, one row per joint, one column per quantity.
 
     floors: (dof,) noise floors to draw; None: the noise estimated from the repetitions, if there are any.
     """
-    noise = [joint.split.noise_rms if joint.split else None for joint in comparison.joints]
-    columns = max(len(joint.curves) for joint in comparison.joints)
-    rows = len(comparison.joints)
-    with figure(path, title, 3.2 * columns, 1.0 + 2.4 * rows) as drawn:
-        grid = drawn.subplots(rows, columns, squeeze=False, sharey="row")
-        for row, joint, floor in zip(grid, comparison.joints, floors or noise, strict=True):
+    noise = [joint.split.noise_rms if joint.split else None for joint in analysis.joints]
+    columns = max(len(joint.curves) for joint in analysis.joints)
+    rows = len(analysis.joints)
+    with figure(path, title, 3.2 * columns, 1.0 + 2.4 * rows) as canvas:
+        grid = canvas.subplots(rows, columns, squeeze=False, sharey="row")
+        for row, joint, floor in zip(grid, analysis.joints, floors or noise, strict=True):
             for axis, curve in zip(row, joint.curves, strict=True):
                 _curve(axis, curve, floor)
             row[0].set_ylabel(f"joint {joint.summary.number}\nresidual [{joint.unit}]")
@@ -102,12 +102,12 @@ def _curve(axis: Any, curve: BinnedCurve, floor: float | None) -> None:
         axis.xaxis.get_major_locator().set_params(integer=True)
 
 
-def spectra(path: Path, title: str, comparison: ResidualAnalysis) -> None:
+def spectra(path: Path, title: str, analysis: ResidualAnalysis) -> None:
     """Draw the amplitude densities of torque, residual and noise."""
-    rows = len(comparison.joints)
-    with figure(path, title, 10.0, 1.2 + 2.4 * rows) as drawn:
-        axes = drawn.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
-        for axis, joint in zip(axes, comparison.joints, strict=True):
+    rows = len(analysis.joints)
+    with figure(path, title, 10.0, 1.2 + 2.4 * rows) as canvas:
+        axes = canvas.subplots(rows, 1, sharex=True, squeeze=False)[:, 0]
+        for axis, joint in zip(axes, analysis.joints, strict=True):
             spectrum = joint.spectrum
             axis.semilogy(
                 spectrum.frequency, np.sqrt(spectrum.torque), color=MEASURED, lw=2.5, alpha=0.35, label="torque"
@@ -123,17 +123,17 @@ def spectra(path: Path, title: str, comparison: ResidualAnalysis) -> None:
         axes[-1].set_xlabel("frequency [Hz]")
 
 
-def worst_windows(path: Path, title: str, comparison: ResidualAnalysis) -> None:
+def worst_windows(path: Path, title: str, analysis: ResidualAnalysis) -> None:
     """Draw measured and computed torque around each of the worst windows."""
-    if not comparison.windows:
+    if not analysis.windows:
         return
-    by_name = {prediction.dataset.recording.path.name: prediction for prediction in comparison.predictions}
-    rows = -(-len(comparison.windows) // 2)
-    with figure(path, title, 11.0, 1.0 + 2.4 * rows) as drawn:
-        axes = drawn.subplots(rows, 2, squeeze=False).ravel()
-        for axis, window in zip(axes, comparison.windows, strict=False):
+    by_name = {prediction.dataset.recording.path.name: prediction for prediction in analysis.predictions}
+    rows = -(-len(analysis.windows) // 2)
+    with figure(path, title, 11.0, 1.0 + 2.4 * rows) as canvas:
+        axes = canvas.subplots(rows, 2, squeeze=False).ravel()
+        for axis, window in zip(axes, analysis.windows, strict=False):
             _window(axis, window, by_name[window.recording])
-        for axis in axes[len(comparison.windows) :]:
+        for axis in axes[len(analysis.windows) :]:
             axis.set_axis_off()
         axes[0].legend(frameon=False, fontsize=8)
 

@@ -38,9 +38,9 @@ class ReportContents:
     models: Mapping[str, Model]
     digests: Mapping[str, str]
     """SHA-256 of the model files."""
-    comparisons: Mapping[str, ResidualAnalysis]
+    analyses: Mapping[str, ResidualAnalysis]
     """By model, on the recordings given."""
-    held_out_comparisons: Mapping[str, ResidualAnalysis]
+    held_out_analyses: Mapping[str, ResidualAnalysis]
     """By model, on the recordings held out; empty if there are none."""
     sources: tuple[RecordingSource, ...]
     """The recordings, those held out last."""
@@ -49,9 +49,9 @@ class ReportContents:
     """The diagnosis as JSON."""
 
     @property
-    def primary_comparisons(self) -> Mapping[str, ResidualAnalysis]:
+    def primary_analyses(self) -> Mapping[str, ResidualAnalysis]:
         """Comparisons that judge the models: on the recordings held out, if there are any."""
-        return self.held_out_comparisons or self.comparisons
+        return self.held_out_analyses or self.analyses
 
     @property
     def recordings(self) -> tuple[Recording, ...]:
@@ -61,7 +61,7 @@ class ReportContents:
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, ResidualAnalysis], int, prediction.Prediction], ...]:
         """For each recording its comparisons, its index in them, and the prediction of the first model."""
-        groups = [self.comparisons, *([self.held_out_comparisons] if self.held_out_comparisons else [])]
+        groups = [self.analyses, *([self.held_out_analyses] if self.held_out_analyses else [])]
         return tuple(
             (group, index, predicted)
             for group in groups
@@ -70,7 +70,7 @@ class ReportContents:
 
     def as_json(self) -> dict[str, Any]:
         """Return the numbers as `ident compare --json` and `ident diagnose --json` print them."""
-        groups = [(False, self.comparisons), (True, self.held_out_comparisons)]
+        groups = [(False, self.analyses), (True, self.held_out_analyses)]
         return {
             "schema": SCHEMA,
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
@@ -101,12 +101,12 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
             results[name] = analysis.analyse(identified, prediction.predict(identified, files, effects))
         return results
 
-    comparisons = compare_all(request.recordings)
+    analyses = compare_all(request.recordings)
     held_out = compare_all(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
         diagnosis = diagnose(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
-    groups = [comparisons, *([held_out] if held_out else [])]
+    groups = [analyses, *([held_out] if held_out else [])]
     recordings = [
         predicted.dataset.recording for group in groups for predicted in next(iter(group.values())).predictions
     ]
@@ -114,8 +114,8 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         request=request,
         models=models,
         digests={name: _digest(path) for name, path in paths.items()},
-        comparisons=comparisons,
-        held_out_comparisons=held_out,
+        analyses=analyses,
+        held_out_analyses=held_out,
         sources=tuple(model.recording_source(recording) for recording in recordings),
         diagnosis=diagnosis,
         document=answer.to_document(diagnosis) if diagnosis else None,

@@ -85,12 +85,12 @@ def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
 
 
 def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
-    for name, comparison in contents.primary_comparisons.items():
-        shares = ", ".join(f"{percent(joint.summary.share)}" for joint in comparison.joints)
-        prefix = f"{name} leaves" if len(contents.primary_comparisons) > 1 else "The model leaves"
-        yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(comparison.joints)})."
-    if len(contents.primary_comparisons) == 1:
-        yield from next(iter(contents.primary_comparisons.values())).sentences[1:3]
+    for name, analysis in contents.primary_analyses.items():
+        shares = ", ".join(f"{percent(joint.summary.share)}" for joint in analysis.joints)
+        prefix = f"{name} leaves" if len(contents.primary_analyses) > 1 else "The model leaves"
+        yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(analysis.joints)})."
+    if len(contents.primary_analyses) == 1:
+        yield from next(iter(contents.primary_analyses.values())).sentences[1:3]
     yield "Missing effects were not searched for: leave out --no-diagnose to find them."
 
 

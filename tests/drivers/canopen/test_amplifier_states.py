@@ -165,7 +165,7 @@ AnyRun.TestCase.settings = settings(max_examples=300, stateful_step_count=15, de
 test_any_run = AnyRun.TestCase
 
 
-def test_the_first_heartbeats_may_be_lost() -> None:
+def test_watchdog_is_armed_when_the_first_heartbeats_are_lost() -> None:
     """A watchdog that the first one of them should have armed."""
     run = AnyRun()
     run.begin(0)
@@ -176,13 +176,13 @@ def test_the_first_heartbeats_may_be_lost() -> None:
     run.stop(0, (), 1, doubled=False)
 
 
-def test_a_drive_that_does_not_hear_commands_is_said_to_be_left_on() -> None:
+def test_drive_that_receives_no_commands_is_reported_as_left_on() -> None:
     run = AnyRun()
     run.begin(5)
     run.stop(5, DEAF, 1000, doubled=False)
 
 
-def test_a_drive_of_which_nothing_is_heard_is_not_taken_for_switched_off() -> None:
+def test_drive_whose_answers_are_lost_does_not_count_as_switched_off() -> None:
     """It was heard last when it was not yet enabled."""
     run = AnyRun()
     run.begin(2)

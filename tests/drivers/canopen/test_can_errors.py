@@ -17,5 +17,5 @@ from drivers.canopen import can_errors
         (0x000, b"", "unknown error frame"),
     ],
 )
-def test_most_serious_meaning(arbitration_id: int, data: bytes, text: str) -> None:
+def test_most_serious_error_is_reported(arbitration_id: int, data: bytes, text: str) -> None:
     assert can_errors.decode(arbitration_id, data) == text

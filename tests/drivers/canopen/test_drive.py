@@ -51,7 +51,7 @@ def drives(script: list[tuple[Frame, list[Frame]]]) -> tuple[CanopenDrives, Scri
     return CanopenDrives(RIG, link, lambda *line: log.append(line)), bus, log
 
 
-def test_enabling_goes_up_one_state_per_cycle() -> None:
+def test_enabling_makes_one_transition_per_cycle() -> None:
     script = [
         *rpdos("00 00"),
         (HEARTBEAT, []),
@@ -76,7 +76,7 @@ def test_enabling_goes_up_one_state_per_cycle() -> None:
 
 
 @pytest.mark.parametrize(("goal", "command"), [(Goal.STOPPED, "02 00"), (Goal.DISABLED, "00 00")])
-def test_way_down_is_one_command(goal: Goal, command: str) -> None:
+def test_stop_and_disable_take_one_controlword(goal: Goal, command: str) -> None:
     script = [
         *rpdos("00 00"),
         (HEARTBEAT, []),
@@ -106,7 +106,7 @@ def test_units_signs_and_zero_offset() -> None:
     assert sample.voltage == pytest.approx((1.0, -1.0, -1.0))
 
 
-def test_lost_answer_is_a_gap_and_an_answer_of_the_cycle_before_is_not_taken() -> None:
+def test_lost_answer_is_missing_and_a_late_answer_is_not_used() -> None:
     script = [
         *rpdos("00 00"),
         (HEARTBEAT, []),
@@ -130,7 +130,7 @@ def test_lost_answer_is_a_gap_and_an_answer_of_the_cycle_before_is_not_taken() -
     assert second.position[1] == pytest.approx(0.5 - 0.021)
 
 
-def test_target_without_setpoint_is_where_the_drive_stands() -> None:
+def test_target_without_setpoint_is_the_measured_position() -> None:
     script = [
         *rpdos("00 00"),
         (HEARTBEAT, []),
@@ -146,7 +146,7 @@ def test_target_without_setpoint_is_where_the_drive_stands() -> None:
     bus.assert_finished()
 
 
-def test_fault_is_named_with_its_emergency_message() -> None:
+def test_fault_is_reported_with_its_emcy_text() -> None:
     answers = [tpdo(1, ENABLED), (0x082, "11 86 21 00 00 00 00 00"), tpdo(2, FAULT), tpdo(3, ENABLED)]
     amplifiers, _, log = drives([*rpdos("00 00"), (HEARTBEAT, []), (SYNC, answers)])
     sample = amplifiers.exchange(None, 0.01)
@@ -155,21 +155,21 @@ def test_fault_is_named_with_its_emergency_message() -> None:
     assert log == [("error", "joint 2 (node 2)", "EMCY 0x8611: following error")]
 
 
-def test_emergency_message_without_fault_ends_the_run_when_the_statusword_had_time_to_tell_one() -> None:
+def test_emcy_without_fault_ends_the_run_after_a_second_answer() -> None:
     alarm = (0x082, "10 43 09 00 00 00 00 00")
     answers = [tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, DISABLED)]
     amplifiers, _, _ = drives(_enabled(2, lambda k: [alarm, *answers] if k == 0 else answers))
     assert _exchanges(amplifiers, 2) == [None, "joint 2 (node 2): EMCY 0x4310: drive over-temperature"]
 
 
-def test_emergency_message_that_is_taken_back_ends_nothing() -> None:
+def test_emcy_that_is_reset_does_not_end_the_run() -> None:
     alarm, over = (0x082, "10 43 09 00 00 00 00 00"), (0x082, "00 00 00 00 00 00 00 00")
     answers = [tpdo(1, DISABLED), tpdo(2, DISABLED), tpdo(3, DISABLED)]
     amplifiers, _, _ = drives(_enabled(3, lambda k: [[alarm, *answers], [over, *answers], answers][k]))
     assert _exchanges(amplifiers, 3) == [None, None, None]
 
 
-def test_status_that_fits_no_state_is_not_taken_for_power_off() -> None:
+def test_invalid_statusword_means_unknown_power() -> None:
     answers = [tpdo(1, "03 00"), tpdo(2, DISABLED), tpdo(3, DISABLED)]
     amplifiers, _, _ = drives([*rpdos("00 00"), (HEARTBEAT, []), (SYNC, answers)])
     assert amplifiers.exchange(None, 0.01).power[0] is Power.UNKNOWN
@@ -190,7 +190,7 @@ def _enabled(cycles: int, answers: Callable[[int], list[Frame]]) -> list[tuple[F
     return script
 
 
-def test_enabled_drive_that_ignores_its_target_is_named_after_a_while() -> None:
+def test_enabled_drive_that_ignores_its_target_ends_the_run_after_a_timeout() -> None:
     ignoring = "37 02"
     amplifiers, _, _ = drives(_enabled(60, lambda k: [tpdo(1, ENABLED), tpdo(2, ignoring), tpdo(3, ENABLED)]))
     troubles = _exchanges(amplifiers, 60)
@@ -198,7 +198,7 @@ def test_enabled_drive_that_ignores_its_target_is_named_after_a_while() -> None:
     assert "joint 2 (node 2): enabled, but the target is not followed" in str(troubles[50])
 
 
-def test_lost_heartbeat_is_named() -> None:
+def test_lost_heartbeat_ends_the_run() -> None:
     alive = [(0x700 + node, "05") for node in (1, 2, 3)]
     amplifiers, _, _ = drives(
         _enabled(
@@ -211,19 +211,19 @@ def test_lost_heartbeat_is_named() -> None:
     assert "joint 1 (node 1): heartbeat lost" in str(troubles[180])
 
 
-def test_restarted_drive_is_named() -> None:
+def test_restarted_drive_ends_the_run() -> None:
     amplifiers, _, log = drives(_enabled(1, lambda k: [(0x703, "00"), *answered(DISABLED)]))
     amplifiers._operational = True
     assert _exchanges(amplifiers, 1) == ["joint 3 (node 3): the drive restarted (boot-up message)"]
     assert log == [("error", "joint 3 (node 3)", "boot-up message: the drive restarted")]
 
 
-def test_unknown_status_is_named() -> None:
+def test_invalid_statusword_ends_the_run() -> None:
     amplifiers, _, _ = drives(_enabled(1, lambda k: [tpdo(1, DISABLED), tpdo(2, "03 00"), tpdo(3, DISABLED)]))
     assert _exchanges(amplifiers, 1) == ["joint 2 (node 2): statusword 0x0003 fits no state of CiA 402"]
 
 
-def test_bus_off_ends_the_run_other_error_frames_are_told_once() -> None:
+def test_bus_off_ends_the_run_and_other_error_frames_are_reported_once() -> None:
     amplifiers, bus, log = drives(_enabled(2, lambda k: answered(DISABLED)))
     for _ in range(3):
         bus.receive_error(0x008, "00")
@@ -234,12 +234,12 @@ def test_bus_off_ends_the_run_other_error_frames_are_told_once() -> None:
     assert "protocol violation" in log[0][2]
 
 
-def test_truncated_answer_is_not_taken() -> None:
+def test_truncated_tpdo_counts_as_missing() -> None:
     amplifiers, _, _ = drives(_enabled(1, lambda k: [tpdo(1, DISABLED), (0x182, "50 02 00"), tpdo(3, DISABLED)]))
     assert amplifiers.exchange(None, 0.01).missing == 1
 
 
-def test_manufacturers_text_of_an_error_code() -> None:
+def test_emcy_text_of_the_rig_file_is_used() -> None:
     rig = RIG.model_copy(
         update={"drives": (*RIG.drives[:2], RIG.drives[2].model_copy(update={"emcy": {"FF01": "resistor hot"}}))}
     )
@@ -268,10 +268,10 @@ def test_encoded_targets_read_back_within_half_a_count(targets: list[tuple[float
 
 
 @pytest.mark.parametrize("arbitration_id", [0x000, 0x080, 0x201, 0x603, 0x77F])
-def test_master_frames(arbitration_id: int) -> None:
+def test_frames_of_a_master(arbitration_id: int) -> None:
     assert is_master_frame(arbitration_id)
 
 
 @pytest.mark.parametrize("arbitration_id", [0x081, 0x181, 0x583, 0x701])
-def test_drive_frames(arbitration_id: int) -> None:
+def test_frames_of_a_drive(arbitration_id: int) -> None:
     assert not is_master_frame(arbitration_id)

@@ -14,5 +14,5 @@ from drivers.canopen import emcy
         (b"\x11\x86", 0x8611, "following error"),
     ],
 )
-def test_code_and_text(data: bytes, code: int, text: str) -> None:
+def test_decoded_error_code_and_text(data: bytes, code: int, text: str) -> None:
     assert emcy.decode(data) == (code, text)

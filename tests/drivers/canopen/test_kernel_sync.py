@@ -38,7 +38,7 @@ def _paced(delays: list[float]) -> tuple[list[int], Floats]:
 
 
 @given(st.floats(0, 5e-5), st.integers(0, 2**32 - 1))
-def test_a_kernel_that_is_always_a_little_late_keeps_the_period_all_the_same(delay: float, seed: int) -> None:
+def test_period_is_kept_by_a_kernel_with_a_constant_delay(delay: float, seed: int) -> None:
     jitter = np.random.default_rng(seed).exponential(1e-6, 3000)
     numbers, late = _paced((delay + jitter).tolist())
     assert numbers == list(range(3000))
@@ -47,7 +47,7 @@ def test_a_kernel_that_is_always_a_little_late_keeps_the_period_all_the_same(del
 
 
 @given(st.floats(1e-4, 0.049))
-def test_syncs_that_the_kernel_left_out_keep_their_numbers(stall: float) -> None:
+def test_syncs_after_a_stall_are_numbered_by_time(stall: float) -> None:
     numbers, late = _paced([0.0] * 50 + [stall] + [0.0] * 200)
     assert all(later > earlier for earlier, later in pairwise(numbers))
     assert abs(numbers[50] - (50 + stall / PERIOD)) < 0.5 + 1e-6
@@ -55,12 +55,12 @@ def test_syncs_that_the_kernel_left_out_keep_their_numbers(stall: float) -> None
     assert abs(late[-1]) < 1e-4
 
 
-def test_an_interface_that_is_not_there_is_bad_input() -> None:
+def test_missing_interface_is_bad_input() -> None:
     with pytest.raises(BadInput, match=r"bus\.sync"):
         KernelSync(Link(ScriptedBus([])), "nocan7", PERIOD)
 
 
-def test_only_socketcan_has_it(tmp_path: Path) -> None:
+def test_kernel_sync_requires_socketcan(tmp_path: Path) -> None:
     drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
     file = tmp_path / "rig.toml"
     file.write_text(f'name = "bench"\n[bus]\nsync = "kernel"\n{drives}')

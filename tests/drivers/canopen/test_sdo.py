@@ -42,7 +42,7 @@ def test_write_is_read_back() -> None:
     bus.assert_finished()
 
 
-def test_value_that_reads_back_otherwise_is_an_error() -> None:
+def test_different_value_read_back_is_an_error() -> None:
     client, _ = sdo(
         [
             ((0x602, "2f 60 60 00 08 00 00 00"), [(0x582, "60 60 60 00 00 00 00 00")]),
@@ -59,14 +59,14 @@ def test_abort_names_drive_and_object() -> None:
         client.read(0x2200, 1, "<h")
 
 
-def test_silence_says_what_to_check() -> None:
+def test_timeout_error_says_what_to_check() -> None:
     client, _ = sdo([((0x602, "40 41 60 00 00 00 00 00"), []), ((0x602, "80 00 00 00 00 00 04 05"), [])])
     client._client.RESPONSE_TIMEOUT = 0.01
     with pytest.raises(RunFailed, match=r"does not answer .*check its power"):
         client.read(0x6041, 0, "<H")
 
 
-def test_frames_for_others_are_passed_on() -> None:
+def test_other_frames_are_passed_on() -> None:
     other_frames: list[Frame] = []
     client, _ = sdo(
         [
@@ -89,7 +89,7 @@ def test_frames_for_others_are_passed_on() -> None:
         (False, (0x582, "80 16 10 01 00 00 02 06")),
     ],
 )
-def test_a_response_to_something_else_confirms_nothing(before: bool, stale: Frame) -> None:
+def test_response_to_another_request_is_not_a_confirmation(before: bool, stale: Frame) -> None:
     """An acknowledgement that comes twice, and a command that is lost: the drive was not switched off."""
     client, bus = sdo(
         [
@@ -104,7 +104,7 @@ def test_a_response_to_something_else_confirms_nothing(before: bool, stale: Fram
         client.write(0x6040, 0, "<H", 0, check=False)
 
 
-def test_an_abort_without_an_address_is_one() -> None:
+def test_abort_without_an_address_is_accepted() -> None:
     client, _ = sdo([((0x602, "40 00 22 01 00 00 00 00"), [(0x582, "80 00 00 00 00 00 02 06")])])
     with pytest.raises(RunFailed, match="does not exist"):
         client.read(0x2200, 1, "<h")

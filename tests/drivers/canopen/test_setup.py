@@ -18,12 +18,12 @@ def test_interpolation_period(rate: float, period: tuple[int, int]) -> None:
     assert setup.interpolation_period(rate) == period
 
 
-def test_period_that_the_object_cannot_hold_is_refused() -> None:
+def test_interpolation_period_that_does_not_fit_its_object_is_refused() -> None:
     with pytest.raises(BadInput, match="choose a rate such as"):
         setup.interpolation_period(333.0)
 
 
-def test_pdo_map_is_written_switched_off() -> None:
+def test_pdo_is_disabled_while_its_mapping_is_written() -> None:
     entries = setup.sdo_writes(simulated_rig(), Drive(node_id=5))
     rpdo = [(e.index, e.sub, e.value) for e in entries if e.index in (0x1400, 0x1600)]
     assert rpdo == [
@@ -38,7 +38,7 @@ def test_pdo_map_is_written_switched_off() -> None:
 
 
 @given(st.sampled_from([1, -1]), st.floats(-1, 1), st.floats(-2, 2))
-def test_counts_of_an_angle(sign: int, zero: float, angle: float) -> None:
+def test_joint_angle_to_counts(sign: int, zero: float, angle: float) -> None:
     drive = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=sign, zero_offset=zero)
     counts = setup.joint_to_counts(drive, angle)
     assert drive.zero_offset + counts / drive.counts_per_radian == pytest.approx(angle, abs=1e-12)
@@ -49,7 +49,7 @@ def test_position_limits_are_ordered_for_a_drive_that_counts_backwards() -> None
     assert entries[0x607D, 1] < entries[0x607D, 2]
 
 
-def test_answers_of_the_kinds_of_drives() -> None:
+def test_tpdos_by_voltage_transfer_and_torque_actual() -> None:
     both = Drive(node_id=1, torque_actual=True)
     polled = Drive(node_id=1, torque_actual=True, voltage=Voltage(transfer="sdo"))
     names = [
@@ -71,7 +71,7 @@ def test_parameter_values_of_a_dcf_come_first(tmp_path: Path) -> None:
     assert entries[1].index == 0x6060
 
 
-def test_dcf_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_malformed_dcf_is_refused(tmp_path: Path) -> None:
     (tmp_path / "bad.dcf").write_text("[1000\n")
     with pytest.raises(BadInput, match="cannot be read"):
         setup.sdo_writes(simulated_rig(), Drive(node_id=1, dcf=str(tmp_path / "bad.dcf")))

@@ -31,7 +31,7 @@ from tests.drivers.serial.script import (
 from tests.drivers.serial.scripted_port import Exchange, ScriptedPort, line_on
 
 
-def test_target_is_the_position_measured_last_before_power() -> None:
+def test_target_at_power_on_is_the_last_measured_position() -> None:
     script = [*RELEASED, *cycle(1, {1: enable(1, 0)}, counts=11), *cycle(2, {2: enable(2, 11)}, counts=22)]
     amplifiers, port, _ = drives([*script, *cycle(3, {3: enable(3, 22)})])
     for goal in (Goal.DISABLED, Goal.ENABLED):
@@ -41,7 +41,7 @@ def test_target_is_the_position_measured_last_before_power() -> None:
     port.assert_finished()
 
 
-def test_a_drive_that_is_slow_to_switch_on_is_told_again() -> None:
+def test_enable_is_repeated_until_the_drive_is_on() -> None:
     script = [*RELEASED, *cycle(1, {1: enable(1)}), *cycle(2, {2: enable(2)}, ON), *cycle(3, {3: enable(3)}, ON)]
     amplifiers, port, _ = drives([*script, *cycle(1, {1: enable(1)}, ON)])
     for goal, cycles in ((Goal.DISABLED, 3), (Goal.ENABLED, 4)):
@@ -52,7 +52,7 @@ def test_a_drive_that_is_slow_to_switch_on_is_told_again() -> None:
     port.assert_finished()
 
 
-def test_a_drive_that_was_told_to_switch_on_and_is_silent_is_not_taken_to_be_off() -> None:
+def test_power_is_unknown_without_a_reply_to_enable() -> None:
     amplifiers, _, _ = drives([*RELEASED, ("1 s r0xca 0", "ok"), ("1 s r0x24 21", ""), *read(2), *read(3)])
     for _ in range(3):
         amplifiers.exchange(None, 1.0)
@@ -60,7 +60,7 @@ def test_a_drive_that_was_told_to_switch_on_and_is_silent_is_not_taken_to_be_off
     assert amplifiers.exchange(None, 1.0).power == (Power.UNKNOWN, Power.OFF, Power.OFF)
 
 
-def test_no_power_on_an_old_position() -> None:
+def test_no_power_on_with_an_old_position() -> None:
     """Where the last position was not received, there is none to be the target."""
     lost: list[Exchange] = [status(1, OFF), ("1 g r0x32", ""), *read(2), *read(3)]
     wait = [*cycle(2, {2: enable(2)}), *cycle(3, {3: enable(3)}), *cycle(1, {1: enable(1)})]
@@ -73,7 +73,7 @@ def test_no_power_on_an_old_position() -> None:
     port.assert_finished()
 
 
-def test_targets_are_written_and_made_to_count() -> None:
+def test_targets_are_written_and_updated() -> None:
     rows = np.array([[1.0, 0.0, -1.0]])
     script = cycle(1, {1: move(1, 1000), 2: move(2, 500), 3: move(3, -1000)}, word=MOVING)
     amplifiers, port, _ = enabled(script)
@@ -82,7 +82,7 @@ def test_targets_are_written_and_made_to_count() -> None:
     port.assert_finished()
 
 
-def test_without_a_target_a_drive_stays_where_it_was_told_to_be() -> None:
+def test_no_command_is_sent_without_a_target() -> None:
     amplifiers, port, _ = enabled(cycle(1, word=ON))
     amplifiers.exchange(None, 1.0)
     port.assert_finished()
@@ -103,7 +103,7 @@ def quick_stops() -> dict[int, list[Exchange]]:
     return {node: [(f"{node} t 0", "ok")] for node in (1, 2, 3)}
 
 
-def test_quick_stop_goes_to_all_at_once_and_power_off_to_each_that_is_seen_to_stand() -> None:
+def test_quick_stop_of_all_drives_then_power_off_of_each_at_rest() -> None:
     script = [
         *cycle(1, quick_stops(), word=MOVING),
         *cycle(2, quick_stops(), word=MOVING),
@@ -124,14 +124,14 @@ def test_quick_stop_goes_to_all_at_once_and_power_off_to_each_that_is_seen_to_st
     port.assert_finished()
 
 
-def test_a_drive_that_refuses_the_quick_stop_is_switched_off() -> None:
+def test_drive_that_refuses_the_quick_stop_is_switched_off() -> None:
     amplifiers, port, _ = enabled(cycle(1, {**quick_stops(), 2: [("2 t 0", "e 14"), off(2)]}, word=MOVING))
     amplifiers.goal = Goal.STOPPED
     amplifiers.exchange(None, 1.0)
     port.assert_finished()
 
 
-def test_disabled_is_one_command_until_the_drive_is_seen_to_be_off() -> None:
+def test_disable_is_repeated_until_the_status_shows_off() -> None:
     amplifiers, port, _ = enabled(RELEASED)
     amplifiers.goal = Goal.DISABLED
     for _ in range(3):
@@ -139,7 +139,7 @@ def test_disabled_is_one_command_until_the_drive_is_seen_to_be_off() -> None:
     port.assert_finished()
 
 
-def test_a_fault_is_named() -> None:
+def test_fault_ends_the_run() -> None:
     amplifiers, _, _ = enabled([status(1, FAULT), ("1 g r0xa4", "v 512"), *cycle(0)])
     sample = amplifiers.exchange(None, 1.0)
     assert sample.power[0] is Power.FAULT
@@ -148,7 +148,7 @@ def test_a_fault_is_named() -> None:
     assert sample.trouble == "joint 1 ('1' on line): drive fault, following error (0x0200)"
 
 
-def test_a_refused_command_ends_the_run() -> None:
+def test_refused_command_ends_the_run() -> None:
     refused: list[Exchange] = [("1 s r0xca 9", "e 10"), status(1, ON), *read(1)]
     amplifiers, port, _ = enabled([*refused, *move(2, 509), *read(2), *move(3, 9), *read(3)])
     sample = amplifiers.exchange(amplifiers.encode(np.full((1, 3), 0.009).round(3) * [[1, -1, 1]])[0], 1.0)
@@ -156,14 +156,14 @@ def test_a_refused_command_ends_the_run() -> None:
     port.assert_finished()
 
 
-def test_what_a_drive_refuses_because_of_a_fault_is_told_as_the_fault() -> None:
+def test_command_refused_because_of_a_fault_is_reported_as_the_fault() -> None:
     refused: list[Exchange] = [("2 s r0xca 500", "ok"), ("2 t 1", "e 14"), status(2, FAULT), ("2 g r0xa4", "v 16")]
     amplifiers, _, _ = enabled(cycle(1, {1: move(1, 0), 2: refused, 3: move(3, 0)}, word=ON))
     sample = amplifiers.exchange(amplifiers.encode(np.zeros((1, 3)))[0], 1.0)
     assert sample.trouble == "joint 2 ('2' on line): drive fault, motor too hot (0x0010)"
 
 
-def test_a_lost_reply_is_a_gap_of_its_drive_only_if_there_is_time_for_the_others() -> None:
+def test_lost_reply_affects_only_its_drive_if_there_is_time_for_the_others() -> None:
     script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *read(3, 3), *cycle(2, word=ON)]
     amplifiers, port, log = enabled(script)
     sample = amplifiers.exchange(None, 1.0)
@@ -177,7 +177,7 @@ def test_a_lost_reply_is_a_gap_of_its_drive_only_if_there_is_time_for_the_others
     port.assert_finished()
 
 
-def test_without_time_the_rest_of_the_line_is_a_gap() -> None:
+def test_remaining_drives_are_missing_without_time_for_them() -> None:
     script = [status(1, ON), *read(1, 1), ("2 g r0x32", ""), *cycle(2, word=ON)]
     amplifiers, port, log = enabled(script)
     assert amplifiers.exchange(None, 0.015).missing == 2
@@ -187,7 +187,7 @@ def test_without_time_the_rest_of_the_line_is_a_gap() -> None:
 
 
 @pytest.mark.parametrize("reply", ["v", "ok", "v 1 2 3", b"\xff\xfe\r", b"v 1\rv 2\r", "e 33", b"v " + b"1" * 300])
-def test_garbage_is_a_gap_too(reply: str | bytes) -> None:
+def test_answer_is_missing_after_an_invalid_reply(reply: str | bytes) -> None:
     script = [status(1, ON), *read(1, 1), ("2 g r0x32", reply), *read(3), *cycle(2, word=ON)]
     amplifiers, port, _ = enabled(script)
     sample = amplifiers.exchange(None, 1.0)
@@ -197,7 +197,7 @@ def test_garbage_is_a_gap_too(reply: str | bytes) -> None:
 
 
 @pytest.mark.parametrize("goal", [Goal.STOPPED, Goal.DISABLED])
-def test_a_drive_whose_replies_are_garbage_is_told_to_stop_again_and_again(goal: Goal) -> None:
+def test_stop_is_repeated_after_invalid_replies(goal: Goal) -> None:
     command = "t 0" if goal is Goal.STOPPED else "s r0x24 0"
     exchanges: list[Exchange] = [(f"1 {command}", "?"), (f"2 {command}", "?"), (f"3 {command}", "?")]
     amplifiers, port, _ = enabled(exchanges * 5)
@@ -207,7 +207,7 @@ def test_a_drive_whose_replies_are_garbage_is_told_to_stop_again_and_again(goal:
     port.assert_finished()
 
 
-def test_a_bad_line_does_not_fill_the_log() -> None:
+def test_disturbances_are_reported_ever_less_often() -> None:
     no_replies: list[Exchange] = [(f"{node} s r0x24 0", "") for node in (1, 2, 3)]
     amplifiers, _, log = drives(no_replies * 7)
     for _ in range(7):
@@ -215,13 +215,13 @@ def test_a_bad_line_does_not_fill_the_log() -> None:
     assert [entry[2].split("disturbance ")[1] for entry in log] == ["1)", "2)", "4)", "8)", "16)"]
 
 
-def test_a_target_beyond_the_encoder_is_refused() -> None:
+def test_target_beyond_32_bits_is_refused() -> None:
     amplifiers, _, _ = drives([])
     with pytest.raises(BadInput, match="32 bits"):
         amplifiers.encode(np.array([[1e7, 0.0, 0.0]]))
 
 
-def test_closing_takes_power_off_and_never_raises() -> None:
+def test_close_switches_power_off_and_never_raises() -> None:
     script = [off(1), ("2 s r0x24 0", "e 14")]
     amplifiers, port, log = drives([*SET_UP, *script, *[("3 s r0x24 0", "")] * 3])
     amplifiers.configure()
@@ -233,7 +233,7 @@ def test_closing_takes_power_off_and_never_raises() -> None:
     ]
 
 
-def test_power_is_taken_from_each_drive_and_waited_for() -> None:
+def test_power_off_waits_for_each_drive() -> None:
     script = [off(1), status(1, MOVING), status(1, OFF), *[("2 s r0x24 0", "")] * 3, off(3), status(3, FAULT)]
     amplifiers, port, log = drives([*script, ("3 g r0xa4", "v 4")])
     assert amplifiers.power_off() == (Power.OFF, Power.UNKNOWN, Power.FAULT)
@@ -261,7 +261,7 @@ SWITCH_OFF: Exchange = ("s r0x24 0", "ok")
 SWITCH_ON: list[Exchange] = [("s r0xca 0", "ok"), ("s r0x24 21", "ok")]
 
 
-def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cycle() -> None:
+def test_drive_on_its_own_line_has_no_prefix_and_a_status_in_every_cycle() -> None:
     amplifiers, ports = on_three_lines({name: alone(OFF, SWITCH_OFF, counts=i) for i, name in enumerate("abc")})
     before = time.time_ns()
     sample = amplifiers.exchange(None, 1.0)
@@ -276,7 +276,7 @@ def test_a_drive_on_its_own_line_has_no_prefix_and_tells_its_status_in_every_cyc
         port.assert_finished()
 
 
-def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable() -> None:
+def test_other_lines_are_stopped_and_stay_usable_when_one_is_lost() -> None:
     start = [*alone(OFF, SWITCH_OFF), *alone(ON, *SWITCH_ON)]
     stopping = [*alone(ON), ("t 0", "ok"), *alone(ON, ("t 0", "ok")), *alone(OFF, SWITCH_OFF), *alone(OFF)]
     amplifiers, ports = on_three_lines({"a": start, "b": [*start, *stopping], "c": [*start, *stopping]})
@@ -295,11 +295,11 @@ def test_when_a_line_is_lost_the_others_are_stopped_at_once_and_stay_reachable()
         ports[name].assert_finished()
 
 
-def test_when_no_line_is_left_that_is_said() -> None:
+def test_loss_of_all_lines_is_reported() -> None:
     amplifiers, ports = on_three_lines({"a": [], "b": [], "c": []})
     for port in ports.values():
         port.unplug()
     with pytest.raises(RunFailed, match="is lost"):
         amplifiers.exchange(None, 1.0)
-    with pytest.raises(RunFailed, match="no serial line is left"):
+    with pytest.raises(RunFailed, match="all serial lines are lost"):
         amplifiers.exchange(None, 1.0)

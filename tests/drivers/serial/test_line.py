@@ -41,7 +41,7 @@ def test_commands_and_replies_alternate() -> None:
     port.assert_finished()
 
 
-def test_lines_are_spoken_to_at_the_same_time() -> None:
+def test_lines_run_in_parallel() -> None:
     """The second line answers only after it was spoken to, while the first one is still waited for."""
     first, second = ScriptedPort([("g r0x32", "")]), ScriptedPort([("g r0x32", "v 2"), ("t 1", "ok")])
     replies: list[int] = []
@@ -59,7 +59,7 @@ def test_lines_are_spoken_to_at_the_same_time() -> None:
     assert replies == [2, 1]
 
 
-def test_a_reply_may_come_in_pieces_and_with_line_feeds() -> None:
+def test_reply_may_arrive_in_pieces_and_with_line_feeds() -> None:
     port = ScriptedPort([("g r0x32", "")])
     line = line_on(port)
     line.send("g r0x32")
@@ -70,19 +70,19 @@ def test_a_reply_may_come_in_pieces_and_with_line_feeds() -> None:
     assert line.receive() == Reply("v", "12")
 
 
-def test_no_reply() -> None:
+def test_missing_reply_is_a_timeout() -> None:
     with pytest.raises(ReplyTimeout, match="no reply in time"):
         say(line_on(ScriptedPort([("g r0x32", "")])), ask("g r0x32"))
 
 
-def test_a_partial_line_is_no_reply_and_not_the_start_of_the_next() -> None:
+def test_partial_reply_is_discarded() -> None:
     line = line_on(ScriptedPort([("g r0x32", b"v 12"), ("g r0x32", "v 34")]))
     with pytest.raises(ReplyTimeout):
         say(line, ask("g r0x32"))
     assert say(line, ask("g r0x32")) == "34"
 
 
-def test_a_late_reply_is_not_taken_for_the_next() -> None:
+def test_late_reply_is_not_used_for_the_next_command() -> None:
     port = ScriptedPort([("g r0x32", ""), ("g r0x15", "v 2")])
     line = line_on(port)
     with pytest.raises(ReplyTimeout):
@@ -91,7 +91,7 @@ def test_a_late_reply_is_not_taken_for_the_next() -> None:
     assert say(line, ask("g r0x15")) == "2"
 
 
-def test_after_garbage_the_line_is_used_again_when_it_is_silent() -> None:
+def test_line_is_used_again_after_silence_following_an_invalid_reply() -> None:
     port = ScriptedPort([("g r0x32", "v 1\rv 2"), ("g r0x15", "v 3")])
     line = line_on(port)
     with pytest.raises(InvalidReply, match="one reply expected"):
@@ -100,13 +100,13 @@ def test_after_garbage_the_line_is_used_again_when_it_is_silent() -> None:
     assert say(line, ask("g r0x15")) == "3"
 
 
-def test_what_comes_unasked_is_no_reply() -> None:
+def test_unrequested_line_is_discarded() -> None:
     port = ScriptedPort([("g r0x32", "v 3")])
     port.arrive(b"v 99\r")
     assert say(line_on(port), ask("g r0x32")) == "3"
 
 
-def test_a_line_that_never_falls_silent_is_given_up() -> None:
+def test_command_is_not_sent_on_a_line_that_is_never_quiet() -> None:
     class Babbler(ScriptedPort):
         def read(self, size: int) -> bytes:
             return b"x" * size
@@ -117,29 +117,29 @@ def test_a_line_that_never_falls_silent_is_given_up() -> None:
     assert not port.sent
 
 
-def test_echo_is_taken_off() -> None:
+def test_echo_is_removed() -> None:
     port = ScriptedPort([("2 g r0x32", "2 g r0x32\rv 5")])
     assert say(line_on(port, echo=True), ask("2 g r0x32")) == "5"
 
 
-def test_a_disturbed_echo_is_garbage() -> None:
+def test_disturbed_echo_is_invalid() -> None:
     with pytest.raises(InvalidReply, match="echo of b'g r0x32' expected"):
         say(line_on(ScriptedPort([("g r0x32", "g r0y32\rv 5")]), echo=True), ask("g r0x32"))
 
 
-def test_an_echo_that_the_rig_file_does_not_know_is_named() -> None:
+def test_unexpected_echo_is_explained() -> None:
     with pytest.raises(InvalidReply, match=r"set bus\.echo = true"):
         say(line_on(ScriptedPort([("g r0x32", "g r0x32")])), ask("g r0x32"))
 
 
-def test_flush_ends_what_a_drive_may_hold_and_ignores_its_answer() -> None:
+def test_flush_ends_a_partial_command_and_discards_its_reply() -> None:
     port = ScriptedPort([("", "e 33"), ("g r0x32", "v 3")])
     line = line_on(port)
     line.flush()
     assert say(line, ask("g r0x32")) == "3"
 
 
-def test_an_unplugged_port_is_lost() -> None:
+def test_unplugged_port_is_lost() -> None:
     port = ScriptedPort([("g r0x32", "")])
     line = line_on(port, "/dev/ttyUSB0")
     port.unplug()
@@ -148,7 +148,7 @@ def test_an_unplugged_port_is_lost() -> None:
     assert line.lost
 
 
-def test_other_errors_of_a_script_pass() -> None:
+def test_other_exceptions_of_a_script_are_passed_on() -> None:
     def script() -> Script:
         yield "g r0x32"
         raise KeyError("mine")
@@ -187,7 +187,7 @@ CHUNK = st.one_of(
 
 @settings(max_examples=300, deadline=None)
 @given(st.lists(CHUNK, max_size=30), st.booleans())
-def test_no_bytes_break_or_hang_the_line(chunks: list[bytes], echo: bool) -> None:
+def test_line_survives_any_bytes(chunks: list[bytes], echo: bool) -> None:
     port = Noise(chunks)
     line = SerialLine(port, "noise", character=0.0, turnaround=1e-4, reply_timeout=5e-4, echo=echo)
 

@@ -16,26 +16,26 @@ from drivers.serial.protocol import CommandRefused, InvalidReply, LineError, Rep
         (b"e 14", Reply("e", "14")),
     ],
 )
-def test_replies(line: bytes, reply: Reply) -> None:
+def test_valid_replies(line: bytes, reply: Reply) -> None:
     assert parse(line) == reply
 
 
 @pytest.mark.parametrize(
     "line", [b"", b"OK", b"o", b"ok ", b"v", b"v ", b"v \x00", b"v 1\xff", b"e", b"e x", b"e -1"]
 )
-def test_what_is_no_reply(line: bytes) -> None:
+def test_invalid_replies(line: bytes) -> None:
     with pytest.raises(InvalidReply, match="reply expected"):
         parse(line)
 
 
 @given(st.binary(max_size=300))
-def test_whatever_comes_is_a_reply_or_garbage(line: bytes) -> None:
+def test_any_line_is_a_reply_or_invalid(line: bytes) -> None:
     with suppress(InvalidReply):
         assert parse(line).kind in ("ok", "v", "e")
 
 
 @given(st.sampled_from([ask, ask_integer, tell]), st.binary(max_size=20))
-def test_a_script_takes_any_reply_or_says_what_is_wrong(subscript, line: bytes) -> None:
+def test_subscripts_accept_or_refuse_any_reply(subscript, line: bytes) -> None:
     script = subscript("1 g r0x32")
     assert next(script) == "1 g r0x32"
     try:
@@ -53,7 +53,7 @@ def answer(script, reply: Reply) -> object:
     return end.value.value
 
 
-def test_values() -> None:
+def test_values_of_replies() -> None:
     assert answer(ask_integer("g r0x32"), Reply("v", "-2147483648")) == -(2**31)
     assert answer(ask("g f0x80"), Reply("v", "model 3")) == "model 3"
     assert answer(tell("t 1"), Reply("ok")) is None
@@ -69,7 +69,7 @@ def test_values() -> None:
         (tell("t 1"), Reply("e", "33"), r"'t 1' reached the drive disturbed \(e 33\)"),
     ],
 )
-def test_wrong_replies(script, reply: Reply, problem: str) -> None:
+def test_unexpected_replies(script, reply: Reply, problem: str) -> None:
     next(script)
     with pytest.raises(InvalidReply, match=problem):
         script.send(reply)
@@ -83,7 +83,7 @@ def test_wrong_replies(script, reply: Reply, problem: str) -> None:
         ("77", r"unknown error \(e 77\)"),
     ],
 )
-def test_error_codes_are_told_in_words(code: str, text: str) -> None:
+def test_text_of_error_codes(code: str, text: str) -> None:
     script = tell("s r0xca 5")
     next(script)
     with pytest.raises(CommandRefused, match=text) as refusal:

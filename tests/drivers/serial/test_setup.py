@@ -9,7 +9,7 @@ from tests.drivers.serial.script import ENDS, FAULT, FLUSH, OFF, RIG, SET_UP, co
 from tests.drivers.serial.scripted_port import Exchange
 
 
-def test_drives_present_themselves() -> None:
+def test_discover_returns_the_identities() -> None:
     script = [FLUSH, ("1 g f0x80", "v XTL-230"), ("2 g f0x80", f"v {SIMULATED_LOCKSTEP}"), ("3 g f0x80", "v 12")]
     amplifiers, _, _ = drives(script)
     identities = amplifiers.discover()
@@ -19,21 +19,21 @@ def test_drives_present_themselves() -> None:
     assert identities[1].address == "'2' on line"
 
 
-def test_silent_drives_are_named_and_the_others_are_not() -> None:
+def test_only_drives_without_reply_are_named() -> None:
     no_replies = [("2 g f0x80", "")] * 3
     amplifiers, _, _ = drives([FLUSH, ("1 g f0x80", "v A"), *no_replies, ("3 g f0x80", "v A")])
     with pytest.raises(RunFailed, match=r"^joint 2 \('2' on line\): no reply in time\. Check supply, cable, baud"):
         amplifiers.discover()
 
 
-def test_a_disturbed_reply_is_asked_for_again() -> None:
+def test_command_is_repeated_after_a_disturbed_reply() -> None:
     script = [FLUSH, ("1 g f0x80", b"\x80\r"), *((f"{node} g f0x80", "v A") for node in (1, 2, 3))]
     amplifiers, port, _ = drives(script)
     amplifiers.discover()
     port.assert_finished()
 
 
-def test_set_up_is_written_and_read_back() -> None:
+def test_settings_are_written_and_read_back() -> None:
     amplifiers, port, _ = drives(SET_UP)
     amplifiers.configure()
     port.assert_finished()
@@ -45,7 +45,7 @@ def test_a_setting_that_reads_back_differently_is_refused() -> None:
         amplifiers.configure()
 
 
-def test_a_register_that_the_drive_does_not_know_is_named() -> None:
+def test_unknown_register_is_named() -> None:
     amplifiers, _, _ = drives([*configured(1, *ENDS[1])[:3], ("1 s r0xba 50", "e 9")])
     with pytest.raises(RunFailed, match=r"joint 1 .*refuses '1 s r0xba 50': unknown register \(e 9\)"):
         amplifiers.configure()
@@ -59,7 +59,7 @@ def test_latched_faults_are_cleared() -> None:
     port.assert_finished()
 
 
-def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
+def test_watchdog_of_the_rig_file_is_armed_and_switched_off_at_the_end() -> None:
     bus = SerialBus(ports=("line",), registers=SerialRegisters(watchdog="r0xf0"), watchdog_timeout=0.2)
     script: list[Exchange] = []
     for node, ends in ENDS.items():
@@ -72,7 +72,7 @@ def test_a_watchdog_is_armed_and_taken_back_if_the_rig_names_one() -> None:
     port.assert_finished()
 
 
-def test_examine_compares_and_writes_nothing() -> None:
+def test_check_compares_and_writes_nothing() -> None:
     actual = {"r0xba": 50, "r0xcf": 7, "r0xb8": 1400, "r0xb9": -1200, "r0xc8": 256}
     script: list[Exchange] = []
     for node in (1, 2, 3):

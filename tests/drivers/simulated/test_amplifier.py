@@ -8,13 +8,13 @@ torques = st.floats(-50.0, 50.0)
 
 
 @given(command=torques, gain=st.floats(0.1, 10.0), exponent=st.floats(0.5, 3.0))
-def test_reported_voltage_stands_for_the_torque(command: float, gain: float, exponent: float) -> None:
+def test_reported_voltage_maps_to_the_torque(command: float, gain: float, exponent: float) -> None:
     amplifier = Amplifier(gain=gain, exponent=exponent)
     assert torque(amplifier.voltage(command, 0.0), gain, exponent) == pytest.approx(command, abs=1e-9)
     assert amplifier.torque(command) == pytest.approx(command, abs=1e-9)
 
 
-def test_turning_motor_adds_to_the_voltage() -> None:
+def test_back_emf_adds_to_the_voltage() -> None:
     amplifier = Amplifier(gain=1.0, exponent=1.0, back_emf=0.3)
     assert amplifier.voltage(2.0, 4.0) == pytest.approx(3.2)
 

@@ -36,7 +36,7 @@ def _with(motion: JointMotion, extra: Floats) -> JointMotion:
     return JointMotion(motion.position, motion.velocity, motion.acceleration, motion.torque + extra)
 
 
-def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
+def test_columns_times_true_parameters_equal_the_exact_torque() -> None:
     motion, links = _motion(), Links()
     half = links.rod_mass / 2
     inertia = links.motor_inertia + links.arm_inertia + links.arm_mass * links.arm_com**2 + half * GEOMETRY.L1**2
@@ -45,14 +45,14 @@ def test_columns_with_the_true_parameters_are_the_exact_robot() -> None:
     assert base_columns(GEOMETRY, motion) @ parameters == pytest.approx(motion.torque, abs=2e-4)
 
 
-def test_base_model_leaves_nothing_of_itself() -> None:
+def test_torque_of_the_base_model_has_no_residual() -> None:
     motion = _motion()
     friction = np.array([0.3, 0.5, 0.1]) * motion.velocity + np.array([0.9, 0.2, 0.4]) * np.sign(motion.velocity)
     fit = base_model_residual(GEOMETRY, _with(motion, friction), DT, INSIDE, 5)
     assert np.all(_rms(fit.residual) < 1e-4 * _rms(fit.torque))
 
 
-def test_what_it_cannot_explain_is_left() -> None:
+def test_unmodelled_ripple_remains_in_the_residual() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 1] = np.sin(2 * np.pi * 17.3 * TIME)
     fit = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
@@ -61,14 +61,14 @@ def test_what_it_cannot_explain_is_left() -> None:
     assert _rms(fit.residual)[[0, 2]].max() < 0.05
 
 
-def test_bandwidth_is_where_three_decibels_are_lost() -> None:
+def test_attenuation_at_the_bandwidth_is_three_decibels() -> None:
     ripple = np.zeros((len(TIME), 3))
     ripple[:, 0] = np.sin(2 * np.pi * BANDWIDTH * TIME)
     fit = base_model_residual(GEOMETRY, _with(_motion(), ripple), DT, INSIDE, 1)
     assert np.sqrt(2) * _rms(fit.residual)[0] == pytest.approx(np.sqrt(0.5), rel=0.02)
 
 
-def test_a_joint_at_rest_does_no_harm() -> None:
+def test_fit_with_a_joint_at_rest() -> None:
     motion = _motion()
     still = JointMotion(
         motion.position * [1, 1, 0], motion.velocity * [1, 1, 0], motion.acceleration * [1, 1, 0], motion.torque

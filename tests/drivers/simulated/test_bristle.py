@@ -11,7 +11,7 @@ def test_friction_never_exceeds_its_level(speeds: list[float], reach: float) -> 
     assert all(abs(bristle.step(v, 2e-4)) <= 1.0 for v in speeds)
 
 
-def test_at_first_it_is_a_spring_later_it_slides() -> None:
+def test_small_displacement_is_elastic_and_large_displacement_slides() -> None:
     bristle = Bristle(0.01)
     assert bristle.step(1.0, 1e-5) == pytest.approx(1e-5 / 0.01, rel=1e-3)
     assert bristle.step(1.0, 0.2) == pytest.approx(1.0)

@@ -12,7 +12,7 @@ def _file(folder: Path, text: str) -> Path:
     return path
 
 
-def test_shoulder_inertia_of_the_defaults_is_the_papers() -> None:
+def test_default_shoulder_inertia_equals_the_papers() -> None:
     links = Links()
     assert links.arm_inertia + links.arm_mass * links.arm_com**2 + links.motor_inertia == pytest.approx(
         0.2156, abs=5e-5

@@ -64,7 +64,7 @@ def test_motor_crosses_the_gap_while_the_arm_stands() -> None:
     assert _twist(machine)[1] == pytest.approx(B, abs=1e-5)
 
 
-def test_spring_gives_way_in_proportion_to_the_torque() -> None:
+def test_twist_of_the_spring_is_proportional_to_the_torque() -> None:
     machine = _machine(ELASTICITY)
     _rest(machine)
     weight = _weight_on_joint_2(machine)
@@ -72,7 +72,7 @@ def test_spring_gives_way_in_proportion_to_the_torque() -> None:
     assert _twist(machine) == pytest.approx([0.0, -weight * COMPLIANCE, 0.0], rel=1e-3, abs=1e-9)
 
 
-def test_elastic_motor_keeps_its_inertia() -> None:
+def test_motor_inertia_is_unchanged_by_elasticity() -> None:
     """Pushed faster than the spring answers, the motor moves alone."""
     machine = _machine(EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": 1.5e-3}))
     plant = machine.plant
@@ -85,7 +85,7 @@ def test_elastic_motor_keeps_its_inertia() -> None:
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_couplings_leave_the_inertia_as_it_is(number: int) -> None:
+def test_total_inertia_is_unchanged_by_couplings(number: int) -> None:
     stiff = (Coupling(stiffness=2e5, damping=10.0),) * number
     rigid, chain = Plant(RIG.geometry, Links()), Plant(RIG.geometry, Links(), (stiff, stiff, stiff))
     for plant in (rigid, chain):

@@ -8,18 +8,18 @@ DT = 2e-4
 
 
 @given(delay=st.floats(0.0, 0.01))
-def test_ramp_comes_out_late_by_the_delay(delay: float) -> None:
+def test_ramp_is_delayed(delay: float) -> None:
     line = DelayLine(delay, DT)
     out = [line.push(k * DT) for k in range(100)]
     assert out[60:] == pytest.approx([k * DT - delay for k in range(60, 100)], abs=1e-12)
 
 
-def test_no_delay_changes_nothing() -> None:
+def test_zero_delay_returns_the_samples() -> None:
     line = DelayLine(0.0, DT)
     assert [line.push(value) for value in (1.0, -2.5, 3.0)] == [1.0, -2.5, 3.0]
 
 
-def test_cleared_line_gives_zero() -> None:
+def test_cleared_delay_line_returns_zero() -> None:
     line = DelayLine(0.001, DT)
     for _ in range(10):
         line.push(7.0)

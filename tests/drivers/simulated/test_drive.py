@@ -83,7 +83,7 @@ def test_boots_up_and_serves_its_dictionary() -> None:
         ("23 00 16 01 10 00 41 20", "80 00 16 01 41 00 04 06"),  # not mappable
     ],
 )
-def test_refuses(request_: str, abort: str) -> None:
+def test_refused_sdo_requests(request_: str, abort: str) -> None:
     assert Bench().sdo(request_) == abort
 
 
@@ -106,7 +106,7 @@ def test_no_sdo_when_stopped() -> None:
     assert bench.sent == []
 
 
-def test_follows_targets_in_straight_lines() -> None:
+def test_targets_are_interpolated_linearly() -> None:
     bench = Bench()
     bench.sdo("2f c2 60 01 02 00 00 00")
     bench.enable()
@@ -126,7 +126,7 @@ def test_enabling_does_not_move_to_an_old_target() -> None:
     assert bench.drive.generator.position == 0.0
 
 
-def test_quick_stop_comes_to_rest_on_its_ramp_then_takes_power_off() -> None:
+def test_quick_stop_decelerates_on_its_ramp_and_switches_power_off() -> None:
     bench = Bench()
     bench.sdo("2f c2 60 01 02 00 00 00")  # 2 ms
     bench.sdo("23 85 60 00 a0 86 01 00")  # 100,000 counts/s^2
@@ -143,7 +143,7 @@ def test_quick_stop_comes_to_rest_on_its_ramp_then_takes_power_off() -> None:
     assert bench.counts - start == pytest.approx(10_000**2 / 2 / 100_000, rel=0.05)
 
 
-def test_following_error_faults_with_an_emergency_message() -> None:
+def test_following_error_is_a_fault_with_emcy() -> None:
     bench = Bench()
     bench.sdo("23 65 60 00 64 00 00 00")
     bench.enable()
@@ -184,7 +184,7 @@ def test_lost_master_stops_the_drive() -> None:
     assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
 
 
-def test_heartbeat_tells_the_state_of_the_node() -> None:
+def test_heartbeat_contains_the_nmt_state() -> None:
     bench = Bench()
     bench.sdo("2b 17 10 00 64 00 00 00")
     bench.drive.receive(0x000, START, 0.0)

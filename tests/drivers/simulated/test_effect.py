@@ -69,24 +69,24 @@ def test_library_is_the_list_of_effects() -> None:
     assert set(library()) == LISTED - ALWAYS_THERE
 
 
-def test_some_effects_stand_in_no_library() -> None:
+def test_some_effects_are_out_of_the_library() -> None:
     assert len(out_of_library()) >= 4
     assert not set(out_of_library()) & LISTED
     assert set(out_of_library()) | set(library()) == set(discover())
 
 
 @every
-def test_tells_what_it_depends_on(kind: type[HiddenEffect]) -> None:
+def test_dependences_are_known_variables(kind: type[HiddenEffect]) -> None:
     assert set(kind().depends_on()) <= VARIABLES
     assert kind().depends_on() or kind.name() == "torque_offset"
 
 
-def test_what_acts_between_joints_depends_on_them() -> None:
+def test_effect_between_joints_depends_on_them() -> None:
     assert discover()["hose_drag"](joints=(1, 3)).depends_on() == ("velocity", "joint_1", "joint_3")
 
 
 @every
-def test_joints_drawn_fit(kind: type[HiddenEffect]) -> None:
+def test_drawn_joints_are_valid(kind: type[HiddenEffect]) -> None:
     rng = np.random.default_rng(2)
     for _ in range(10):
         build(EffectSpec(name=kind.name(), joints=kind.draw_joints(rng)))
@@ -112,28 +112,28 @@ def test_parameters_have_meaning_unit_and_bounds(kind: type[HiddenEffect]) -> No
 
 
 @every
-def test_does_something_of_its_own(kind: type[HiddenEffect]) -> None:
+def test_overrides_a_hook(kind: type[HiddenEffect]) -> None:
     assert any(overrides(kind(), hook) for hook in HOOKS)
     assert not any(overrides(HiddenEffect(), hook) for hook in HOOKS)
 
 
 @every
-def test_spec_and_effect_are_the_same_thing(kind: type[HiddenEffect]) -> None:
+def test_effect_is_rebuilt_from_its_spec(kind: type[HiddenEffect]) -> None:
     effect = build(EffectSpec(name=kind.name(), parameters=kind.draw_shape(np.random.default_rng(5))))
     assert build(effect.spec()) == effect
 
 
 @every
-def test_zero_strength_is_the_base_machine(kind: type[HiddenEffect]) -> None:
+def test_zero_strength_equals_the_machine_without_effects(kind: type[HiddenEffect]) -> None:
     assert _moved(kind().scaled(0.0)) == pytest.approx(_moved(), abs=1e-9)
 
 
 @every
-def test_default_strength_is_not(kind: type[HiddenEffect]) -> None:
+def test_default_strength_changes_the_machine(kind: type[HiddenEffect]) -> None:
     assert _moved(kind().at(0.05)) != pytest.approx(_moved(), abs=1e-6)
 
 
-def test_all_at_once_still_run() -> None:
+def test_machine_runs_with_all_effects() -> None:
     assert np.all(np.abs(_moved(*(kind() for kind in discover().values()))) < 20.0)
 
 
@@ -165,7 +165,7 @@ def test_bad_effect_is_explained(spec: EffectSpec, complaint: str) -> None:
         build(spec)
 
 
-def test_machine_wants_sizes_resolved() -> None:
+def test_machine_refuses_unresolved_sizes() -> None:
     config = SimConfig(effects=(EffectSpec(name="cogging", size=0.02),))
     with pytest.raises(BadInput, match="size"):
         Machine(simulated_rig(), config, np.random.default_rng(0))

@@ -54,7 +54,7 @@ def test_added_torque(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["hose_drag", "rotor_coupling"])
-def test_coupled_joints_act_on_each_other_alike(name: str) -> None:
+def test_coupling_between_joints_is_symmetric(name: str) -> None:
     parameters, law = TORQUES[name]
     run = swing(machine_with(name, **parameters))
     order = [1, 0, 2]
@@ -82,7 +82,7 @@ def test_friction_opposes_motion_with_its_level(name: str) -> None:
     assert run.added == pytest.approx((COULOMB + law(run)) * np.sign(run.v), abs=1e-4)
 
 
-def test_bristles_bend_before_they_slide() -> None:
+def test_presliding_friction_follows_dahls_model() -> None:
     run = swing(machine_with("presliding_hysteresis", COULOMB, z_s=0.02))
     bend = 0.0
     for v, added in zip(run.v[:, 1], run.added[:, 1], strict=True):
@@ -92,7 +92,7 @@ def test_bristles_bend_before_they_slide() -> None:
 
 
 @pytest.mark.parametrize("push", [0.5, 0.9])
-def test_bent_bristles_hold_up_to_their_level(push: float) -> None:
+def test_presliding_friction_holds_up_to_its_level(push: float) -> None:
     """Joint 2 alone, weightless, well damped: 0.7 N m of friction."""
     bristles = EffectSpec(name="presliding_hysteresis", joints=(2,), parameters={"z_s": 0.01})
     pull = EffectSpec(name="torque_offset", joints=(2,), parameters={"a": push})

@@ -49,14 +49,14 @@ def test_amplifier_loses_voltage_between_command_and_motor(
     assert np.abs(commanded.reported - commanded.motor_torque)[:, 1].max() > 0.5
 
 
-def test_joint_stands_beside_a_shifted_zero() -> None:
+def test_zero_offset_shifts_the_true_position() -> None:
     machine, theta = machine_with("encoder_zero_offset", c=0.02), np.array([0.2, 0.1, 0.3])
     held_torque(machine, theta)
     assert machine.position() == pytest.approx(theta, abs=1e-5)
     assert machine.plant.motor_angles() == pytest.approx(theta - [0.0, 0.02, 0.0], abs=1e-5)
 
 
-def test_drive_follows_the_encoder_that_does_not_run_true() -> None:
+def test_drive_follows_the_eccentric_encoder() -> None:
     machine = machine_with("encoder_eccentricity", a=0.002, N=21.0, phase=0.4)
     start = np.array(machine.position())
     rows = []
@@ -86,7 +86,7 @@ def test_torque_follows_the_voltage_after_the_delay(delay: float) -> None:
     assert np.array(motor_torque)[:, 0] == pytest.approx(prompt, abs=1e-12)
 
 
-def test_voltage_leads_with_a_delay() -> None:
+def test_voltage_leads_the_delayed_torque() -> None:
     machine = machine_with("actuation_delay", delay=0.004)
     machine.advance([(np.array(machine.position()) + 0.05).tolist()] * 20)
     volts = 0.0005 * np.array(machine.voltage_counts())

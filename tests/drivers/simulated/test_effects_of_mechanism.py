@@ -24,7 +24,7 @@ def test_base_tilt_turns_gravity() -> None:
     assert torque == pytest.approx(tilted, abs=1e-3)
 
 
-def test_payload_is_heavy_and_inert_from_its_time_on() -> None:
+def test_payload_adds_weight_and_inertia_from_its_time_on() -> None:
     machine = machine_with("payload_change", dm=0.8, t_c=0.3)
     loaded = Links(payload=0.8)
     for links, seconds in ((LINKS, 0.29), (loaded, 0.5)):
@@ -49,7 +49,7 @@ def test_payload_is_put_down_again() -> None:
     assert np.all(carried > empty + 0.3)
 
 
-def test_arm_mass_is_inert_too() -> None:
+def test_arm_mass_adds_inertia() -> None:
     """In free fall the laws of motion hold with the mass on the one arm, without it on the others."""
     machine = machine_with("arm_mass_mismatch", a=2.0)
     heavy = Links(arm_mass=LINKS.arm_mass + 2.0 / (9.81 * LINKS.arm_com))
@@ -63,7 +63,7 @@ def test_arm_mass_is_inert_too() -> None:
     assert abs(plain[1]) > 0.05
 
 
-def test_air_holds_the_platform_back() -> None:
+def test_air_drag_opposes_the_platforms_motion() -> None:
     run = swing(machine_with("air_drag", c=3.0))
     # The load of a step belongs to the state from which it began.
     theta, rate, acceleration, load = run.q[:-1], run.v[:-1], run.a[1:], run.load[1:]
@@ -77,7 +77,7 @@ def test_air_holds_the_platform_back() -> None:
 
 
 @pytest.mark.parametrize("name", ["L1", "L2", "R", "r"])
-def test_platform_stands_where_the_true_lengths_put_it(name: str) -> None:
+def test_platform_position_follows_from_the_true_lengths(name: str) -> None:
     shares = {"L1": 0.0, "L2": 0.0, "R": 0.0, "r": 0.0, name: 1.0}
     machine = machine_with("geometry_error", error=0.02, **shares)
     theta = np.array([0.2, 0.1, 0.3])

@@ -28,7 +28,7 @@ def test_every_effect_of_the_library_is_drawn_with_valid_parameters() -> None:
 
 
 @pytest.mark.slow
-def test_draw_is_repeatable_and_sized_as_promised() -> None:
+def test_draw_is_reproducible_with_a_size_within_bounds() -> None:
     first, second = (draw(7, RIG, SimConfig()) for _ in range(2))
     assert first == second
     (effect,) = truth(RIG, SimConfig(effects=first), seed=7)["effects"]
@@ -36,7 +36,7 @@ def test_draw_is_repeatable_and_sized_as_promised() -> None:
     assert effect["name"] == first[0].name
 
 
-def test_others_are_drawn_where_they_are_asked_for() -> None:
+def test_effects_out_of_the_library_are_drawn_by_name() -> None:
     rng = np.random.default_rng(0)
     drawn = [draw_effect(rng, out_of_library()) for _ in range(100)]
     assert {effect.name() for effect in drawn} == set(out_of_library())
@@ -49,12 +49,12 @@ def test_joints_can_be_given() -> None:
     assert {(effect.name(), effect.joints) for effect in drawn} == {("cogging", (3,)), ("base_tilt", (1, 2, 3))}
 
 
-def test_nothing_can_be_hidden() -> None:
+def test_no_effect_is_drawn_for_no_size() -> None:
     assert draw(1, RIG, SimConfig(), sizes=()) == ()
 
 
 @pytest.mark.slow
-def test_two_effects_have_the_sizes_asked_for(sizer: EffectSizer) -> None:
+def test_two_effects_have_the_requested_sizes(sizer: EffectSizer) -> None:
     names, sizes = ("torque_offset", "joint_spring"), (0.02, 0.05)
     drawn = draw(3, RIG, SimConfig(), names=names, sizes=sizes, joints=(1,), sizer=sizer)
     assert {effect.name for effect in drawn} == set(names)
@@ -70,7 +70,7 @@ def test_two_effects_have_the_sizes_asked_for(sizer: EffectSizer) -> None:
         (("cogging", "coging"), 0.01, "'coging' found"),
     ],
 )
-def test_what_cannot_be_drawn_is_explained(
+def test_too_few_or_unknown_names_are_explained(
     sizer: EffectSizer, names: tuple[str, ...], size: float, complaint: str
 ) -> None:
     with pytest.raises(BadInput, match=complaint):
@@ -78,13 +78,13 @@ def test_what_cannot_be_drawn_is_explained(
 
 
 @pytest.mark.slow
-def test_size_that_none_can_have_is_explained(sizer: EffectSizer) -> None:
+def test_impossible_size_is_explained(sizer: EffectSizer) -> None:
     """The rig reports true motor voltages, in which a dead band leaves no trace."""
     with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
         draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=sizer)
 
 
-def test_truth_says_everything(sizer: EffectSizer) -> None:
+def test_truth_contains_effect_and_plant(sizer: EffectSizer) -> None:
     config = SimConfig(effects=(EffectSpec(name="torque_offset", joints=(3,), parameters={"a": 0.5}),))
     content = truth(RIG, config, seed=None, sizer=sizer)
     (effect,) = content["effects"]
@@ -98,12 +98,12 @@ def test_truth_says_everything(sizer: EffectSizer) -> None:
     assert json.loads(json.dumps(content)) == content
 
 
-def test_truth_tells_what_stands_in_no_library(sizer: EffectSizer) -> None:
+def test_truth_marks_effects_out_of_the_library(sizer: EffectSizer) -> None:
     effects = (EffectSpec(name="hose_drag", joints=(1, 3)),)
     (effect,) = truth(RIG, SimConfig(effects=effects), seed=None, sizer=sizer)["effects"]
     assert effect["in_library"] is False
     assert effect["depends_on"] == ["velocity", "joint_1", "joint_3"]
 
 
-def test_truth_of_the_bare_machine_has_no_effects() -> None:
+def test_truth_without_effects() -> None:
     assert truth(RIG, SimConfig(), seed=None)["effects"] == []

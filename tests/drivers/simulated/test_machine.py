@@ -70,7 +70,7 @@ def _fig5a_by_straight_lines(machine: Machine, rig: Rig) -> tuple[NDArray[np.flo
     return np.array(torque), np.array(error)
 
 
-def test_follows_fig5a_closely_and_quietly() -> None:
+def test_follows_fig5a_with_small_error_and_little_torque_ripple_at_sync_rate() -> None:
     rig = simulated_rig()
     torque, error = _fig5a_by_straight_lines(_machine(rig=rig), rig)
     assert np.abs(error).max() < 0.005
@@ -102,7 +102,7 @@ def test_one_axis_can_be_switched_alone() -> None:
     assert machine.torque()[0] == machine.torque()[2] == 0.0
 
 
-def test_power_cycle_begins_without_memory() -> None:
+def test_power_cycle_clears_the_loops_memory() -> None:
     machine = _machine()
     _switch_on(machine)
     _hold(machine, 0.3)
@@ -115,7 +115,7 @@ def test_power_cycle_begins_without_memory() -> None:
     assert np.abs(machine.torque()).max() < 0.1
 
 
-def test_reset_is_a_fresh_start() -> None:
+def test_reset_restores_the_initial_state() -> None:
     machine, fresh = _machine(), _machine()
     _switch_on(machine)
     _hold(machine, 0.1)
@@ -130,7 +130,7 @@ def test_reset_is_a_fresh_start() -> None:
     assert machine.torque() == fresh.torque()
 
 
-def test_same_seed_gives_the_same_bits() -> None:
+def test_same_seed_gives_identical_outputs() -> None:
     def run(seed: int) -> list[object]:
         machine = _machine(SimConfig(), seed=seed)
         _switch_on(machine)
@@ -175,7 +175,7 @@ def test_true_gain_may_differ_from_the_rigs() -> None:
     assert stronger.voltage_counts() == pytest.approx([count / 2 for count in as_rig.voltage_counts()], abs=1)
 
 
-def test_voltage_fits_into_sixteen_bits() -> None:
+def test_voltage_is_clipped_to_sixteen_bits() -> None:
     coarse = tuple(Drive(node_id=i, voltage=Voltage(scale=1e-6), sign=sign) for i, sign in ((1, 1), (2, -1), (3, 1)))
     machine = _machine(rig=Rig(name="clipped", drives=coarse))
     _switch_on(machine)

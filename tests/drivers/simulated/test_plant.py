@@ -23,7 +23,7 @@ def test_mechanism_closes_where_the_platform_is_placed() -> None:
     assert plant.motor_angles() == pytest.approx(kinematics.inverse(GEOMETRY, np.array([ASIDE]))[0], abs=1e-12)
 
 
-def test_unreachable_place_is_refused() -> None:
+def test_unreachable_platform_position_is_refused() -> None:
     with pytest.raises(BadInput, match="cannot reach"):
         Plant(GEOMETRY, Links()).place((0.0, 0.0, -3.0))
 

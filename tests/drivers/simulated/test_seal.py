@@ -9,14 +9,14 @@ from recordings.errors import BadInput
 TRUTH = {"effects": [{"name": "stribeck", "joints": [1], "size": 0.03}], "seed": 7}
 
 
-def test_truth_comes_back(tmp_path: Path) -> None:
+def test_unseal_returns_the_sealed_content(tmp_path: Path) -> None:
     path = sealed_path(tmp_path / "run.mcap")
     seal(path, TRUTH)
     assert unseal(path) == TRUTH
     assert path.name == "run.sealed.json"
 
 
-def test_nothing_is_read_by_accident(tmp_path: Path) -> None:
+def test_sealed_file_is_not_legible(tmp_path: Path) -> None:
     seal(tmp_path / "a", TRUTH)
     text = (tmp_path / "a").read_text()
     assert "stribeck" not in text

@@ -19,7 +19,7 @@ from drivers.simulated.secant import solve
     ids=["line", "root", "steep", "floor", "end", "step"],
 )
 @pytest.mark.parametrize("start", [0.1, 1.0, 5.0])
-def test_wanted_size_is_found(law: Callable[[float], float], start: float) -> None:
+def test_strength_of_the_target_size_is_found(law: Callable[[float], float], start: float) -> None:
     trials = []
 
     def size(strength: float) -> float:
@@ -41,9 +41,9 @@ def test_straight_line_takes_two_trials() -> None:
     assert len(trials) == 2
 
 
-def test_nearest_where_it_cannot_be_had() -> None:
+def test_largest_strength_where_the_target_size_is_out_of_reach() -> None:
     assert solve(lambda s: 0.01 * s, 1.0, start=1.0, largest=10.0, tolerance=0.01) == pytest.approx((10.0, 0.1))
 
 
-def test_never_possible() -> None:
+def test_none_where_no_strength_is_possible() -> None:
     assert solve(lambda s: math.inf, 1.0, start=1.0, largest=10.0, tolerance=0.01) is None

@@ -39,7 +39,7 @@ class Bench:
         assert self.say("s r0xcf 1000", "s r0xba 50", "s r0x24 21") == ["ok", "ok", "ok"]
 
 
-def test_values() -> None:
+def test_replies_with_values() -> None:
     bench = Bench()
     bench.counts, bench.volts = -12, 34
     replies = ["v -12", "v 34", f"v {OFF}", "v delta-workbench simulated drive in lockstep"]
@@ -59,11 +59,11 @@ def test_values() -> None:
         ("t 1", "e 14"),
     ],
 )
-def test_what_it_refuses(command: str, reply: str) -> None:
+def test_refused_commands(command: str, reply: str) -> None:
     assert Bench().say(command) == [reply]
 
 
-def test_a_target_from_before_power_does_not_move_it() -> None:
+def test_target_received_before_power_on_does_not_move_the_axis() -> None:
     bench = Bench()
     bench.say("s r0xca 500")
     bench.enable()
@@ -72,7 +72,7 @@ def test_a_target_from_before_power_does_not_move_it() -> None:
     assert bench.say("g r0xa0") == ["v 0"]
 
 
-def test_a_target_counts_with_the_update_and_is_reached_one_period_later() -> None:
+def test_target_takes_effect_with_the_update_and_is_reached_one_period_later() -> None:
     bench = Bench()
     bench.enable()
     bench.say("s r0xca 10")
@@ -86,7 +86,7 @@ def test_a_target_counts_with_the_update_and_is_reached_one_period_later() -> No
     assert bench.counts == 10
 
 
-def test_without_an_update_command_the_target_counts_at_once() -> None:
+def test_target_takes_effect_immediately_without_an_update_command() -> None:
     bench = Bench(update="")
     bench.enable()
     bench.say("s r0xca 10")
@@ -106,7 +106,7 @@ def moving() -> Bench:
     return bench
 
 
-def test_quick_stop_comes_to_rest_on_its_ramp_with_power_on() -> None:
+def test_quick_stop_decelerates_on_its_ramp_with_power_on() -> None:
     bench = moving()
     bench.say("t 0")
     bench.run(0.2)  # 1000 times 10 counts/s^2 are 10 rad/s^2: 0.1 s and 0.05 rad from 1 rad/s
@@ -115,7 +115,7 @@ def test_quick_stop_comes_to_rest_on_its_ramp_with_power_on() -> None:
     assert bench.counts == pytest.approx(35 + 50, abs=2)
 
 
-def test_disable_stops_first_and_then_takes_power_off() -> None:
+def test_disable_stops_and_then_switches_power_off() -> None:
     bench = moving()
     bench.say("s r0x24 0")
     bench.run(0.05)
@@ -126,7 +126,7 @@ def test_disable_stops_first_and_then_takes_power_off() -> None:
     assert bench.say("g r0xa0") == [f"v {OFF}"]
 
 
-def test_following_error_is_a_fault_that_must_be_cleared_before_power() -> None:
+def test_following_error_must_be_cleared_before_power_on() -> None:
     bench = Bench()
     bench.enable()
     bench.say("s r0xca 100", "t 1")
@@ -136,7 +136,7 @@ def test_following_error_is_a_fault_that_must_be_cleared_before_power() -> None:
     assert bench.say(f"s r0xa4 {FOLLOWING_ERROR}", "s r0x24 21", "g r0xa0") == ["ok", "ok", "v 0"]
 
 
-def test_the_watchdog_stops_a_drive_whose_host_is_silent() -> None:
+def test_watchdog_stops_the_drive_without_commands() -> None:
     bench = moving()
     bench.say("s r0xf0 50")
     bench.run(0.04)
@@ -148,7 +148,7 @@ def test_the_watchdog_stops_a_drive_whose_host_is_silent() -> None:
     assert bench.say("g r0xa4") == [f"v {COMMAND_LOST}"]
 
 
-def test_without_a_watchdog_silence_is_no_fault() -> None:
+def test_no_fault_without_commands_and_without_watchdog() -> None:
     bench = moving()
     bench.run(5.0)
     assert bench.drive.powered

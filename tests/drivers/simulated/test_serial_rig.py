@@ -44,20 +44,20 @@ def say(port: str, command: bytes, ends: int = 1) -> bytes:
         os.close(device)
 
 
-def test_a_port_named_simulated_is_known_in_this_program_as_long_as_it_is_served() -> None:
+def test_port_named_simulated_exists_while_it_is_served() -> None:
     with served(rig()):
         assert say(simulated["simulated"], b"2 g r0xa4\r") == b"v 0\r"
     assert not simulated
 
 
-def test_another_name_is_a_link_that_is_removed_at_the_end(tmp_path: Path) -> None:
+def test_other_port_name_is_a_link_that_is_removed_at_the_end(tmp_path: Path) -> None:
     link = tmp_path / "line"
     with served(rig(str(link))):
         assert say(str(link), b"2 g r0xa4\r") == b"v 0\r"
     assert not link.is_symlink()
 
 
-def test_a_link_that_a_killed_rig_left_is_replaced_but_nothing_else(tmp_path: Path) -> None:
+def test_dangling_link_is_replaced_but_no_other_file(tmp_path: Path) -> None:
     link, precious = tmp_path / "line", tmp_path / "precious"
     link.symlink_to(tmp_path / "gone")
     with served(rig(str(link))):
@@ -68,7 +68,7 @@ def test_a_link_that_a_killed_rig_left_is_replaced_but_nothing_else(tmp_path: Pa
     assert precious.read_text() == "data"
 
 
-def test_commands_may_come_in_pieces_and_each_drive_hears_its_own() -> None:
+def test_commands_may_arrive_in_pieces_and_are_routed_by_prefix() -> None:
     with served(rig()):
         device = os.open(simulated["simulated"], os.O_RDWR | os.O_NOCTTY)
         for piece in (b"3 g ", b"r0xa4\r4 g r0xa4\r", b"\r1 x\r"):
@@ -88,7 +88,7 @@ def test_echo() -> None:
         drives.close()
 
 
-def test_lockstep_time_passes_with_the_latch_only() -> None:
+def test_lockstep_time_advances_only_with_the_latch() -> None:
     with served(rig()) as machine:
         port = simulated["simulated"]
         first = say(port, b"1 g r0x15\r")
@@ -99,12 +99,12 @@ def test_lockstep_time_passes_with_the_latch_only() -> None:
         assert machine.machine.time == pytest.approx(1 / 20)
 
 
-def test_real_time_knows_no_latch() -> None:
+def test_latch_is_unknown_in_real_time() -> None:
     with served(rig(), "realtime"):
         assert say(simulated["simulated"], b"2 latch\r") == b"e 3\r"
 
 
-def test_real_time_commands_and_replies_take_their_time_on_the_wire() -> None:
+def test_real_time_includes_the_transmission_time() -> None:
     described = rig(baud=1200)
     command, reply = b"1 g r0xa4\r", b"v 0\r"
     with served(described, "realtime"):
@@ -131,7 +131,7 @@ def three() -> Iterator[tuple[SerialRig, transport.SerialDrives]]:
         drives.close()
 
 
-def test_an_unplugged_line_ends_the_run_and_the_others_stop(
+def test_unplugged_line_ends_the_run_and_the_other_drives_stop(
     three: tuple[SerialRig, transport.SerialDrives],
 ) -> None:
     machine, drives = three
@@ -146,7 +146,7 @@ def test_an_unplugged_line_ends_the_run_and_the_others_stop(
     assert drives.power_off() == (Power.OFF, Power.UNKNOWN, Power.OFF)
 
 
-def test_disturbed_replies_are_gaps_and_the_line_comes_back(
+def test_disturbed_replies_are_missing_and_the_line_recovers(
     three: tuple[SerialRig, transport.SerialDrives],
 ) -> None:
     machine, drives = three
@@ -159,7 +159,7 @@ def test_disturbed_replies_are_gaps_and_the_line_comes_back(
 
 
 @pytest.mark.parametrize("register", ["r0xf0", ""])
-def test_when_the_host_falls_silent_only_a_watchdog_takes_the_power(register: str) -> None:
+def test_only_a_watchdog_switches_power_off_when_the_host_is_lost(register: str) -> None:
     described = rig(registers=SerialRegisters(watchdog=register), reply_timeout=1.0)
     with served(described, "realtime") as machine:
         drives = transport.connect(described, lambda *line: None, lambda *frame: None, None)

@@ -45,7 +45,7 @@ def test_torque_stays_within_the_limit_and_does_not_wind_up() -> None:
     assert released[-1] < 0.0
 
 
-def test_current_dies_away_with_the_current_loops_time_constant() -> None:
+def test_current_decays_with_the_current_loops_time_constant() -> None:
     axis = PositionLoop(SERVO, DT, 10)
     axis.torque = 10.0
     for _ in range(10):
@@ -54,7 +54,7 @@ def test_current_dies_away_with_the_current_loops_time_constant() -> None:
     assert axis.torque < 10.0 * math.exp(-10 * DT / SERVO.current_lag)
 
 
-def test_restart_forgets() -> None:
+def test_restart_clears_the_loops_memory() -> None:
     axis, fresh = PositionLoop(SERVO, DT, 10), PositionLoop(SERVO, DT, 10)
     for _ in range(100):
         axis.follow(0.3, 0.0, 0.0)

@@ -7,7 +7,7 @@ from drivers.simulated.setpoint_generator import SetpointGenerator
 DT = 2e-4
 
 
-def test_interpolation_is_a_straight_line_that_ends_on_the_target() -> None:
+def test_interpolation_is_linear_and_ends_on_the_target() -> None:
     generator = SetpointGenerator(DT)
     generator.hold(1.0)
     generator.interpolate(2.0, 10 * DT)
@@ -17,7 +17,7 @@ def test_interpolation_is_a_straight_line_that_ends_on_the_target() -> None:
 
 
 @given(speed=st.floats(-10, 10), deceleration=st.floats(1, 500))
-def test_stop_ends_at_rest_without_turning_back(speed: float, deceleration: float) -> None:
+def test_stop_ends_at_rest_without_reversal(speed: float, deceleration: float) -> None:
     generator = SetpointGenerator(DT)
     generator.interpolate(speed * DT * 10, 10 * DT)
     generator.step()
@@ -32,7 +32,7 @@ def test_stop_ends_at_rest_without_turning_back(speed: float, deceleration: floa
     assert steps <= abs(speed) / deceleration / DT + 2
 
 
-def test_hold_forgets_a_motion() -> None:
+def test_hold_cancels_a_motion() -> None:
     generator = SetpointGenerator(DT)
     generator.interpolate(1.0, 10 * DT)
     generator.hold(0.5)

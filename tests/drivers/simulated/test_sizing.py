@@ -13,11 +13,11 @@ def sizer() -> EffectSizer:
 
 
 @pytest.mark.slow
-def test_nothing_has_no_size(sizer: EffectSizer) -> None:
+def test_zero_strength_has_size_zero(sizer: EffectSizer) -> None:
     assert sizer.size(build(EffectSpec(name="cogging")).scaled(0.0)) < 1e-4
 
 
-def test_cogging_is_left_whole(sizer: EffectSizer) -> None:
+def test_cogging_is_not_absorbed_by_the_base_model(sizer: EffectSizer) -> None:
     """A ripple that no base column resembles, slow enough to pass: its size is its RMS over the torque's."""
     cogging = build(EffectSpec(name="cogging", parameters={"a": 0.5, "N": 15.0}))
     assert sizer.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
@@ -25,7 +25,7 @@ def test_cogging_is_left_whole(sizer: EffectSizer) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["encoder_zero_offset", "torque_gain_mismatch", "back_emf", "geometry_error"])
-def test_measured_side_counts_by_the_torque_that_is_missed(sizer: EffectSizer, name: str) -> None:
+def test_size_of_sensor_and_drive_effects_is_proportional_to_strength(sizer: EffectSizer, name: str) -> None:
     """Whatever is wrong with what is reported, twice as wrong is twice the size."""
     effect = build(EffectSpec(name=name, joints=(2,) if not discover()[name].whole_robot else (1, 2, 3)))
     strength = effect.model_dump()[effect.strength()]
@@ -36,23 +36,23 @@ def test_measured_side_counts_by_the_torque_that_is_missed(sizer: EffectSizer, n
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "visible"), [("motor", False), ("command", True)])
-def test_dead_band_shows_in_the_command_only(kind: str, visible: bool) -> None:
+def test_dead_band_is_visible_only_in_the_command(kind: str, visible: bool) -> None:
     size = EffectSizer(reporting(kind), SimConfig()).size(build(EffectSpec(name="amplifier_deadband", joints=(2,))))
     assert (size > 0.005) == visible
     assert visible or size < 5e-4
 
 
-def test_gain_of_all_joints_is_absorbed(sizer: EffectSizer) -> None:
+def test_common_torque_gain_error_is_absorbed_by_the_base_model(sizer: EffectSizer) -> None:
     assert sizer.size(build(EffectSpec(name="torque_gain_mismatch", parameters={"mismatch": 0.2}))) < 1e-3
 
 
 @pytest.mark.slow
-def test_loop_that_shakes_has_no_size(sizer: EffectSizer) -> None:
+def test_size_of_an_unstable_loop_is_infinite(sizer: EffectSizer) -> None:
     assert sizer.size(build(EffectSpec(name="actuation_delay", parameters={"delay": 0.01}))) == float("inf")
 
 
 @pytest.mark.slow
-def test_fading_friction_is_measured_over_as_long_as_a_recording(sizer: EffectSizer) -> None:
+def test_thermal_drift_is_measured_over_several_repetitions(sizer: EffectSizer) -> None:
     """What has faded before the first repetition is over has left little to see."""
     slow, quick = (
         sizer.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
@@ -61,13 +61,13 @@ def test_fading_friction_is_measured_over_as_long_as_a_recording(sizer: EffectSi
 
 
 @pytest.mark.slow
-def test_tilt_is_partly_absorbed_and_grows_in_proportion(sizer: EffectSizer) -> None:
+def test_size_of_base_tilt_is_proportional_to_its_angle(sizer: EffectSizer) -> None:
     small, large = (sizer.size(build(EffectSpec(name="base_tilt", parameters={"angle": a}))) for a in (0.02, 0.04))
     assert large == pytest.approx(2 * small, rel=0.01)
 
 
 @pytest.mark.slow
-def test_payload_change_counts_wherever_it_happens(sizer: EffectSizer) -> None:
+def test_size_of_a_payload_change_does_not_depend_on_its_time(sizer: EffectSizer) -> None:
     early, late = (EffectSpec(name="payload_change", parameters={"t_c": t}) for t in (0.0, 1000.0))
     assert sizer.size(build(early)) == sizer.size(build(late)) > 0.01
 
@@ -81,7 +81,7 @@ def test_payload_change_counts_wherever_it_happens(sizer: EffectSizer) -> None:
         ("stribeck", (1, 2, 3), 1.0, 0.01),
     ],
 )
-def test_asked_size_is_found(
+def test_strength_of_a_requested_size_is_found(
     sizer: EffectSizer, name: str, joints: tuple[int, ...], sign: float, target_size: float
 ) -> None:
     effect = build(EffectSpec(name=name, joints=joints))

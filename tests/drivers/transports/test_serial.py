@@ -21,18 +21,18 @@ LOOK = len("1 g r0xa0.") + len("v 4294967295.")
 SWITCH_ON = len("1 s r0xca -32856.") + len("ok.") + len("1 s r0x24 21.") + len("ok.")
 
 
-def test_the_rig_names_its_transport() -> None:
+def test_transport_is_selected_by_the_rig() -> None:
     assert transports.of(rig()) is serial
 
 
-def test_one_line_carries_all_drives_one_after_the_other() -> None:
+def test_cycle_time_of_three_drives_on_one_line() -> None:
     characters = 3 * (MOVE + READ) + LOOK + (SWITCH_ON - MOVE)
     exchanges = 3 * 4 + 1
     expected = characters * 10 / 115_200 + exchanges * 0.001
     assert serial.cycle_time(rig(turnaround=0.001)) == pytest.approx(expected)
 
 
-def test_three_lines_carry_one_drive_each_and_need_no_prefix() -> None:
+def test_cycle_time_of_one_drive_per_line_without_prefix() -> None:
     characters = MOVE + READ + LOOK + (SWITCH_ON - MOVE) - 5 * len("1 ")
     assert serial.cycle_time(rig("a", "b", "c", turnaround=0.0)) == pytest.approx(characters * 10 / 115_200)
 
@@ -49,12 +49,12 @@ def test_four_times_the_baud_rate_is_four_times_the_rate() -> None:
     assert fast == pytest.approx(4 * slow)
 
 
-def test_the_highest_rate_leaves_the_share_that_the_rig_asks_for() -> None:
+def test_highest_rate_reaches_the_allowed_load() -> None:
     described = rig(max_load=0.5)
     assert serial.highest_rate(described) * serial.cycle_time(described) == pytest.approx(0.5)
 
 
-def test_a_rate_too_high_for_the_line_is_refused_with_the_highest_that_fits() -> None:
+def test_rate_above_the_highest_is_refused_with_the_highest_rate() -> None:
     with pytest.raises(BadInput, match=r"at 100 Hz a cycle has 10\.0 ms.* choose --rate 31 or less"):
         serial.check(rig(rate=100.0))
     serial.check(rig(rate=31.0))
@@ -64,14 +64,14 @@ def test_a_rate_too_high_for_the_line_is_refused_with_the_highest_that_fits() ->
     "option",
     [{"mode": "interpolated"}, {"torque_actual": True}, {"homed": HomedBit(index=0x2F00)}, {"dcf": "drive.dcf"}],
 )
-def test_what_only_canopen_drives_heed_is_refused(option: dict[str, object]) -> None:
+def test_canopen_only_options_are_refused(option: dict[str, object]) -> None:
     plain = rig()
     drives = (*plain.drives[:2], plain.drives[2].model_copy(update=option))
     with pytest.raises(BadInput, match=f"'{next(iter(option))}' of joint 3 is for CANopen drives"):
         serial.check(plain.model_copy(update={"drives": drives}))
 
 
-def test_description_has_the_figures() -> None:
+def test_description_contains_time_load_and_rate() -> None:
     assert serial.describe(rig(rate=25.0)) == (
         "serial, one line (simulated) at 115200 baud: a cycle takes up to 24.0 ms on the wire, 60% of the period, "
         "drives are read up to 14.0 ms apart; highest rate 31 Hz"
@@ -81,12 +81,12 @@ def test_description_has_the_figures() -> None:
     assert "apart" not in three
 
 
-def test_only_ports_named_so_are_simulated_here() -> None:
+def test_only_ports_named_simulated_are_simulated_here() -> None:
     assert serial.simulated_here(rig("simulated1", "simulated2", "simulated3"))
     assert not serial.simulated_here(rig("/dev/ttyUSB0"))
 
 
-def test_a_port_that_is_not_there_is_named_and_the_others_are_released() -> None:
+def test_missing_port_is_named_and_the_others_are_released() -> None:
     controller, device = os.openpty()
     described = rig(os.ttyname(device), "/dev/no/such/port", "/dev/none")
     for _ in range(2):  # a port that were not released would be in use the second time
@@ -96,7 +96,7 @@ def test_a_port_that_is_not_there_is_named_and_the_others_are_released() -> None
     os.close(device)
 
 
-def test_registers_of_the_rig_count() -> None:
+def test_cycle_time_depends_on_the_register_names() -> None:
     long_name = rig(turnaround=0.0, registers=SerialRegisters(position="r0x0032"))
     difference = serial.cycle_time(long_name) - serial.cycle_time(rig(turnaround=0.0))
     assert difference == pytest.approx(3 * 2 * 10 / 115_200)

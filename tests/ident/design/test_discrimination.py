@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from ident.cli import program
-from ident.design.discrimination import rivals
-from ident.design.motions import repeated
+from ident.design.discrimination import discrimination_model
+from ident.design.motions import repeated_motion
 from ident.dynamics.effects.library import library
 from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
@@ -23,13 +23,13 @@ AXES = Rig(name="bench", mechanism="axes", axes=(Axis(), Axis()))
 
 
 def motion(name: str = "excitation", rate: float = 200.0) -> Motion:
-    return repeated(trajectories.load(name, simulated_rig(), 1, rate))
+    return repeated_motion(trajectories.load(name, simulated_rig(), 1, rate))
 
 
 def told(*pair: str, on: Motion | None = None, joints: tuple[int, ...] = ()) -> dict[str, float]:
     on = on or motion()
-    made = rivals(simulated_rig(), [pair], library(), joints).sampled(200.0).as_strong_as_on(on)  # type: ignore[list-item]
-    return made.shares(made.regressor(on))
+    made = discrimination_model(simulated_rig(), [pair], library(), joints).at_rate(200.0).normalized_on(on)  # type: ignore[list-item]
+    return made.discriminability(made.regressor(on))
 
 
 def left(columns: Floats, which: list[int], rest: list[int]) -> float:
@@ -40,15 +40,15 @@ def left(columns: Floats, which: list[int], rest: list[int]) -> float:
 
 
 def test_what_is_told_is_what_least_squares_leave() -> None:
-    made = rivals(simulated_rig(), [("arm_com_offset", "asymmetric_viscous")], library(), [1])
+    made = discrimination_model(simulated_rig(), [("arm_com_offset", "asymmetric_viscous")], library(), [1])
     columns, own = made.regressor(motion()), len(made.base.parameters)
     base, first, second = list(range(own)), [own + 1], [own + 4]
     expected = {
         "arm_com_offset": left(columns, first, [*base, own + 3, own + 4, own + 5]) / left(columns, first, base),
         "asymmetric_viscous": left(columns, second, [*base, own, own + 1, own + 2]) / left(columns, second, base),
     }
-    strong = made.as_strong_as_on(motion())
-    assert strong.shares(strong.regressor(motion())) == pytest.approx(expected, rel=1e-3)
+    strong = made.normalized_on(motion())
+    assert strong.discriminability(strong.regressor(motion())) == pytest.approx(expected, rel=1e-3)
 
 
 def test_what_is_alike_is_told_apart_worse() -> None:
@@ -81,18 +81,18 @@ def test_one_that_contains_the_other_cannot_be_excluded_but_shown() -> None:
 
 
 def test_a_recording_speaks_along_with_the_new_motion() -> None:
-    alone = rivals(simulated_rig(), [("joint_spring", "arm_com_offset")], library()).as_strong_as_on(motion("fig5a"))
-    beside = alone.beside(motion("fig5a"))
+    alone = discrimination_model(simulated_rig(), [("joint_spring", "arm_com_offset")], library()).normalized_on(motion("fig5a"))
+    beside = alone.with_recorded(motion("fig5a"))
     columns = alone.regressor(motion())
-    less, more = alone.shares(columns), beside.shares(columns)
+    less, more = alone.discriminability(columns), beside.discriminability(columns)
     assert all(more[name] > less[name] for name in less)
 
 
 def test_effects_that_remember_know_the_rate() -> None:
-    made = rivals(simulated_rig(), [("actuation_delay", "back_emf")], library())
+    made = discrimination_model(simulated_rig(), [("actuation_delay", "back_emf")], library())
 
     def delayed(rate: float) -> Floats:
-        rows = made.sampled(rate).regressor(motion(rate=rate))[:: round(rate / 100)]
+        rows = made.at_rate(rate).regressor(motion(rate=rate))[:: round(rate / 100)]
         return rows[20:-20, 0, len(made.base.parameters)]
 
     np.testing.assert_allclose(delayed(400.0), delayed(200.0), atol=0.05 * np.abs(delayed(200.0)).max())
@@ -103,7 +103,7 @@ def test_a_distortion_beyond_what_closes_is_looked_at_smaller() -> None:
     own = [replace(one, starts=(-0.6,)) for one in known["geometry_error"].parameters]  # type: ignore[attr-defined]
     short = {**known, "geometry_error": replace(known["geometry_error"], parameters=tuple(own))}  # type: ignore[call-arg]
     made, smaller = (
-        rivals(simulated_rig(), [("geometry_error", "stribeck")], effects).as_strong_as_on(motion())
+        discrimination_model(simulated_rig(), [("geometry_error", "stribeck")], effects).normalized_on(motion())
         for effects in (short, known)
     )
     found, expected = (one.regressor(motion())[:, :, len(one.base.parameters)] for one in (made, smaller))
@@ -122,19 +122,19 @@ def test_a_distortion_beyond_what_closes_is_looked_at_smaller() -> None:
 )
 def test_what_no_motion_tells_apart_is_refused(rig: Rig, pair: tuple[str, str], found: str) -> None:
     with pytest.raises(BadInput, match=found):
-        rivals(rig, [pair], library())
+        discrimination_model(rig, [pair], library())
 
 
 def test_a_joint_that_is_not_there_is_refused() -> None:
     with pytest.raises(BadInput, match="joint 1 to 3 expected, 4 found"):
-        rivals(simulated_rig(), [("stribeck", "cogging")], library(), [3])
+        discrimination_model(simulated_rig(), [("stribeck", "cogging")], library(), [3])
 
 
 def test_what_needs_a_load_asks_for_a_recording() -> None:
-    made = rivals(AXES, [("stribeck", "torque_gain_mismatch")], library())
+    made = discrimination_model(AXES, [("stribeck", "torque_gain_mismatch")], library())
     turning = np.sin(np.linspace(0, 6, 50))[:, None] * np.ones(2)
     with pytest.raises(BadInput, match="--recording"):
-        made.as_strong_as_on(Motion(turning, turning, turning, turning))
+        made.normalized_on(Motion(turning, turning, turning, turning))
 
 
 def design(*arguments: object) -> Result:

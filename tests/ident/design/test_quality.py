@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from ident.design.quality import judge
+from ident.design.quality import motion_quality
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
 from ident.filters import mean_sign
@@ -22,7 +22,7 @@ def wave(*sines: float) -> Trajectory:
 
 def test_standard_errors_are_those_of_many_fits() -> None:
     trajectory, rng = wave(0.5, 0.3), np.random.default_rng(0)
-    found = judge(trajectory, RIG, mechanisms.create(RIG), noise=0.2, bandwidth=np.inf)
+    found = motion_quality(trajectory, RIG, mechanisms.create(RIG), noise=0.2, bandwidth=np.inf)
     kept = trajectory.repeat >= 0
     direction = mean_sign(trajectory.joint_velocity)
     motion = Motion(
@@ -35,18 +35,18 @@ def test_standard_errors_are_those_of_many_fits() -> None:
 
 
 def test_noise_within_a_band_leaves_fewer_independent_samples() -> None:
-    narrow, wide = (judge(wave(0.5, 0.3), RIG, mechanisms.create(RIG), 0.1, hz) for hz in (25.0, 250.0))
+    narrow, wide = (motion_quality(wave(0.5, 0.3), RIG, mechanisms.create(RIG), 0.1, hz) for hz in (25.0, 250.0))
     np.testing.assert_allclose(narrow.std, wide.std * np.sqrt(10))
 
 
 def test_what_a_motion_does_not_show_is_not_known() -> None:
     rig = RIG.model_copy(update={"axes": (Axis(gravity=True),)})
-    found = judge(wave(1e-7), rig, mechanisms.create(rig), 0.1, 30.0)
+    found = motion_quality(wave(1e-7), rig, mechanisms.create(rig), 0.1, 30.0)
     assert np.isinf(found.std).any()
     assert found.condition > 1e3
 
 
 def test_usage_is_that_of_the_limits() -> None:
-    found = judge(wave(1.0), RIG, mechanisms.create(RIG), 0.1, 30.0)
+    found = motion_quality(wave(1.0), RIG, mechanisms.create(RIG), 0.1, 30.0)
     assert found.usage["joint_min or joint_max"] == pytest.approx(0.5, rel=1e-3)
     assert found.usage["speed"] == pytest.approx(np.pi / RIG.limits.speed, rel=1e-3)

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from ident.design.problem import Criterion, Problem
-from ident.design.quality import judge
+from ident.design.problem import Criterion, DesignProblem
+from ident.design.quality import motion_quality
 from ident.design.search import MARGIN, search
 from ident.dynamics import mechanisms
 from recordings.errors import BadInput
@@ -29,7 +29,7 @@ def designed(rig: Rig, criterion: Criterion, harmonics: int = 3, seed: int = 0) 
 @pytest.mark.parametrize("criterion", ["d", "e"])
 def test_slopes_are_those_of_the_objective_and_the_limits(rig: Rig, criterion: Criterion) -> None:
     mechanism = mechanisms.create(rig)
-    problem = Problem(rig, mechanism, criterion, 4.0, 2, np.ones(len(mechanism.parameters)))
+    problem = DesignProblem(rig, mechanism, criterion, 4.0, 2, np.ones(len(mechanism.parameters)))
     rng = np.random.default_rng(1)
     at = np.concatenate([np.full(rig.dof, 0.1), 0.1 * rng.normal(size=4 * rig.dof)])
     towards = rng.normal(size=len(at))
@@ -42,13 +42,13 @@ def test_slopes_are_those_of_the_objective_and_the_limits(rig: Rig, criterion: C
 def test_the_design_keeps_the_limits_and_uses_them(criterion: Criterion) -> None:
     trajectory = assemble(designed(BENCH, criterion).motion("best"), BENCH)
     check(trajectory, BENCH)
-    used = judge(trajectory, BENCH, mechanisms.create(BENCH), 0.1, 30.0).usage
+    used = motion_quality(trajectory, BENCH, mechanisms.create(BENCH), 0.1, 30.0).usage
     assert 0.9 * MARGIN < max(used.values()) <= MARGIN + 1e-6
 
 
 def test_each_criterion_is_best_at_its_own() -> None:
     mechanism = mechanisms.create(BENCH)
-    problems = {c: Problem(BENCH, mechanism, c, 4.0, 3, np.ones(6)) for c in ("d", "e")}
+    problems = {c: DesignProblem(BENCH, mechanism, c, 4.0, 3, np.ones(6)) for c in ("d", "e")}
     value = {
         (judged, made): problems[judged].evaluate(coefficients(designed(BENCH, made))[None])[0][0]
         for judged in ("d", "e")
@@ -78,7 +78,7 @@ def test_limits_without_room_are_refused() -> None:
 def test_a_delta_robot_is_excited_better_than_by_the_built_in_motion() -> None:
     rig = simulated_rig()
     mechanism = mechanisms.create(rig)
-    best = judge(assemble(designed(rig, "e", 5).motion("best"), rig), rig, mechanism, 0.1, 30.0)
-    built_in = judge(load("excitation", rig), rig, mechanism, 0.1, 30.0)
+    best = motion_quality(assemble(designed(rig, "e", 5).motion("best"), rig), rig, mechanism, 0.1, 30.0)
+    built_in = motion_quality(load("excitation", rig), rig, mechanism, 0.1, 30.0)
     assert best.condition < built_in.condition
     assert (best.std < built_in.std).all()

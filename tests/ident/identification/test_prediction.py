@@ -8,7 +8,7 @@ import pytest
 
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
-from ident.identification.identify import Choices, identify
+from ident.identification.identify import FitOptions, identify
 from ident.identification.model import Model
 from ident.identification.prediction import predict
 from recordings.errors import BadInput
@@ -28,7 +28,7 @@ def file(
     params=[(), ("torque_offset",), ("stribeck:1,2",), ("torque_gain_mismatch:1", "presliding_hysteresis")],
 )
 def model(file: Path, request: pytest.FixtureRequest) -> Model:
-    choices = Choices("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
+    choices = FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", 20.0, request.param)
     return identify([file], None, choices, lambda *_: None).model
 
 

@@ -51,7 +51,7 @@ def test_planted_gains_are_within_their_intervals(found: Calibration) -> None:
     assert found.torque.gain_source == "calibrated"
     assert found.torque.gain_uncertainty == pytest.approx(found.relative_std.max())
     assert found.explained > 0.95
-    assert found.differ
+    assert found.gains_differ
     assert found.spread == pytest.approx(1.3 / 0.8 - 1, rel=0.02)
 
 

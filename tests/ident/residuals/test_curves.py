@@ -5,13 +5,13 @@ import pytest
 
 from ident.data.dataset import Dataset
 from ident.identification.prediction import Prediction
-from ident.residuals.curves import Curve, curves
+from ident.residuals.curves import BinnedCurve, binned_curves
 from recordings.recording import Floats
 from tests.ident.residuals.conftest import Planted
 
 
-def curve(axis: str, *predictions: Prediction, joint: int = 0) -> Curve:
-    (found,) = (one for one in curves(predictions, joint) if one.axis == axis)
+def curve(axis: str, *predictions: Prediction, joint: int = 0) -> BinnedCurve:
+    (found,) = (one for one in binned_curves(predictions, joint) if one.axis == axis)
     return found
 
 
@@ -33,7 +33,7 @@ def test_bands_hold_the_mean_of_noise_and_nothing_is_explained(planted: Planted,
     rng = np.random.default_rng(1)
     inside, explained = [], []
     for _ in range(10):
-        for found in curves([planted(rng.normal(size=dataset.torque.shape))], 1):
+        for found in binned_curves([planted(rng.normal(size=dataset.torque.shape))], 1):
             explained.append(found.explained)
             known = np.isfinite(found.half_width)
             inside.append(abs(found.mean[known]) <= found.half_width[known])

@@ -5,7 +5,7 @@ import pytest
 
 from ident.data.dataset import Dataset, build
 from ident.dynamics import mechanisms
-from ident.residuals.phases import joints, phases, sentences
+from ident.residuals.phases import joint_residuals, phases, sentences
 from recordings.recording import Floats, Recording
 
 
@@ -19,7 +19,7 @@ def noise(dataset: Dataset, size: float = 0.1) -> Floats:
 
 
 def said(dataset: Dataset, error: Floats) -> str:
-    return " ".join(sentences(joints([dataset], [dataset.torque - error])))
+    return " ".join(sentences(joint_residuals([dataset], [dataset.torque - error])))
 
 
 def test_even_noise_stands_out_nowhere(dataset: Dataset) -> None:
@@ -46,7 +46,7 @@ def test_the_worst_phase_is_named(dataset: Dataset, phase: str) -> None:
 
 
 def test_a_residual_that_grows_on_other_motion_is_said(dataset: Dataset) -> None:
-    trained, judged = (joints([dataset], [dataset.torque - noise(dataset, size)]) for size in (0.1, 0.3))
+    trained, judged = (joint_residuals([dataset], [dataset.torque - noise(dataset, size)]) for size in (0.1, 0.3))
     assert any("grown 3.0 times" in line for line in sentences(judged, trained))
     assert not any("grown" in line for line in sentences(trained, judged))
 
@@ -73,7 +73,7 @@ def test_phases_follow_the_motion(make: Callable[..., Recording]) -> None:
 
 
 def test_shares_add_up(dataset: Dataset) -> None:
-    for joint in joints([dataset], [dataset.torque - noise(dataset)]):
+    for joint in joint_residuals([dataset], [dataset.torque - noise(dataset)]):
         assert sum(phase.time_share for phase in joint.phases.values()) == pytest.approx(1)
         assert sum(phase.error_share for phase in joint.phases.values()) == pytest.approx(1)
         assert joint.rms == pytest.approx(0.1, rel=0.1)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from ident.data.dataset import Dataset
-from ident.residuals.windows import DURATION, worst
+from ident.residuals.windows import DURATION, worst_windows
 from recordings.recording import Floats
 from tests.ident.residuals.conftest import Planted
 
 
 def test_a_burst_is_found_where_it_is(planted: Planted, dataset: Dataset, noise: Floats) -> None:
     burst = (dataset.time >= 9.0) & (dataset.time < 9.0 + DURATION)
-    first, second = worst([planted(noise + 1.0 * burst[:, None] * [0, 1, 0])], 2)
+    first, second = worst_windows([planted(noise + 1.0 * burst[:, None] * [0, 1, 0])], 2)
     assert (first.joint, first.recording) == (2, "made.mcap")
     assert first.start == pytest.approx(9.0, abs=0.05)
     assert first.end - first.start == pytest.approx(DURATION, abs=0.01)
@@ -22,7 +22,7 @@ def test_a_burst_is_found_where_it_is(planted: Planted, dataset: Dataset, noise:
 
 def test_the_same_part_of_the_motion_is_named_once(planted: Planted, dataset: Dataset, noise: Floats) -> None:
     at_phases = (abs(dataset.phase - 1.0) < 0.1) | (abs(dataset.phase - 2.5) < 0.1)
-    found = worst([planted(noise + 1.0 * at_phases[:, None] * [1, 0, 0])], 3)
+    found = worst_windows([planted(noise + 1.0 * at_phases[:, None] * [1, 0, 0])], 3)
     named = sorted(
         float(dataset.phase[np.searchsorted(dataset.time, window.start + DURATION / 2)]) for window in found[:2]
     )
@@ -31,10 +31,10 @@ def test_the_same_part_of_the_motion_is_named_once(planted: Planted, dataset: Da
 
 
 def test_windows_do_not_overlap(planted: Planted, noise: Floats) -> None:
-    found = sorted((window for window in worst([planted(noise)], 12) if window.joint == 1), key=lambda one: one.start)
+    found = sorted((window for window in worst_windows([planted(noise)], 12) if window.joint == 1), key=lambda one: one.start)
     assert len(found) > 1
     assert all(one.end <= other.start + 1e-9 for one, other in pairwise(found))
 
 
 def test_a_perfect_model_has_none(planted: Planted, noise: Floats) -> None:
-    assert worst([planted(0 * noise)], 3) == ()
+    assert worst_windows([planted(0 * noise)], 3) == ()

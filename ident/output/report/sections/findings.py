@@ -21,19 +21,19 @@ def section(contents: ReportContents) -> ReportSection | None:
     # Effects that every machine of this kind has come last: they are no findings.
     pairs.sort(key=lambda pair: pair[1].term.effect.mandatory)
     blocks: list[ReportBlock] = [
-        _card(place, diagnosis, document, *pair) for place, pair in enumerate(pairs, start=1)
+        _card(index, diagnosis, document, *pair) for index, pair in enumerate(pairs, start=1)
     ]
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
     return ReportSection("findings", "Findings", tuple(blocks))
 
 
-def _card(place: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding) -> Card:
+def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding) -> Card:
     effect = finding.term.effect
-    where = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
+    location = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
     low, high = entry.gain_ci95
     tags = [
-        where,
+        location,
         f"explains {percent(entry.gain)} ({100 * low:.3g} to {100 * high:.3g}\u00a0%) of the held-out excess",
     ]
     if effect.mandatory:
@@ -49,7 +49,7 @@ def _card(place: int, diagnosis: Diagnosis, document: Document, entry: FindingEn
         )
     )
     caption = f"Residual without {entry.effect} and with it; dots are samples, lines their means."
-    plot = Plot(f"finding-{place}", before_after(diagnosis, finding), caption)
+    plot = Plot(f"finding-{index}", before_after(diagnosis, finding), caption)
     return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, plot, *_parameters(document, entry)))
 
 

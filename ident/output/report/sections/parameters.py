@@ -16,8 +16,8 @@ def section(contents: ReportContents) -> ReportSection:
     if any(parameters.relative_half_width(entry) for model in contents.models.values() for entry in model.parameters):
         caption = "Uncertainty of each parameter; beyond the dotted line not even its sign is known."
         blocks.append(Plot("precision", parameters.precision(contents.models), caption))
-    for place, (name, model) in enumerate(contents.models.items(), start=1):
-        blocks += _assessment(place, name, model)
+    for index, (name, model) in enumerate(contents.models.items(), start=1):
+        blocks += _assessment(index, name, model)
     return ReportSection("parameters", "Parameters", tuple(blocks))
 
 
@@ -46,13 +46,13 @@ def _table(contents: ReportContents) -> ReportTable:
     return ReportTable(head, tuple(rows), caption, words=(0, len(head) - 1))
 
 
-def _assessment(place: int, name: str, model: Model) -> list[ReportBlock]:
+def _assessment(index: int, name: str, model: Model) -> list[ReportBlock]:
     if model.trust is None:
         return []
     title = f"Assessment of {name}"
     correlation = Plot(
-        f"correlation-{place}",
+        f"correlation-{index}",
         parameters.correlation(model),
         "Correlation of the errors: near -1 or 1, this motion determines only a combination of two parameters.",
     )
-    return [Fold(title, (Notes(tuple(assessment.summary_lines(model, model.trust))), correlation), open=place == 1)]
+    return [Fold(title, (Notes(tuple(assessment.summary_lines(model, model.trust))), correlation), open=index == 1)]

@@ -12,10 +12,10 @@ from recordings.recording import Recording
 def section(contents: ReportContents) -> ReportSection:
     """Return gaps, lateness and noise of all recordings."""
     blocks: list[ReportBlock] = [_samples(contents)]
-    for place, recording in enumerate(contents.recordings, start=1):
+    for index, recording in enumerate(contents.recordings, start=1):
         if quality.has_timing(recording):
             caption = f"{recording.path.name}: how late the host began each cycle, and where samples were lost."
-            blocks.append(Plot(f"timing-{place}", quality.timing(recording), caption))
+            blocks.append(Plot(f"timing-{index}", quality.timing(recording), caption))
     blocks += _noise(contents)
     return ReportSection("quality", "Data quality", tuple(blocks))
 
@@ -36,17 +36,17 @@ def _row(recording: Recording) -> tuple[str, ...]:
 
 def _noise(contents: ReportContents) -> list[ReportBlock]:
     rows = []
-    several = len(contents.primary_comparisons) > 1
-    for name, comparison in contents.primary_comparisons.items():
-        for joint in comparison.joints:
+    several = len(contents.primary_analyses) > 1
+    for name, analysis in contents.primary_analyses.items():
+        for joint in analysis.joints:
             summary, split = joint.summary, joint.split
             floor = f"{number(split.noise_rms)} {joint.unit}" if split else "unknown"
             above = percent(split.above_noise) if split else ""
             cells = (f"{number(summary.rms)} {joint.unit}", percent(summary.share), floor, above)
             rows.append((*([name] if several else []), f"joint {summary.number}", *cells))
     head = ("joint", "residual, RMS", "of the torque", "noise floor", "above the noise")
-    repeated = any(joint.split for comparison in contents.primary_comparisons.values() for joint in comparison.joints)
-    scope = "the recordings held out" if contents.held_out_comparisons else "all recordings"
+    repeated = any(joint.split for analysis in contents.primary_analyses.values() for joint in analysis.joints)
+    scope = "the recordings held out" if contents.held_out_analyses else "all recordings"
     caption = f"Residual: measured minus computed, of {scope}."
     if repeated:
         caption += " The motion repeats: differences between repetitions are noise, which no model can explain."
@@ -56,7 +56,7 @@ def _noise(contents: ReportContents) -> list[ReportBlock]:
         blocks.append(
             Plot(
                 "split",
-                quality.mean_square_shares(contents.primary_comparisons),
+                quality.mean_square_shares(contents.primary_analyses),
                 "Components of the residual's mean square.",
             )
         )

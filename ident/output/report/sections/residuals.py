@@ -15,39 +15,39 @@ _QUANTITY = {"load": "computed load"}
 
 def section(contents: ReportContents) -> ReportSection:
     """Return phases, worst windows, dependence on each quantity, and spectrum."""
-    comparisons = contents.primary_comparisons
-    several = len(comparisons) > 1
+    analyses = contents.primary_analyses
+    several = len(analyses) > 1
     sentences = [
         f"{f'{name}: ' if several else ''}{line}"
-        for name, comparison in comparisons.items()
-        for line in _sentences(comparison)
+        for name, analysis in analyses.items()
+        for line in _sentences(analysis)
     ]
     blocks: list[ReportBlock] = [
         Notes(tuple(sentences)),
         Plot(
             "phases",
-            residuals.phases(comparisons),
+            residuals.phases(analyses),
             "Residual by phase of the motion; the percentages are the share of time in that phase.",
         ),
         Plot(
             "curves",
-            residuals.curves(comparisons),
+            residuals.curves(analyses),
             "Mean residual over each quantity. A correct model leaves a straight line at zero; each title gives the "
             "share of the mean square that the curve explains (with several models, for the first).",
         ),
-        Plot("spectrum", spectrum.densities(comparisons), "Spectra of measured torque, residual and noise."),
+        Plot("spectrum", spectrum.densities(analyses), "Spectra of measured torque, residual and noise."),
     ]
-    for place, (name, comparison) in enumerate(comparisons.items(), start=1):
-        if comparison.windows:
-            blocks.append(_worst(place, name if several else "", comparison))
+    for index, (name, analysis) in enumerate(analyses.items(), start=1):
+        if analysis.windows:
+            blocks.append(_worst_windows(index, name if several else "", analysis))
     return ReportSection("where", "Where the model fails", tuple(blocks))
 
 
-def _sentences(comparison: ResidualAnalysis) -> Iterator[str]:
+def _sentences(analysis: ResidualAnalysis) -> Iterator[str]:
     """Yield the summary sentences and the quantity that explains most of each joint's residual."""
-    yield from comparison.sentences
+    yield from analysis.sentences
     strongest = [
-        (joint.summary.number, max(joint.curves, key=lambda curve: curve.explained)) for joint in comparison.joints
+        (joint.summary.number, max(joint.curves, key=lambda curve: curve.explained)) for joint in analysis.joints
     ]
     named = [
         f"joint {n} {_QUANTITY.get(curve.axis, curve.axis)} ({percent(curve.explained)})"
@@ -58,7 +58,7 @@ def _sentences(comparison: ResidualAnalysis) -> Iterator[str]:
         yield f"Quantity that explains most of the residual's mean square: {', '.join(named)}."
 
 
-def _worst(place: int, name: str, comparison: ResidualAnalysis) -> Fold:
+def _worst_windows(index: int, name: str, analysis: ResidualAnalysis) -> Fold:
     rows = tuple(
         (
             f"joint {window.joint}",
@@ -66,14 +66,14 @@ def _worst(place: int, name: str, comparison: ResidualAnalysis) -> Fold:
             f"{window.start:.2f} to {window.end:.2f} s",
             str(window.cycle or "–"),
             window.phase,
-            f"{number(window.rms)} {comparison.joints[window.joint - 1].unit}",
+            f"{number(window.rms)} {analysis.joints[window.joint - 1].unit}",
             f"{window.times_overall:.1f} ×",
         )
-        for window in comparison.windows
+        for window in analysis.windows
     )
     head = ("joint", "recording", "time", "cycle", "phase", "RMS", "of the joint's own")
     table = ReportTable(head, rows, words=(0, 1, 4))
     plot = Plot(
-        f"worst-{place}", torque.worst_windows(comparison), "The worst stretches of a quarter of a second, shaded."
+        f"worst-{index}", torque.worst_windows(analysis), "The worst stretches of a quarter of a second, shaded."
     )
-    return Fold(f"Worst stretches{f', {name}' if name else ''}", (plot, table), open=place == 1)
+    return Fold(f"Worst stretches{f', {name}' if name else ''}", (plot, table), open=index == 1)

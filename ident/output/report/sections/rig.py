@@ -10,10 +10,10 @@ from recordings.recording import Recording
 def section(contents: ReportContents) -> ReportSection:
     """Return the machine and the motion of each recording."""
     blocks: list[ReportBlock] = [_rig(contents.recordings[0]), _runs(contents)]
-    for place, recording in enumerate(contents.recordings, start=1):
+    for index, recording in enumerate(contents.recordings, start=1):
         caption = "The whole run. Click a joint in the legend to hide it."
-        plot = Plot(f"motion-{place}", quality.motion(recording), caption)
-        blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=place == 1))
+        plot = Plot(f"motion-{index}", quality.motion(recording), caption)
+        blocks.append(Fold(f"The motion in {recording.path.name}", (plot,), open=index == 1))
     return ReportSection("rig", "Rig and run", tuple(blocks))
 
 
@@ -38,10 +38,10 @@ def _rig(recording: Recording) -> ReportTable:
 
 def _runs(contents: ReportContents) -> ReportTable:
     rows = []
-    for place, (recording, source) in enumerate(zip(contents.recordings, contents.sources, strict=True)):
+    for index, (recording, source) in enumerate(zip(contents.recordings, contents.sources, strict=True)):
         run = recording.run
         fitted = [name for name, model in contents.models.items() if source in model.train.recordings]
-        held_out = place >= len(contents.request.recordings)
+        held_out = index >= len(contents.request.recordings)
         role = "held out" if held_out else f"fitted by {', '.join(fitted)}" if fitted else "not used by the models"
         pace = "lockstep" if run.pace == "lockstep" else "real time"
         ended = (run.reason or "done") if recording.complete else "INTERRUPTED"

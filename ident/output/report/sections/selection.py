@@ -24,4 +24,4 @@ def section(contents: ReportContents) -> ReportSection | None:
         Fold("Effects that were not added", (ReportTable(("effect", "status", "why"), rejected, words=(0, 1, 2)),))
     )
     blocks.append(Fold("Parameters of the last model", (parameter_values.table(document.rungs[-1].parameters),)))
-    return ReportSection("ladder", "The ladder", tuple(blocks))
+    return ReportSection("ladder", "Steps of the selection", tuple(blocks))

@@ -13,17 +13,17 @@ _POINT = 8 * 4 / 3
 
 def section(contents: ReportContents) -> ReportSection:
     """Return every recording over time; the first one held out is open."""
-    open_index = len(contents.request.recordings) if contents.held_out_comparisons else 0
+    open_index = len(contents.request.recordings) if contents.held_out_analyses else 0
     points = _points(contents)
     blocks: list[ReportBlock] = []
-    for number, (group, place, prediction) in enumerate(contents.predictions):
+    for number, (group, index, prediction) in enumerate(contents.predictions):
         dataset = prediction.dataset
         caption = (
             f"Measured and computed torque, and below it the residual, low-pass {dataset.bandwidth:g} Hz. Drag to "
             f"zoom (all joints follow), double click for the whole recording. {_detail(len(dataset.time), points)}"
         )
-        plot = Plot(f"torque-{number + 1}", torque.over_time(group, place, points), caption)
-        suffix = ", held out" if group is contents.held_out_comparisons else ""
+        plot = Plot(f"torque-{number + 1}", torque.over_time(group, index, points), caption)
+        suffix = ", held out" if group is contents.held_out_analyses else ""
         blocks.append(Fold(f"{dataset.recording.path.name}{suffix}", (plot,), open=number == open_index))
     return ReportSection("torque", "Torque: measured against model", tuple(blocks))
 

@@ -1,0 +1,71 @@
+"""Checks that recordings can be used together: different data, the same rig."""
+
+import hashlib
+from collections.abc import Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ident.data.samples import drive_signal, holds_torque
+from recordings.errors import BadInput
+from recordings.recording import Recording
+
+
+def check_not_repeated(files: Sequence[Path]) -> None:
+    """Check that no two `files` have the same content.
+
+    Data counted twice make intervals too narrow and a validation worthless.
+
+    Raises:
+        BadInput: two files have the same content.
+    """
+    paths: dict[str, Path] = {}
+    for path in files:
+        if not path.is_file():
+            continue  # the reader reports it better
+        with path.open("rb") as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        if digest in paths:
+            raise BadInput(f"{path} holds the same data as {paths[digest]}; give different recordings")
+        paths[digest] = path
+
+
+def check_no_overlap(recordings: Sequence[Recording]) -> None:
+    """Check that no recording is the beginning of another.
+
+    Raises:
+        BadInput: two recordings begin with the same data.
+    """
+    for first, second in combinations(recordings, 2):
+        n = min(len(first.time), len(second.time))
+        pairs = ((first.position, second.position), (drive_signal(first), drive_signal(second)))
+        if all(np.array_equal(a[:n], b[:n], equal_nan=True) for a, b in pairs):
+            raise BadInput(f"{second.path} and {first.path} begin with the same data; give different recordings")
+
+
+def check_same_rig(recordings: Sequence[Recording]) -> None:
+    """Check that torque and motion mean the same in all `recordings`; wiring, limits and rate may differ.
+
+    Raises:
+        BadInput: a physical property of the rig, or the measured quantity, differs.
+    """
+    first, *others = recordings
+    for recording in others:
+        expected, actual = _physical_properties(first), _physical_properties(recording)
+        different = [key for key in expected if expected[key] != actual[key]]
+        if different:
+            raise BadInput(
+                f"recordings of the same rig expected: {different[0]} is {expected[different[0]]} in "
+                f"{first.path.name}, {actual[different[0]]} in {recording.path.name}; fit them separately"
+            )
+
+
+def _physical_properties(recording: Recording) -> dict[str, Any]:
+    rig = recording.rig
+    sections = {"geometry": rig.geometry.model_dump(), "torque": rig.torque.model_dump()}
+    values = {f"{section}.{key}": value for section, content in sections.items() for key, value in content.items()}
+    axes = ", ".join(f"{axis.type}{' with gravity' if axis.gravity else ''}" for axis in rig.axes)
+    measured = "effort" if holds_torque(recording) else "voltage"
+    return {"mechanism": rig.mechanism, "axes": axes, "what was measured": measured, **values}
