@@ -11,14 +11,12 @@ from ident.dynamics.effects.library import names as built_in
 
 
 def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion | None:
-    """Recommend a motion that discriminates the `findings` from their alternatives, or a second motion to confirm
-    them.
-    """
+    """The motion that discriminates the `findings` from their alternatives, or else one to confirm them."""
     split = diagnosis.split
     files = list(dict.fromkeys(str(data.recording.path) for data in split.datasets))
     recording_options = [f"--recording {shlex.quote(file)}" for file in files]
     for finding in findings:
-        # What changes with time no motion tells from anything.
+        # No motion discriminates effects that change with time.
         alternatives = [name for name in finding.alternatives if diagnosis.library[name].axis != "time"]
         if not alternatives or finding.term.effect.axis == "time":
             continue
@@ -27,23 +25,21 @@ def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion
         joints = () if finding.term.effect.whole_robot else (f"--joint {joint + 1}" for joint in finding.term.joints)
         pairs = (f"--discriminate {name} {effect}" for effect in alternatives)
         return NextMotion(
-            why=f"{name} and {', '.join(alternatives)} cannot be told apart on these recordings; another motion can.",
+            why=f"{name} and {', '.join(alternatives)} cannot be distinguished by these recordings; record another.",
             command=" ".join(
                 ("ident design", *pairs, *joints, *recording_options, *effect_files, f"-o {_free_file_name()}")
             ),
         )
     if not split.other_motion and len(files) == 1:
         return NextMotion(
-            why="A second, different motion would show whether the findings hold beyond this one.",
+            why="A second, different motion would show whether the findings also hold for other motions.",
             command=" ".join(("ident design", *recording_options, f"-o {_free_file_name()}")),
         )
     return None
 
 
 def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
-    """The command that fits the final model of `diagnosis` together with the learned curves in the effect file
-    `path`.
-    """
+    """The command that fits the final model with the learned curves in the effect file `path`."""
     split, terms = diagnosis.split, diagnosis.selection.steps[-1].model.terms
     specified = [
         term.name if term.effect.whole_robot else f"{term.name}:{_joined(joint + 1 for joint in term.joints)}"
@@ -56,9 +52,9 @@ def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
     ]
     words = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
     words += [f"--validate {shlex.quote(test_files[0])}"] if split.other_motion else []
-    words += [f"--with {one}" for one in (*dict.fromkeys(specified), f"{path.stem}:{_joined(joints)}")]
+    words += [f"--with {term}" for term in (*dict.fromkeys(specified), f"{path.stem}:{_joined(joints)}")]
     words += [
-        f"--effect-file {shlex.quote(one)}" for one in (*(f"{name}.py" for name in sorted(user_effects)), str(path))
+        f"--effect-file {shlex.quote(file)}" for file in (*(f"{name}.py" for name in sorted(user_effects)), str(path))
     ]
     return " ".join(words)
 

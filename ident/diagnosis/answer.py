@@ -140,27 +140,29 @@ def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
     names = ", ".join(_describe(finding) for finding in _new_findings(diagnosis))
     if diagnosis.forced:
         remains = (
-            "nothing structured is left above the noise" if verdict != "unknown-structure" else "something is left"
+            "no structured residual is left above the noise floor"
+            if verdict != "unknown-structure"
+            else "a structured residual is left"
         )
         if not names:
-            return f"What was asked for explains nothing. {remains.capitalize()} without it: {diagnosis.unexplained.sentence}"
-        return f"With {names}, as asked for, {remains}: {diagnosis.unexplained.sentence}"
+            return f"The requested effects explain nothing. Without them, {remains}: {diagnosis.unexplained.sentence}"
+        return f"With {names}, as requested, {remains}: {diagnosis.unexplained.sentence}"
     initial = ", ".join(sorted(_initial_effects(diagnosis)))
     model = f"The model with {initial}" if initial else "The base model"
     if verdict == "adequate":
-        return "Nothing structured is left above the noise: the model is adequate on these recordings."
+        return "No structured residual is left above the noise floor: the model is adequate for these recordings."
     if verdict == "missing-effect":
-        return f"{model} lacks {names}; with it, nothing structured is left above the noise."
-    partly = f"{model} lacks {names}, but something else repeats" if names else "Something repeats"
-    return f"{partly} that no effect of the library explains: {diagnosis.unexplained.sentence}"
+        return f"{model} lacks {names}; with it, no structured residual is left above the noise floor."
+    subject = f"{model} lacks {names}, but a structured residual" if names else "A structured residual"
+    return f"{subject} is left that no effect of the library explains: {diagnosis.unexplained.sentence}"
 
 
 def _bias_caution(diagnosis: Diagnosis) -> Iterator[str]:
     """A caution that estimates may be biased while an effect is missing."""
     if diagnosis.unexplained.significant and diagnosis.selection.findings:
         yield (
-            "Values and intervals hold if nothing else is missing, but something is: they may be off by more than "
-            "their intervals until that is found."
+            "Estimates and intervals assume that no other effect is missing, but one is: until it is found, the "
+            "errors may exceed the intervals."
         )
 
 
@@ -176,7 +178,7 @@ def describe_test_data(split: SplitData) -> str:
     if split.other_motion:
         files = file_names(split, [i for i, rows in enumerate(split.test) if rows.any()])
         return f"{'another recording' if len(files) == 1 else 'other recordings'}: {', '.join(files)}"
-    return "phase segments of the same motion, as there is no other recording: give one with --validate"
+    return "phase segments of the same motion, because there is no other recording: pass one with --validate"
 
 
 def step_entry(split: SplitData, step: SelectionStep) -> StepEntry:
@@ -213,11 +215,11 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
 def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    why = f"It takes away {improvement.share:.0%} of the error above the noise on motion that the fit did not see"
+    why = f"It removes {improvement.share:.0%} of the error above the noise floor on held-out data"
     if not _is_supported(diagnosis, finding):
-        why = "It was asked for, but motion that the fit did not see does not bear it out"
+        why = "It was requested, but the held-out data do not support it"
     elif finding.alternatives:
-        why += f"; on these data {', '.join(finding.alternatives)} would explain as much in its place"
+        why += f"; on these data, {', '.join(finding.alternatives)} would explain as much in its place"
     return FindingEntry(
         effect=finding.term.name,
         joints=tuple(joint + 1 for joint in finding.term.joints),
@@ -250,18 +252,18 @@ def _rejected(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
             continue
         if mechanism not in effect.mechanisms:
             yield RejectedEntry(
-                effect=name, status="not-observable", why=f"It does not exist on mechanism {mechanism}."
+                effect=name, status="not-observable", why=f"It does not occur on mechanism {mechanism}."
             )
         elif name in diagnosis.unobservable:
             yield RejectedEntry(effect=name, status="not-observable", why=diagnosis.unobservable[name])
         elif name in contained:
-            reason = f"It is a part of {contained[name]}, which has been added."
+            reason = f"It is part of {contained[name]}, which was added."
             yield RejectedEntry(effect=name, status="absorbed", why=reason)
         elif selection.last_extensions.excluded.get(name) == "collinear":
-            reason = "This motion does not show it: other parameters can imitate all that it would change."
+            reason = "This motion does not show it: other parameters reproduce its torque."
             yield RejectedEntry(effect=name, status="not-tested", why=reason)
         elif name in selection.last_extensions.excluded:
-            reason = "Looked for, and not there: it would need a sign that it cannot have."
+            reason = "It would need an impossible sign."
             yield RejectedEntry(effect=name, status="not-supported", why=reason)
         else:
             yield _not_added(diagnosis, name, sorted(present))
@@ -273,16 +275,12 @@ def _not_added(diagnosis: Diagnosis, name: str, present: Sequence[str]) -> Rejec
         for extensions in (diagnosis.selection.first_extensions, diagnosis.selection.last_extensions)
     )
     if diagnosis.forced:
-        reason = f"It was not asked for. It would explain {last:.1%} of what is left, at first sight."
+        reason = f"It was not requested. It would explain {last:.1%} of the remaining residual, by screening."
         return RejectedEntry(effect=name, status="not-supported", why=reason)
     if first > _MIN_ABSORBED and last < first / 2:
-        beside = ", ".join(present)
-        reason = f"Alone it would explain {first:.0%} of the first residual, but once {beside} is in, {last:.1%}."
+        others = ", ".join(present)
+        reason = f"Alone it would explain {first:.0%} of the first residual, but only {last:.1%} beside {others}."
         return RejectedEntry(effect=name, status="absorbed", why=reason)
-    ending = (
-        "but motion that the fit did not see does not bear it out"
-        if last > _CHANCE_LEVEL
-        else "hardly more than chance"
-    )
-    reason = f"It would explain {last:.1%} of what is left, {ending}."
+    ending = "but the held-out data do not support it" if last > _CHANCE_LEVEL else "hardly more than chance"
+    reason = f"It would explain {last:.1%} of the remaining residual, {ending}."
     return RejectedEntry(effect=name, status="not-supported", why=reason, hopeless=last <= _CHANCE_LEVEL)

@@ -79,13 +79,13 @@ class CandidateSearch:
 
     def skipped_extensions(self, model: FittedModel) -> list[FittedModel]:
         """Extensions of `model` that `extensions` did not refine because others promised more; the best first."""
-        refined = {candidate.terms[-1] for candidate in self.extensions(model).models}
+        refined = {extension.terms[-1] for extension in self.extensions(model).models}
         significant = self._significant(model, self._screened[effect_key(model)])
         skipped = [
             candidate for candidate in significant if all(candidate.term.name != term.name for term in refined)
         ][:MAX_REFINED]
         return sorted(
-            (self.add(model, candidate) for candidate in skipped), key=lambda candidate: candidate.solution.loss
+            (self.add(model, candidate) for candidate in skipped), key=lambda extension: extension.solution.loss
         )
 
     def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
@@ -156,7 +156,7 @@ class CandidateSearch:
             if before - candidate.loss < MIN_PROMISE * (before - best) and not _is_further_line(model, candidate):
                 continue
             models.append(self.add(model, candidate))
-        return sorted(models, key=lambda candidate: candidate.solution.loss)
+        return sorted(models, key=lambda refined: refined.solution.loss)
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
         best = min(self._fits(model, candidate), key=lambda solution: solution.loss)
@@ -171,8 +171,8 @@ class CandidateSearch:
         structure = model.solution.structure.with_term(candidate.term)
         before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
         starts = [
-            self._split.fit_linear(structure, np.concatenate([model.solution.x, start]))
-            for start in candidate.initial_guesses
+            self._split.fit_linear(structure, np.concatenate([model.solution.x, guess]))
+            for guess in candidate.initial_guesses
         ]
         if not multistart and min(start.loss for start in starts) > before:
             zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
@@ -223,7 +223,7 @@ def is_physical(model: FittedModel, before: FittedModel) -> bool:
 
 
 def _shape_at_limit(model: FittedModel) -> bool:
-    """Whether an identifiable shape parameter stopped at a limit of its range beyond which it is no longer physical."""
+    """Whether an identifiable shape parameter stopped at a limit of its range that is not physical."""
     term, index = model.terms[-1], len(model.terms) - 1
     shapes = zip(term.effect.shapes, model.solution.structure.shape_values(index, model.solution.x), strict=True)
     first = len(model.solution.x) - len(term.effect.shapes)

@@ -22,7 +22,7 @@ from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_u
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.model import Model
-from ident.identification.prediction import structure_of, check_model_rig
+from ident.identification.prediction import check_model_rig, structure_of
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -101,7 +101,7 @@ def diagnose(
     validate: Sequence[Path],
     library: Mapping[str, Effect],
     options: DiagnosisOptions,
-    progress: StatusCallback = lambda what: None,
+    progress: StatusCallback = lambda text: None,
     initial_model: Model | None = None,
 ) -> Diagnosis:
     """Find the effects of the `library` that the base model lacks in the recordings `files`.
@@ -123,7 +123,7 @@ def diagnose(
     if reduced is not split:
         split, selector = reduced, Selector(reduced, inputs.observable, progress)
         selection = _select(selector, start, options)
-    progress("what remains")
+    progress("analysing the unexplained residual")
     unexplained = estimate_unexplained(split, selection.steps[-1].model, selection.noise_floor)
     learned = None
     if unexplained.significant:

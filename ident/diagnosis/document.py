@@ -154,7 +154,7 @@ class Document(Section):
     @property
     def labels(self) -> list[str]:
         """Names of the models in `rungs`."""
-        return labels([rung.effects for rung in self.rungs])
+        return labels([step.effects for step in self.rungs])
 
     def as_json(self) -> dict[str, Any]:
         """The document as it is printed."""

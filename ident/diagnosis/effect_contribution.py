@@ -34,9 +34,7 @@ class EffectContribution:
         self._inverse = np.linalg.pinv(regressor / size, rcond=_MIN_SINGULAR_VALUE) / size[:, None]
 
     def compute(self, candidate: Candidate) -> tuple[Floats, ...]:
-        """(m, dof) torque that `candidate` would remove from the residual of each recording [N m]; NaN where
-        unknown.
-        """
+        """(m, dof) torque that `candidate` removes from the residual of each recording [N m]; NaN where unknown."""
         torques = [
             self._candidate_torque(predictor, computed, candidate)
             for predictor, computed in zip(self._split.predictors, self._computed, strict=True)

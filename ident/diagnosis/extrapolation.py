@@ -58,15 +58,15 @@ def extrapolation_warnings(split: SplitData, model: FittedModel, floor: NoiseFlo
             for training_range in ranges
         ]
         large = [(share, training_range) for share, training_range in shares if share > _MIN_BLAMED_SHARE]
-        if large:  # what the joint itself does is the likelier reason
+        if large:  # a range of the joint itself is the likelier reason
             share, training_range = max(large, key=lambda item: (item[1].joint == joint, item[0]))
             blamed.setdefault(training_range.text, []).append((joint + 1, min(share, 1.0)))
     for text, joints in blamed.items():
         numbers, smallest = ", ".join(str(joint) for joint, _ in joints), min(share for _, share in joints)
         yield (
-            f"Joint{'s' if len(joints) > 1 else ''} {numbers}: {smallest:.0%} of the held-out error above the noise floor "
-            f"is where {text}. What shows only there cannot be known from the training: train on a motion that goes "
-            "there, too."
+            f"Joint{'s' if len(joints) > 1 else ''} {numbers}: {smallest:.0%} of the held-out error above the "
+            f"noise floor is where {text}. Effects that occur only there cannot be identified from the training data: train "
+            "on a motion that goes there, too."
         )
 
 
@@ -81,7 +81,7 @@ def _ranges(split: SplitData) -> Iterator[TrainingRange]:
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
             values = [signal[:, joint] for signal in series]
             train = np.concatenate([values[i][split.train[i][:, joint]] for i in split.train_indices])
-            if len(train):  # it does not stand still all the time
+            if len(train):  # the joint moves at some time
                 yield _range(split, values, train, joint, f"{name} of joint {joint + 1}", unit)
 
 
@@ -94,7 +94,7 @@ def _range(
         _dilated((signal < low - margin) | (signal > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
         for signal, data in zip(values, split.datasets, strict=True)
     )
-    text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} that the fit has seen"
+    text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} of the training data"
     return TrainingRange(joint, text, outside)
 
 

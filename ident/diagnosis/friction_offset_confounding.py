@@ -29,7 +29,7 @@ def confounding_warnings(split: SplitData, solution: Solution, offset: Effect | 
         if not shares[joint]:
             yield (
                 f"Joint {joint + 1} moves in one direction only, so Coulomb friction and a constant offset cannot be "
-                "told apart."
+                "distinguished."
             )
         elif offset:
             yield _warning(split, _with_offset(split, solution, offset, int(joint)), int(joint), float(shares[joint]))
@@ -65,6 +65,6 @@ def _warning(split: SplitData, solution: Solution, joint: int, share: float) -> 
     texts = [f"{solution.x[i]:.3g} ± {width[i]:.2g} {entries[i].unit}" for i in (friction, constant)]
     return (
         f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time, so Coulomb friction and a "
-        f"constant offset are hard to tell apart: with both in the model they are {texts[0]} and {texts[1]} (95 %), "
+        f"constant offset are hard to distinguish: with both in the model they are {texts[0]} and {texts[1]} (95 %), "
         f"and their errors correlate by {rho:+.2f}."
     )

@@ -27,7 +27,7 @@ class Improvement:
     reduction: float
     """Of the mean square, in units of the squared noise floor."""
     remaining: float
-    """Mean square of the better model above the noise floor, in the same units."""
+    """Mean square of the second model above the noise floor, in the same units."""
 
 
 def measure_improvement(
@@ -39,13 +39,14 @@ def measure_improvement(
 ) -> Improvement:
     """Compare the residuals (m, dof) of every recording `before` and `after`, with the noise `floor` (dof,) [N m].
 
-    Each joint is weighted by its squared noise floor, so that noise counts the same in all joints. rows: (m, dof)
-    rows of every recording on which they are compared; default: the test rows.
+    Each joint is weighted by its squared noise floor, so that noise counts the same in all joints.
+
+    rows: (m, dof) rows of every recording on which they are compared; default: the test rows.
     """
     scale, rows = np.maximum(floor, 1e-12), split.test if rows is None else rows
-    # An effect may know less of the recording than the model without it: both are judged where both say something.
+    # An effect may be undefined in more rows than the model without it: compare where both are defined.
     pairs = zip(rows, before, after, strict=True)
-    rows = [judged & np.isfinite(old) & np.isfinite(new) for judged, old, new in pairs]
+    rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
     first, second = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
     fall = first - second
     count = len(fall)

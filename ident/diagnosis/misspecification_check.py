@@ -15,11 +15,11 @@ def remove_imitations(split: SplitData, selector: Selector, selection: Selection
     """Truncate the `selection` before the effects that learned curves replace with an improvement."""
     final = selection.steps[-1].model
     first = max(
-        i for i, rung in enumerate(selection.steps) if all(term.effect.mandatory for term in rung.model.terms)
+        i for i, step in enumerate(selection.steps) if all(term.effect.mandatory for term in step.model.terms)
     )
     if first == len(selection.steps) - 1:
         return selection
-    with_curves = [_fit_with_curves(split, rung.model) for rung in selection.steps[first:]]
+    with_curves = [_fit_with_curves(split, step.model) for step in selection.steps[first:]]
     best = min(with_curves, key=lambda model: _test_loss(split, model, selection))
     for number, model in enumerate(with_curves[:-1], start=first):
         if _is_better(split, final, model, selection) and not _is_better(split, model, best, selection):

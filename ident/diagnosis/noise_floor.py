@@ -57,11 +57,13 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
     statistics = cycle_statistics.of_residuals(split.datasets, residuals)
     if statistics:
-        level = np.array([one.noise_rms for one in statistics])
+        level = np.array([statistic.noise_rms for statistic in statistics])
         vibrations = strongest_lines(split.datasets, residuals)
         vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
         level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
-        trends = tuple(one.trend if one.trend and one.trend.significant else None for one in statistics)
+        trends = tuple(
+            statistic.trend if statistic.trend and statistic.trend.significant else None for statistic in statistics
+        )
     else:
         vibrations, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
         noise_models = noise.estimate(split.datasets, residuals)
@@ -72,7 +74,7 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
             )
             for data in split.datasets
         ]
-        level = rms(std, [one.prepared.usable for one in split.predictors])
+        level = rms(std, [predictor.prepared.usable for predictor in split.predictors])
     fixed, refitted = _perturbation_torque(split, solution)
     scored = split.scored
     mean_squares = [
@@ -116,9 +118,12 @@ def _encoder_mean_square(
 ) -> Floats:
     """(dof,) mean square [(N m)^2] of the repeating torque error due to encoder quantization.
 
-    perturbed: the same recording with perturbed encoder readings. fixed, refitted: (m, dof) torque change for the
-    mechanism alone. Some effects amplify it; the ratio is estimated from the `scored` rows (m, dof) with clipped
-    values, because an amplifier near its limit amplifies without bound.
+    Some effects amplify the error of the mechanism alone. The ratio is estimated from the `scored` rows (m, dof) with
+    clipped values, because an amplifier near its limit amplifies without bound.
+
+    perturbed: the same recording with perturbed encoder readings.
+
+    fixed, refitted: (m, dof) torque change for the mechanism alone.
     """
     prepared, structure, x = predictor.prepared, solution.structure, solution.x
     difference = perturbed.unfiltered(structure, x) - predictor.unfiltered(structure, x)
@@ -127,7 +132,7 @@ def _encoder_mean_square(
     )
     amplification = np.maximum(full / np.maximum(mechanism, _TINY), 1.0)
     expected: Floats = np.nanmean(np.where(prepared.usable, refitted, np.nan) ** 2, axis=0) * amplification
-    if len(difference) != len(prepared.samples.position):  # a mean cycle: nothing tells more
+    if len(difference) != len(prepared.samples.position):  # a mean cycle: the repeating share is unknown
         return expected
     repeated: Floats = expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
     return repeated

@@ -62,11 +62,9 @@ class _Rows:
     """(b, curves * KNOTS) change of slope at each inner knot per value at a knot."""
 
     def solve(self, selected: Bools, smoothness: float) -> Floats:
-        """(K + curves * KNOTS,) scaled model parameters, and the curves' values at the knots, from the `selected`
-        rows.
-        """
+        """(K + curves * KNOTS,) scaled model parameters, and values at the knots, from the `selected` rows."""
         matrix = np.concatenate([self.regressor[selected], self.hats[selected]], axis=1)
-        # Of all rows: a half in which a curve is not visited must not leave its knots without any weight.
+        # The mean over all rows: knots that one half never visits must still be penalized.
         level = float(np.mean(self.hats**2))
         penalty = np.diag(
             np.r_[np.full(self.regressor.shape[1], _TINY), np.full(self.hats.shape[1], _SHRUNK * level)]
@@ -89,8 +87,8 @@ class _Rows:
 def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
     """Fit curves to the residual of the `final` model; None if it depends on no variable of a curve.
 
-    One joint is added at a time, those that change with time first, then the one with the largest unexplained residual:
-    the residuals of the other joints are meaningful only after that.
+    One joint is added at a time: first those that change with time, then the one with the largest unexplained
+    residual. The residuals of the other joints are meaningful only after that.
     """
     noise_floor = estimate_noise_floor(split, final.solution, final.residuals)
     used: list[Dependence] = []
@@ -102,7 +100,7 @@ def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
         candidates = [
             dependence
             for dependence in unexplained.dependences
-            if dependence.joint not in {used_before.joint for used_before in used}
+            if dependence.joint not in {present.joint for present in used}
         ]
         if not candidates:
             break

@@ -38,7 +38,7 @@ class Candidate:
 
     term: Term
     initial_guesses: tuple[Floats, ...]
-    """(own + shapes,) entries of the parameter vector: by linear extrapolation, and the linearization point if that
+    """(local + shapes,) entries of the parameter vector: by linear extrapolation, and the linearization point if it
     differs."""
     loss: float
     """Expected weighted sum of squares with the candidate."""
@@ -97,9 +97,11 @@ class Screener:
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         suggestions = self._suggested(effect)
         first_parameter = effect.parameters[0].name if isinstance(effect, Signal) else ""
-        complete = [one for one in suggestions if first_parameter in one]
+        complete = [suggestion for suggestion in suggestions if first_parameter in suggestion]
         shapes = [np.array(values, float) for values in product(*(shape.initial_guesses for shape in effect.shapes))]
-        shapes += [_vector(one, effect.shapes) for one in suggestions if first_parameter not in one]
+        shapes += [
+            _vector(suggestion, effect.shapes) for suggestion in suggestions if first_parameter not in suggestion
+        ]
         if isinstance(effect, Additive):
             one_signed = np.array([float(quantity.lower >= 0) for quantity in effect.coefficients])
             for values in shapes:
@@ -109,12 +111,13 @@ class Screener:
         elif isinstance(effect, Signal):
             instances = 1 if effect.whole_robot else len(self._joints(effect))
             starts = [
-                np.array(one)
-                for one in zip(*_padded([quantity.initial_guesses for quantity in effect.parameters]), strict=True)
+                np.array(start)
+                for start in zip(*_padded([quantity.initial_guesses for quantity in effect.parameters]), strict=True)
             ]
-            guesses = [(np.tile(one, (instances, 1)), values) for one, values in product(starts, shapes)]
+            guesses = [(np.tile(start, (instances, 1)), values) for start, values in product(starts, shapes)]
             guesses += [
-                (_by_instance(one, effect.parameters, instances), _vector(one, effect.shapes)) for one in complete
+                (_by_instance(suggestion, effect.parameters, instances), _vector(suggestion, effect.shapes))
+                for suggestion in complete
             ]
             for guess, values in guesses:
                 yield self._signal(name, effect, guess, values)
@@ -202,9 +205,7 @@ class Screener:
     def _reduction(
         self, gram: Floats, correlation: Floats, subset: tuple[int, ...], block: _Block, c: int
     ) -> tuple[float, Floats]:
-        """Reduction of the loss by the instances in `subset`, and their coefficients; -inf if a coefficient has the
-        wrong sign.
-        """
+        """Reduction of the loss by the instances in `subset`, -inf if a sign is wrong; and their coefficients."""
         entries = np.concatenate([np.arange(instance * c, instance * c + c) for instance in subset])
         normal_matrix = gram[np.ix_(entries, entries)]
         size = np.sqrt(np.diag(normal_matrix))

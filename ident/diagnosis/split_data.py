@@ -25,7 +25,7 @@ MAX_STANDSTILL = 0.25
 MAX_AMPLIFICATION = 2.0
 """Rows that amplify torque errors more than this are not scored."""
 MIN_REPORTED_SHARE = 0.01
-"""Excluded rows are neither excluded nor reported below this share of all rows."""
+"""Below this share of all rows, excluded rows are not reported, and rows near saturation are scored as well."""
 _DEVIATIONS = 3.0
 """Speeds within this many standard deviations of the quantization error are standstill."""
 _CREEPING = 0.02
@@ -162,11 +162,10 @@ class SplitData:
         return [self.weights[i] for i in self.train_indices]
 
     def without_saturated_rows(self, solution: Solution, error: Floats) -> "SplitData":
-        """Exclude rows from scoring in which the reported signal hardly depends on the torque, if there are enough of
-        them.
+        """Exclude rows from scoring in which the reported signal hardly depends on the torque.
 
         In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
-        only they show where saturation begins.
+        only they show where saturation begins. If there are only few such rows, nothing is changed.
 
         error: (dof,) smallest detectable torque error [N m].
         """
@@ -203,22 +202,22 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
     recordings = [*train, *validate]
     standstill = [standstill_share(recording) for recording in recordings]
     moving = [
-        recording.usable & (part < MAX_STANDSTILL) for recording, part in zip(recordings, standstill, strict=True)
+        recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
     ]
     if validate:
         unused = [np.zeros_like(recording.usable) for recording in recordings]
         train_rows = moving[: len(train)] + unused[len(train) :]
         test_rows = unused[: len(train)] + moving[len(train) :]
     else:
-        train_rows, test_rows = (list(part) for part in zip(*map(_split_by_phase, train, moving), strict=True))
+        train_rows, test_rows = (list(rows) for rows in zip(*map(_split_by_phase, train, moving), strict=True))
     weights = _weights([recording.dataset for recording in recordings], train_rows, standstill)
-    evaluators = tuple(
+    predictors = tuple(
         TorquePredictor(recording, max(_MIN_CACHED_COLUMNS, CACHE_SIZE // len(recordings)))
         for recording in recordings
     )
     usable = sum(int(recording.usable.sum()) for recording in recordings)
     excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
-    return SplitData(evaluators, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)
+    return SplitData(predictors, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)
 
 
 def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
@@ -242,7 +241,7 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
     longest, reach = max(float(np.nanmax(phase)), 1 / dataset.rate), 1.5 / dataset.bandwidth
     segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
     segment = phase * segments / longest
-    test = np.floor(segment) % 3 == 2  # where there is no phase, nothing is seen, nor held out
+    test = np.floor(segment) % 3 == 2  # rows without a phase are in neither set
     guard = reach * segments / longest
     offset = segment % 3
     near = (np.abs(offset - 2) < guard) | (offset > 3 - guard) | (offset < guard)
@@ -251,10 +250,10 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
 
 
 def _weights(datasets: Sequence[Dataset], train: Sequence[Bools], standstill: Sequence[Floats]) -> list[Floats]:
-    """1 / standard deviation of each row, from noise, the residual of a first fit of the mechanism, and standstill."""
-    fitting = [i for i, one in enumerate(train) if one.any()]
-    regressor = np.concatenate([datasets[i].regressor[train[i]] for i in fitting])
-    torque = np.concatenate([datasets[i].torque[train[i]] for i in fitting])
+    """1 / standard deviation of each row, from noise, a first fit's residual, and standstill."""
+    indices = [i for i, rows in enumerate(train) if rows.any()]
+    regressor = np.concatenate([datasets[i].regressor[train[i]] for i in indices])
+    torque = np.concatenate([datasets[i].torque[train[i]] for i in indices])
     parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
     residuals = [dataset.torque - dataset.regressor @ parameters for dataset in datasets]
     noise_models = noise.estimate(datasets, residuals)

@@ -94,14 +94,16 @@ class Selector:
             tuple(steps), findings, first_extensions, extensions, self.noise_floor(model), self._computed(model)
         )
 
-    def _alternative_start(self, model: FittedModel, extensions: Extensions, last: FittedModel) -> FittedModel | None:
-        """Another first effect after `model`, if the selection that ended at `last` leaves a large excess error.
+    def _alternative_start(
+        self, model: FittedModel, extensions: Extensions, final: FittedModel
+    ) -> FittedModel | None:
+        """Another first effect after `model`, if the selection that ended at `final` leaves a large excess error.
 
         The best single effect may imitate two effects together, and neither of them improves the model beside it.
         Therefore the second step decides which first step was right.
         """
-        self._progress("much is left; what if it began otherwise?")
-        selected, alternatives = {term.name for term in last.terms}, []
+        self._progress("large residual error; trying another first effect")
+        selected, alternatives = {term.name for term in final.terms}, []
         for extension in extensions.models:
             if (
                 extension.terms[-1].name in selected
@@ -110,14 +112,12 @@ class Selector:
             ):
                 continue
             second = self._first_confirmed(extension, self.search.extensions(extension).models)
-            if second is not None and self._is_far_better(second, last) and self._is_confirmed(model, second):
+            if second is not None and self._is_far_better(second, final) and self._is_confirmed(model, second):
                 alternatives.append((second.solution.loss, extension))
         return min(alternatives, key=lambda entry: entry[0])[1] if alternatives else None
 
     def _is_promising(self, model: FittedModel, extension: FittedModel) -> bool:
-        """Whether the test rows support `extension`, or it explains so much that a further effect may make it
-        supported.
-        """
+        """Whether test rows support `extension`, or it explains so much that it deserves a second effect."""
         return (
             self._is_confirmed(model, extension)
             or extension.solution.loss < MAX_ALTERNATIVE_RATIO * model.solution.loss
@@ -137,8 +137,7 @@ class Selector:
         return self._with_mandatory_effects(base, steps), steps
 
     def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
-        """Add the effects `names` in this order and no others, starting from `structure` with the parameters `x`
-        (K,).
+        """Add the effects `names` in this order and no others, starting from `structure` and `x` (K,).
 
         Raises:
             BadInput: the motion does not show one of them.
@@ -150,11 +149,7 @@ class Selector:
             if name not in by_name:
                 present = name in {term.name for term in model.terms}
                 reason = "is in the model already" if present else "does not show in this motion"
-                reason = (
-                    "is not there: it would need a sign that it cannot have"
-                    if excluded.get(name) == "sign"
-                    else reason
-                )
+                reason = "would need an impossible sign" if excluded.get(name) == "sign" else reason
                 raise BadInput(
                     f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out"
                 )
@@ -185,11 +180,11 @@ class Selector:
             if extension is None:
                 return model, extensions
             model = self._pruned(extension)
-            if effect_key(model) in visited:  # what was added makes itself superfluous
+            if effect_key(model) in visited:  # the added effect was pruned again
                 return model, extensions
             visited.add(effect_key(model))
             steps.append(SelectionStep(extension.terms[-1].name, model, self.improvement(steps[-1].model, model)))
-            self._progress(f"{steps[-1].added} added; what else?")
+            self._progress(f"{steps[-1].added} added; searching for more")
 
     def noise_floor(self, model: FittedModel) -> NoiseFloor:
         """The noise floor of `model`."""
@@ -219,7 +214,7 @@ class Selector:
     def _next_model(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The next extension. The best one may not be supported before a smaller effect is included."""
         train_rms, floor = rms(model.residuals, self._split.train), self.noise_floor(model).rms
-        # A right model would leave no less. What lowers the errors below that fits what encoders' steps make.
+        # A correct model reaches the noise floor. A lower error means that quantization errors are fitted.
         if self._excess(model) <= 0 or (train_rms <= floor).all():
             return None
         joints = np.flatnonzero(train_rms > MAX_FLOOR_RATIO * floor)
@@ -240,9 +235,7 @@ class Selector:
         return None
 
     def _simplest(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel:
-        """The simplest of the extensions that are equivalent to the best, unless the test rows clearly prefer another
-        of them.
-        """
+        """The simplest extension equivalent to the best, unless the data clearly prefer another of them."""
         equivalent = self._equivalent(model.solution.loss, candidates)
         simplest = min(equivalent, key=lambda candidate: (len(candidate.solution.x), candidate.solution.loss))
         return next((candidate for candidate in equivalent if self._is_preferred(simplest, candidate)), simplest)
@@ -309,14 +302,12 @@ class Selector:
         return is_decisive(improvement)
 
     def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
-        """Find what the effect `index` contributes and which effects could replace it; returns the better model of
-        both.
-        """
+        """The contribution and the alternatives of the effect `index`; and the best of all these models."""
         reduced = self.without_effect(model, index)
         term = model.terms[index]
         improvement = self.improvement(reduced, model)
         lines = sum(present.name == term.name for present in model.terms)
-        if term.effect.mandatory or lines > 1:  # one line of a spectrum has no other explanation than the others
+        if term.effect.mandatory or lines > 1:  # a single line of a spectrum has no alternative
             return Finding(term, improvement, (), reduced.residuals, model.residuals), model
         alternatives = self.search.alternatives(term.name, reduced)
         candidates = [candidate for candidate in alternatives if is_physical(candidate, reduced)]
@@ -333,5 +324,5 @@ class Selector:
         ]
         names = (
             names if any(candidate is model for candidate in equivalent) else []
-        )  # what explains far more is no other name for it
+        )  # a much better effect is no alternative
         return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals), best

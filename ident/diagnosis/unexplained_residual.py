@@ -59,21 +59,21 @@ def estimate_unexplained(
         min_rms**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
     )
     repeats = (structured > limit) & _repeating(split, residuals)
-    vibrates = np.sqrt([one.mean_square if one else 0.0 for one in floor.lines]) > min_rms
-    drifts = np.sqrt([max(one.mean_square, 0.0) if one else 0.0 for one in floor.trends]) > min_rms
-    # What one joint lacks spreads to the others through the parameters that they share.
+    vibrates = np.sqrt([line.mean_square if line else 0.0 for line in floor.lines]) > min_rms
+    drifts = np.sqrt([max(trend.mean_square, 0.0) if trend else 0.0 for trend in floor.trends]) > min_rms
+    # A missing effect of one joint spreads to the others through shared parameters.
     worst = (structured / split.torque_rms) >= _MIN_JOINT_RATIO * (structured / split.torque_rms).max()
     joints = [int(joint) for joint in np.flatnonzero((repeats & worst & ~vibrates) | drifts)]
     dependences = find_dependences(split, model.solution, residuals, joints) if known is None else list(known)
-    variables = {variable for one in dependences for variable in one.variables}
+    variables = {variable for dependence in dependences for variable in dependence.variables}
     variables |= ({"time"} if drifts.any() else set()) | ({"frequency"} if vibrates.any() else set())
-    unexplained = bool((repeats | vibrates | drifts).any())
+    significant = bool((repeats | vibrates | drifts).any())
     return UnexplainedResidual(
         structured,
         share,
-        unexplained,
+        significant,
         tuple(sorted(variables)),
-        _sentence(unexplained, dependences, floor, vibrates, drifts),
+        _sentence(significant, dependences, floor, vibrates, drifts),
         tuple(dependences),
     )
 
@@ -82,16 +82,17 @@ def _sentence(
     significant: bool, dependences: Sequence[Dependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools
 ) -> str:
     if not significant:
-        return "nothing that repeats with the motion, or that noise could not have made."
+        return "only noise and encoder quantization."
     clauses = [
-        f"joint {dependence.joint + 1}: {dependence.explained:.0%} of it goes with {' and '.join(dependence.variables)}"
+        f"joint {dependence.joint + 1}: {dependence.explained:.0%} of it depends on "
+        f"{' and '.join(dependence.variables)}"
         for dependence in dependences
     ]
     for joint, line in enumerate(floor.lines):
         if vibrates[joint] and line:
             clauses.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
     clauses += [f"joint {joint + 1}: it changes from cycle to cycle" for joint in np.flatnonzero(drifts)]
-    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but goes with no single variable."
+    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but depends on no single variable."
 
 
 def _repeating(split: SplitData, residuals: tuple[Floats, ...]) -> Bools:

@@ -40,12 +40,12 @@ def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
     """Whether recordings are truncated or too short."""
     truncated = [i for i, data in enumerate(split.datasets) if not data.recording.complete]
     if truncated:
-        yield f"Interrupted, or cut off: {', '.join(file_names(split, truncated))}. What came after is not known."
+        yield f"Truncated: {', '.join(file_names(split, truncated))}. The rest of the motion is not known."
     rows, parameters = split.independent_rows, len(model.solution.x)
     if rows < _MIN_ROWS_PER_PARAMETER * parameters:
         yield (
-            f"Too short to tell: {rows:.0f} independent rows for {parameters} parameters. What was not found may be "
-            "there all the same; record a longer motion."
+            f"Too short: {rows:.0f} independent rows for {parameters} parameters. Effects that were not found may "
+            "still exist; record a longer motion."
         )
 
 
@@ -60,8 +60,8 @@ def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> It
     if len(errors) > 1 and max(errors.values()) > _MAX_ERROR_RATIO * min(errors.values()):
         listing = ", ".join(f"{name}: {error:.2g}" for name, error in errors.items())
         yield (
-            f"The held-out recordings disagree; error of the last model over the noise floor: {listing}. "
-            "Was something changed at the machine between them? Diagnose them one by one."
+            f"The held-out recordings disagree; ratio of the final model's error to the noise floor: {listing}. "
+            "Was the machine changed between them? Diagnose them one by one."
         )
 
 
@@ -69,13 +69,13 @@ def _excluded_rows(split: SplitData) -> Iterator[str]:
     """Rows that are not scored."""
     if split.standstill_share > MIN_REPORTED_SHARE:
         yield (
-            f"{split.standstill_share:.0%} of the rows are left out of fits and errors, for a joint stands still there, or "
-            "nearly: its dry friction may be anything. ident compare judges them, too."
+            f"{split.standstill_share:.0%} of the rows are left out of fits and errors because a joint is at or near "
+            "standstill, where its dry friction is not determined. ident compare includes them."
         )
     if split.insensitive_share > MIN_REPORTED_SHARE:
         yield (
-            f"{split.insensitive_share:.1%} of the rows are not judged: there the amplifiers are so near their limit, or in "
-            "their dead band, that the voltage tells little of the torque. A slower motion would stay clear of it."
+            f"{split.insensitive_share:.1%} of the rows are not scored: the amplifiers are so near their limit, or "
+            "in their dead band, that the voltage hardly depends on the torque. A slower motion avoids this."
         )
 
 
@@ -84,6 +84,6 @@ def _assumed_gain(split: SplitData) -> Iterator[str]:
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty
         yield (
-            f"The torque gain is assumed, to {share:.0%}: all torques have that factor in common, and it is in the "
-            "intervals of what is measured in them."
+            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike, and the "
+            "intervals of parameters that are proportional to the torque include it."
         )
