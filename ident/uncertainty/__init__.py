@@ -1,1 +1,1 @@
-"""Turn parameters into intervals, and say how far they can be trusted."""
+"""Confidence intervals of parameters, identifiability, and an assessment of the fit."""

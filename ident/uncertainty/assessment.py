@@ -1,4 +1,4 @@
-"""How far a fit can be trusted: everything that is known about its errors, as it stands in the model file."""
+"""Assessment of a fit: all that is known about its errors, as stored in the model file."""
 
 from collections.abc import Sequence
 from dataclasses import asdict
@@ -23,36 +23,36 @@ Loss = Literal["absolute deviations", "squares", "weighted squares"]
 
 
 class ParameterUncertainty(Section):
-    """How well one parameter is known, in its unit. None where the data do not tell: at a bound, or inseparable."""
+    """Uncertainty of one parameter, in its unit; None if the data do not determine it (at a bound, inseparable)."""
 
     std: OptionalFloat = None
-    """Standard error, of the noise alone."""
+    """Standard error due to noise alone."""
     ci95: tuple[float, float] | None = None
-    """95 % interval; see `Trust`."""
+    """95 % confidence interval; see `Assessment`."""
     degrees_of_freedom: OptionalFloat = None
-    """Of the standard error; None where it is as good as exact."""
+    """Of the standard error; None where they are infinite."""
     status: Status | None = None
-    """Whether the motion tells this parameter from the others."""
+    """Whether the motion distinguishes this parameter from the others."""
     per_length_step: OptionalFloat = None
-    """Change where the forearms are 10 mm longer."""
+    """Change if the rods are 10 mm longer."""
     per_cutoff: tuple[float, ...] = ()
-    """Change at each of `Trust.cutoffs`."""
+    """Change at each of `Assessment.cutoffs`."""
 
 
 class JointNoise(Section):
     """Noise of one joint in the analysis band."""
 
     volts: float
-    """Standard deviation of what was measured of the drive, in `unit`."""
+    """Standard deviation of the measured drive signal, in `unit`."""
     unit: str
-    """V, or the effort's where that was measured."""
+    """V, or the unit of the effort if that was measured."""
     floor: float
     """Standard deviation of the torque at zero voltage [N m]."""
     source: Literal["repetition", "band above the signal"]
 
 
 class JointTrend(Section):
-    """How a joint's residual changes from one repetition to the next."""
+    """Trend of one joint's residual over the repetitions."""
 
     pattern: str
     p_value: float
@@ -60,11 +60,11 @@ class JointTrend(Section):
 
 
 class JointFloor(Section):
-    """The mean square of one joint's residual [(N m)^2], split by what repeats with the motion."""
+    """Mean square of one joint's residual [(N m)^2], split into noise and the part that repeats with the motion."""
 
     cycles: int
     noise_rms: float
-    """[N m]: the noise floor."""
+    """Noise floor [N m]."""
     total: float
     noise: float
     repeating: float
@@ -72,11 +72,11 @@ class JointFloor(Section):
     above_noise: float
     """Share of the mean square that is not noise."""
     trend: JointTrend | None
-    """Only a significant one."""
+    """None if not significant."""
 
 
 class Inseparable(Section):
-    """Parameters that the motion does not tell apart."""
+    """Parameters that the motion does not distinguish."""
 
     names: tuple[str, ...]
     status: Literal["weak", "not"]
@@ -92,7 +92,7 @@ class JointCoupling(Section):
 
 
 class ImplausibleParameter(Section):
-    """A parameter that no real machine can have."""
+    """A parameter value that is physically impossible."""
 
     name: str
     significant: bool
@@ -100,19 +100,19 @@ class ImplausibleParameter(Section):
 
 
 class Assessment(Section):
-    """What is known about the errors of a fit."""
+    """Errors of a fit and their causes."""
 
     level: float = covariance.LEVEL
     source: IntervalMethod
-    """How the noise's autocovariance was found, see `ident.uncertainty.covariance`."""
+    """Estimator of the noise's autocovariance, see `ident.uncertainty.covariance`."""
     loss: Loss
-    """What the intervals are for: the estimator's objective."""
+    """Objective of the estimator that the intervals belong to."""
     absolute: bool
-    """True where intervals are of absolute values, the gain's uncertainty included; else only ratios are claimed."""
+    """True if the intervals are of absolute values and include the gain's uncertainty; else they are of ratios."""
     gain_uncertainty: float
     """Relative standard uncertainty that the intervals include."""
     correlation: tuple[tuple[OptionalFloat, ...], ...]
-    """Between the errors of the parameters, in their order."""
+    """Correlation matrix of the parameter errors."""
     condition_number: float
     singular_values: tuple[float, ...]
     inseparable: tuple[Inseparable, ...]
@@ -122,7 +122,7 @@ class Assessment(Section):
     doubts: tuple[ImplausibleParameter, ...]
     coupling: JointCoupling | None
     cutoffs: tuple[float, ...]
-    """Other cut-offs that were tried [Hz]."""
+    """Other cut-offs for which the fit was repeated [Hz]."""
 
 
 def assess(
@@ -134,16 +134,17 @@ def assess(
     relative: bool,
     interval_method: IntervalMethod = "stationary",
 ) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
-    """Judge `fit` of `datasets` by the estimator `method`: as a whole, and parameter by parameter.
+    """Assess the `fit` of `datasets` by the estimator `method`: as a whole, and parameter by parameter.
 
-    `moved` is what other assumptions do to the parameters; `relative`: they are known up to one common factor.
+    parameter_changes: changes of the parameters under other assumptions.
+    relative: the parameters are known up to one common factor.
     """
     residuals = [dataset.torque - fit.torque(dataset) for dataset in datasets]
-    found = noise.estimate(datasets, residuals)
+    joint_noise = noise.estimate(datasets, residuals)
     loss = loss_of(fit, method)
-    known = identifiability(_gram(datasets), mechanism.parameters)
-    free = np.array([s != "not" and not b for s, b in zip(known.status, fit.at_bound, strict=True)])
-    error = uncertainty_of(datasets, residuals, found, loss, interval_method, free)
+    conditioning = identifiability(_gram(datasets), mechanism.parameters)
+    free = np.array([s != "not" and not b for s, b in zip(conditioning.status, fit.at_bound, strict=True)])
+    error = uncertainty_of(datasets, residuals, joint_noise, loss, interval_method, free)
     gain = 0.0 if relative else _gain_uncertainty(datasets[0].recording)
     intervals = error.interval(fit.parameters, gain)
     trust = Assessment(
@@ -152,12 +153,12 @@ def assess(
         absolute=not relative,
         gain_uncertainty=gain,
         correlation=tuple(tuple(_number(x) for x in row) for row in error.correlation),
-        condition_number=known.condition,
-        singular_values=known.singular_values,
+        condition_number=conditioning.condition,
+        singular_values=conditioning.singular_values,
         inseparable=tuple(
-            Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in known.combinations
+            Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in conditioning.combinations
         ),
-        noise=_noise(found, datasets[0].recording),
+        noise=_noise(joint_noise, datasets[0].recording),
         floor=_floor(cycle_statistics.of_residuals(datasets, residuals)),
         doubts=tuple(
             ImplausibleParameter(name=d.name, significant=d.significant, sentence=d.sentence)
@@ -166,22 +167,22 @@ def assess(
         coupling=_coupling(mechanism, datasets, fit.parameters),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    return trust, _knowledge(error, intervals, known, parameter_changes)
+    return trust, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
 
 
-def _noise(found: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:
+def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:
     rig = recording.rig
     units = rig.effort_units if holds_torque(recording) else ("V",) * rig.dof
-    return tuple(JointNoise(unit=unit, **asdict(joint)) for joint, unit in zip(found, units, strict=True))
+    return tuple(JointNoise(unit=unit, **asdict(joint)) for joint, unit in zip(joint_noise, units, strict=True))
 
 
 def _gain_uncertainty(recording: Recording) -> float:
-    """Relative; where the effort itself was measured, no gain is needed."""
+    """Relative standard uncertainty of the gain; 0 if the effort itself was measured."""
     return 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
 
 
 def loss_of(fit: Fit, method: str) -> Loss:
-    """What the estimator `method` minimises."""
+    """Objective that the estimator `method` minimises."""
     if fit.estimate.certificate is not None:
         return "absolute deviations"
     return "weighted squares" if estimators.weighted(method) else "squares"
@@ -200,23 +201,23 @@ def uncertainty_of(
     interval_method: IntervalMethod,
     free: Bools,
 ) -> Uncertainty:
-    """Of the parameters that are `free` (k,); NaN for the others. The fit left `residuals` with the noise `found`."""
-    parts, cycles = [], 0
+    """Uncertainty of the `free` parameters (k,), given the `residuals` of the fit; NaN for the others."""
+    blocks, cycles = [], 0
     for dataset, residual in zip(datasets, residuals, strict=True):
         std = noise.residual_std(dataset, residual, joint_noise)
         cycle = np.where(dataset.repeat >= 0, dataset.repeat + cycles, -1)
         cycles = int(cycle.max()) + 1
         regressor = dataset.regressor[:, :, free]
         if loss == "absolute deviations":
-            parts.append(covariance.least_absolute(regressor, residual, std, cycle))
+            blocks.append(covariance.least_absolute(regressor, residual, std, cycle))
         else:
             weight = 1 / std if loss == "weighted squares" else None
-            parts.append(covariance.least_squares(regressor, residual, std, cycle, weight))
-    return covariance.estimate(parts, interval_method).expanded(free)
+            blocks.append(covariance.least_squares(regressor, residual, std, cycle, weight))
+    return covariance.estimate(blocks, interval_method).expanded(free)
 
 
-def _knowledge(
-    error: Uncertainty, intervals: Floats, known: Identifiability, moved: sensitivity.Sensitivity
+def _parameter_uncertainties(
+    error: Uncertainty, intervals: Floats, conditioning: Identifiability, parameter_changes: sensitivity.Sensitivity
 ) -> tuple[ParameterUncertainty, ...]:
     return tuple(
         ParameterUncertainty(
@@ -224,10 +225,12 @@ def _knowledge(
             ci95=(float(intervals[i, 0]), float(intervals[i, 1])) if np.isfinite(intervals[i]).all() else None,
             degrees_of_freedom=_number(error.degrees_of_freedom[i]),
             status=status,
-            per_length_step=None if moved.per_length_step is None else float(moved.per_length_step[i]),
-            per_cutoff=tuple(float(change[i]) for _, change in moved.per_cutoff),
+            per_length_step=None
+            if parameter_changes.per_length_step is None
+            else float(parameter_changes.per_length_step[i]),
+            per_cutoff=tuple(float(change[i]) for _, change in parameter_changes.per_cutoff),
         )
-        for i, status in enumerate(known.status)
+        for i, status in enumerate(conditioning.status)
     )
 
 
@@ -250,8 +253,8 @@ def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[J
 
 
 def _coupling(mechanism: Mechanism, datasets: Sequence[Dataset], parameters: Floats) -> JointCoupling | None:
-    found = physical_consistency.coupling(mechanism, datasets[0].motion, parameters)
-    return None if found is None else JointCoupling(**asdict(found))
+    coupling = physical_consistency.coupling(mechanism, datasets[0].motion, parameters)
+    return None if coupling is None else JointCoupling(**asdict(coupling))
 
 
 def _number(x: float) -> OptionalFloat:

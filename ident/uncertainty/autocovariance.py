@@ -1,8 +1,8 @@
-"""The variance of weighted sums of autocorrelated noise.
+"""Variance of weighted sums of autocorrelated noise.
 
-All use Parzen's lag weights, which keep variances non-negative, over a bandwidth that follows Andrews,
+Parzen's lag weights keep variances non-negative. Their bandwidth follows Andrews,
 "Heteroskedasticity and autocorrelation consistent covariance matrix estimation", Econometrica 59 (1991), 817-858,
-Eqs. (6.2), (6.4), from first-order autoregressions.
+Eqs. (6.2), (6.4), with first-order autoregressions.
 """
 
 from collections.abc import Iterable, Sequence
@@ -15,35 +15,35 @@ from recordings.recording import Floats
 
 Complexes = NDArray[np.complex128]
 
-_BANDWIDTH, _SQUARE = 2.6614, 0.539285
-"""Of Parzen's kernel: constant of the optimal bandwidth, and the integral of its square."""
-_STRONGEST = 0.97
-"""No first-order autocorrelation is taken to be stronger: towards 1 the bandwidth would grow without limit."""
+_BANDWIDTH, _KERNEL_SQUARE = 2.6614, 0.539285
+"""Parzen's kernel: constant of the optimal bandwidth, integral of the squared kernel."""
+_MAX_AUTOCORRELATION = 0.97
+"""Upper limit of the first-order autocorrelation: towards 1 the bandwidth would grow without limit."""
 
 
 def bandwidth(blocks: Sequence[Floats]) -> float:
-    """Andrews' bandwidth [rows] for `blocks` of series (m, s), all brought to the same variance."""
+    """Andrews' bandwidth [rows] for `blocks` of series (m, s) of equal variance."""
     rows = sum(len(block) for block in blocks)
     products = sum((block[1:] * block[:-1]).sum(axis=0) for block in blocks)
     squares = sum((block[:-1] ** 2).sum(axis=0) for block in blocks)
     present = squares > 0
-    rho = np.clip(products[present] / squares[present], -_STRONGEST, _STRONGEST)
+    rho = np.clip(products[present] / squares[present], -_MAX_AUTOCORRELATION, _MAX_AUTOCORRELATION)
     innovation = (1 - rho**2) ** 2
     alpha = np.sum(4 * rho**2 * innovation / (1 - rho) ** 8) / np.sum(innovation / (1 - rho) ** 4)
     return float(np.clip(_BANDWIDTH * (alpha * rows) ** 0.2, 1.0, rows))
 
 
 def parzen(width: float) -> Floats:
-    """Weights of the lags 0, 1, ... below `width`."""
+    """Parzen's weights of the lags 0, 1, ... below `width`."""
     share = np.arange(int(np.ceil(width))) / width
     weights: Floats = np.where(share <= 0.5, 1 - 6 * share**2 + 6 * share**3, 2 * (1 - share) ** 3)
     return weights
 
 
 def variance_of_sum(blocks: Sequence[Floats]) -> tuple[Floats, Floats]:
-    """Covariance (k, k) of the sums of series (m, k) over all `blocks`, from nothing but the series; and its freedom.
+    """Covariance (k, k) of the sums of series (m, k) over all `blocks`, and degrees of freedom (k,) of the variances.
 
-    The degrees of freedom (k,) are those of a variance estimated from so many rows with so wide a bandwidth.
+    The degrees of freedom follow from the number of rows and the bandwidth.
     """
     rows, series = sum(len(block) for block in blocks), blocks[0].shape[1]
     width = bandwidth(blocks)
@@ -54,23 +54,23 @@ def variance_of_sum(blocks: Sequence[Floats]) -> tuple[Floats, Floats]:
         transform = np.fft.rfft(block, size, axis=0)
         smoothed = np.fft.irfft(transform * _spectrum(weights, size)[:, None], size, axis=0)[: len(block)]
         total += block.T @ smoothed
-    return (total + total.T) / 2, np.full(series, rows / (width * _SQUARE))
+    return (total + total.T) / 2, np.full(series, rows / (width * _KERNEL_SQUARE))
 
 
 @dataclass(frozen=True, eq=False)
 class StationaryNoise:
-    """Stationary noise of several joints, known by its autocovariances."""
+    """Stationary noise of several joints, described by its autocovariances."""
 
     covariance: Floats
-    """(lags, dof, dof) of joint j, l rows later, with joint i, at [l, i, j]; smoothed by the lag weights."""
+    """(lags, dof, dof) covariance of joint i with joint j, l rows later, at [l, i, j]; times the lag weights."""
     weights: Floats
-    """(lags,) the lag weights."""
+    """(lags,) lag weights."""
     samples: Floats
-    """(dof,) from how many samples."""
+    """(dof,) number of samples."""
 
     @classmethod
     def estimate(cls, blocks: Sequence[Floats], valid: Sequence[Floats]) -> "StationaryNoise":
-        """From `blocks` of noise (m, dof), zero where not `known` (m, dof; else one)."""
+        """Estimate from `blocks` of noise (m, dof); `valid` (m, dof) is 1, or 0 where the noise is not known."""
         width = min(bandwidth(blocks), max(len(block) for block in blocks) / 2)
         weights = parzen(width)
         products = sum(_lagged(block, len(weights)) for block in blocks)
@@ -80,33 +80,35 @@ class StationaryNoise:
         return cls(covariance, weights, samples)
 
     def variance_of_sums(self, blocks: Iterable[Floats]) -> tuple[Floats, Floats]:
-        """Covariance (k, k) of the sums of factor (m, dof, k) times noise over all `blocks` of factors; its freedom.
+        """Covariance (k, k) of the sums of factor (m, dof, k) times noise over all `blocks`; degrees of freedom (k,).
 
-        The estimated autocovariances scatter. What that does to each variance is Bartlett's formula; the degrees of
-        freedom (k,) are those of a chi-squared variable that scatters as much.
+        Bartlett's formula gives the scatter of each variance due to the estimated autocovariances. The degrees of
+        freedom are those of a chi-squared variable with the same relative scatter.
         """
         lags, dof = len(self.weights), self.covariance.shape[1]
-        total, own = np.zeros((0, 0)), np.zeros((lags, dof, 0))
+        total, autocorrelation = np.zeros((0, 0)), np.zeros((lags, dof, 0))
         for factor in blocks:
-            if not own.shape[2]:
-                total, own = np.zeros((factor.shape[2],) * 2), np.zeros((lags, dof, factor.shape[2]))
+            if not autocorrelation.shape[2]:
+                total, autocorrelation = np.zeros((factor.shape[2],) * 2), np.zeros((lags, dof, factor.shape[2]))
             size = _transform_length(len(factor) + lags)
             transforms = [np.fft.rfft(factor[:, joint], size, axis=0) for joint in range(dof)]
             for i in range(dof):
                 power = np.fft.irfft(np.abs(transforms[i]) ** 2, size, axis=0)
-                own[:, i] += power[:lags]
+                autocorrelation[:, i] += power[:lags]
                 for j in range(dof):
                     cross = _cross_spectrum(self.covariance[:, i, j], self.covariance[:, j, i], size)
-                    total += _summed(transforms[i], cross[:, None] * transforms[j], size)
-        return (total + total.T) / 2, self._freedom(own)
+                    total += _sums_of_products(transforms[i], cross[:, None] * transforms[j], size)
+        return (total + total.T) / 2, self._degrees_of_freedom(autocorrelation)
 
-    def _freedom(self, own: Floats) -> Floats:
-        """(k,), given the autocorrelation (lags, dof, k) of the factors of each joint and parameter."""
-        variance, scatter = np.zeros(own.shape[2]), np.zeros(own.shape[2])
+    def _degrees_of_freedom(self, autocorrelation: Floats) -> Floats:
+        """(k,) degrees of freedom; autocorrelation: (lags, dof, k) of the factors of each joint and parameter."""
+        variance, scatter = np.zeros(autocorrelation.shape[2]), np.zeros(autocorrelation.shape[2])
         size = _transform_length(2 * len(self.weights))
         for joint, samples in enumerate(self.samples):
             density = _spectrum(self.covariance[:, joint, joint], size)[:, None]
-            shape = np.stack([_spectrum(self.weights * column, size) for column in own[:, joint].T], axis=1)
+            shape = np.stack(
+                [_spectrum(self.weights * column, size) for column in autocorrelation[:, joint].T], axis=1
+            )
             variance += _mean(shape * density, size)
             scatter += 2 / samples * _mean((shape * density) ** 2, size)
         freedom: Floats = 2 * variance**2 / np.where(scatter > 0, scatter, np.inf)
@@ -122,36 +124,36 @@ def _lagged(x: Floats, lags: int) -> Floats:
 
 
 def _spectrum(lagged: Floats, size: int) -> Floats:
-    """Transform (size // 2 + 1,) of an even sequence, given its lags 0, 1, ..."""
+    """Fourier transform (size // 2 + 1,) of an even sequence, given its lags 0, 1, ..."""
     spectrum: Floats = 2 * np.fft.rfft(lagged, size).real - lagged[0]
     return spectrum
 
 
 def _cross_spectrum(later: Floats, earlier: Floats, size: int) -> Complexes:
-    """Transform of the cross-covariance whose lags 0, 1, ... are `later`, and 0, -1, ... are `earlier`.
+    """Fourier transform of the cross-covariance c with lags 0, 1, ... in `later` and lags 0, -1, ... in `earlier`.
 
-    In sum over s, t of a[s] c[t - s] b[t] it multiplies the transform of b.
+    In the sum over s, t of a[s] c[t - s] b[t] it multiplies the transform of b.
     """
-    ahead, behind = np.fft.rfft(later, size), np.fft.rfft(earlier, size)
-    spectrum: Complexes = ahead.conj() + behind - later[0]
+    positive, negative = np.fft.rfft(later, size), np.fft.rfft(earlier, size)
+    spectrum: Complexes = positive.conj() + negative - later[0]
     return spectrum
 
 
-def _summed(a: Complexes, b: Complexes, size: int) -> Floats:
-    """(k, k) sums over all rows of the products of two real sequences (rows, k), given their transforms."""
-    weight = _both_sides(len(a), size)[:, None]
+def _sums_of_products(a: Complexes, b: Complexes, size: int) -> Floats:
+    """(k, k) sums over all rows of the products of two real sequences (rows, k), given their Fourier transforms."""
+    weight = _two_sided_weights(len(a), size)[:, None]
     sums: Floats = (a.conj().T @ (weight * b)).real / size
     return sums
 
 
 def _mean(spectrum: Floats, size: int) -> Floats:
     """(k,) mean over all `size` frequencies of a real, even spectrum (size // 2 + 1, k)."""
-    mean: Floats = _both_sides(len(spectrum), size) @ spectrum / size
+    mean: Floats = _two_sided_weights(len(spectrum), size) @ spectrum / size
     return mean
 
 
-def _both_sides(length: int, size: int) -> Floats:
-    """How often each frequency of a one-sided transform stands in the whole one."""
+def _two_sided_weights(length: int, size: int) -> Floats:
+    """Number of occurrences of each frequency of the one-sided transform in the two-sided one."""
     weight = np.full(length, 2.0)
     weight[0] = 1.0
     if size % 2 == 0:

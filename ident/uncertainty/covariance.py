@@ -1,21 +1,20 @@
-"""How well parameters are known: covariances and intervals that respect autocorrelated residuals.
+"""Covariance and confidence intervals of parameters, for autocorrelated residuals.
 
-An estimate deviates from the truth by a sum over all samples of influence times noise. For least squares with weights
+The error of an estimate is a sum over all samples of influence times noise. For least squares with weights
 w, the influence of the noise e is B^-1 w^2 x with B = sum w^2 x x' (x: a row of the regressor). For least absolute
 deviations, objective (33), only the sign of e matters: it is B^-1 w x, with B = sum 2 f w x x' and the density f of e
-at zero. The variance of that sum follows from the autocovariance of the noise, which is found in one of three ways:
+at zero. The variance of that sum follows from the autocovariance of the noise, estimated by one of three methods:
 
 - "stationary" (the default): the noise, divided by its standard deviation at each sample, is a stationary process.
   Its spectrum is estimated from the residuals of all joints; the regressor is known.
 - "hac": Newey and West's estimator with Parzen's weights and Andrews' bandwidth, from products of influence and
-  residual. It assumes less, and pays for it with a scatter of its own that Student's t has to make up for.
-- "cycles": one repetition of the motion is one block. It is what a bootstrap over repetitions tends to, without its
-  dice; with C of them Student's t has C - 1 degrees of freedom, so few repetitions give wide intervals. What repeats
-  with the motion does not count as noise here.
+  residual. It assumes less, but its own scatter is larger; Student's t accounts for it.
+- "cycles": one repetition of the motion is one block. This is the limit of a bootstrap over repetitions. With C
+  repetitions Student's t has C - 1 degrees of freedom, so few repetitions give wide intervals. The part of the
+  residual that repeats with the motion does not count as noise here.
 
-`benchmarks/coverage.py` measures how often the intervals hold what they promise, and is why the first is the default.
-All are about the noise, given the model and the geometry: they do not know what the model lacks, beyond counting what
-it leaves as noise (the first two).
+`benchmarks/coverage.py` measures the coverage of the intervals; it is the reason for the default.
+All intervals are conditional on the model and the geometry. The first two methods count model errors as noise.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -30,65 +29,65 @@ from recordings.recording import Bools, Floats, Ints
 
 IntervalMethod = Literal["stationary", "hac", "cycles"]
 LEVEL = 0.95
-"""Of all intervals."""
+"""Confidence level of all intervals."""
 _KERNEL = 0.3
-"""Width of the kernel that estimates a density, in standard deviations."""
+"""Width of the kernel of the density estimate, in standard deviations."""
 _BLOCK = 2**15
-"""Longest block of rows; longer recordings are cut, which bounds the memory of transforms."""
+"""Longest block of rows. Longer recordings are split, which bounds the memory of transforms."""
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Consecutive rows of one recording. Noise and influence of a sample that is not known are zero."""
+    """Consecutive rows of one recording. Noise and influence of an invalid sample are zero."""
 
     regressor: Floats
     """(m, dof, k)."""
     factor: Floats
-    """(m, dof) the influence of a sample's unit noise is B^-1 factor x."""
+    """(m, dof) factor f: the influence of a sample's unit noise is B^-1 f x."""
     noise: Floats
-    """(m, dof) unit noise: what the residual says about it."""
+    """(m, dof) unit noise, computed from the residual."""
     valid: Floats
     """(m, dof) 1 where there is a residual, else 0."""
     per_residual: Floats
-    """(m, dof) unit noise per unit of residual; 0 if the one is not a multiple of the other."""
+    """(m, dof) unit noise per unit of residual; 0 if the noise is not proportional to the residual."""
     cycle: Ints
-    """(m,) repetition of the motion, -1 outside of all; no two blocks of different recordings share a number."""
+    """(m,) repetition of the motion, -1 outside of all; the numbers of different recordings differ."""
 
     def weighted(self, weight: Floats) -> Floats:
-        """The regressor (m, dof, k), times `weight` (m, dof), zero where there is no residual."""
+        """(m, dof, k) regressor times `weight` (m, dof), zero where there is no residual."""
         product: Floats = np.where(self.valid[:, :, None] > 0, self.regressor * weight[:, :, None], 0.0)
         return product
 
     def normal_matrix(self) -> Floats:
-        """Their share of B (k, k) where they were fitted by least squares: w^2 is factor times per_residual."""
+        """(k, k) contribution to B of rows fitted by least squares: w^2 is factor times per_residual."""
         rows = self.weighted(np.sqrt(self.factor * self.per_residual)).reshape(-1, self.regressor.shape[2])
         return rows.T @ rows
 
     def influence(self, inverse: Floats) -> Floats:
-        """(m, dof, k), given B^-1 (k, k)."""
+        """(m, dof, k) influence of each sample's noise on the parameters, given B^-1 (k, k)."""
         scaled: Floats = self.weighted(self.factor) @ inverse
         return scaled
 
     def scores(self, inverse: Floats) -> Floats:
-        """(m, k) what the noise of each instant adds to the error of each parameter, given B^-1 (k, k)."""
-        added: Floats = np.einsum("mjk,mj->mk", self.influence(inverse), self.noise)
-        return added
+        """(m, k) contribution of the noise of each row to the error of each parameter, given B^-1 (k, k)."""
+        contributions: Floats = np.einsum("mjk,mj->mk", self.influence(inverse), self.noise)
+        return contributions
 
     def split(self) -> Iterator["Block"]:
-        """The same rows in blocks that are not too long."""
+        """Yield the same rows in blocks of limited length."""
         for first in range(0, len(self.noise), _BLOCK):
-            part = slice(first, first + _BLOCK)
-            names = ("regressor", "factor", "noise", "known", "per_residual", "cycle")
-            yield Block(*(getattr(self, name)[part] for name in names))
+            rows = slice(first, first + _BLOCK)
+            names = ("regressor", "factor", "noise", "valid", "per_residual", "cycle")
+            yield Block(*(getattr(self, name)[rows] for name in names))
 
 
 @dataclass(frozen=True, eq=False)
 class Uncertainty:
-    """What is known about the error of k parameters. NaN for one at a bound, which the bound decided."""
+    """Covariance of the errors of k parameters; NaN for parameters at a bound."""
 
     method: IntervalMethod
     covariance: Floats
-    """(k, k) of the parameters."""
+    """(k, k) covariance of the parameters."""
     degrees_of_freedom: Floats
     """(k,) degrees of freedom of each variance."""
 
@@ -100,31 +99,30 @@ class Uncertainty:
 
     @property
     def correlation(self) -> Floats:
-        """(k, k) between the parameters' errors."""
+        """(k, k) correlation of the parameters' errors."""
         std = self.std
         with np.errstate(invalid="ignore", divide="ignore"):
             matrix: Floats = self.covariance / np.outer(std, std)
         return matrix
 
     def expanded(self, free: Bools) -> "Uncertainty":
-        """The same as part of a larger set of parameters: these are the `free` ones (k,); NaN for the others."""
+        """Embed in a larger set of parameters (k,), of which these are the `free` ones; NaN for the others."""
         covariance, freedom = np.full((len(free), len(free)), np.nan), np.full(len(free), np.nan)
         covariance[np.ix_(free, free)] = self.covariance
         freedom[free] = self.degrees_of_freedom
         return Uncertainty(self.method, covariance, freedom)
 
     def half_width(self) -> Floats:
-        """(k,) of the 95 % interval, from Student's t."""
+        """(k,) half widths of the 95 % intervals, from Student's t."""
         from scipy.stats import t
 
         width: Floats = t.ppf((1 + LEVEL) / 2, self.degrees_of_freedom) * self.std
         return width
 
     def interval(self, parameters: Floats, gain_uncertainty: float = 0.0) -> Floats:
-        """(k, 2) the 95 % interval of each of `parameters` (k,).
+        """(k, 2) 95 % interval of each of the `parameters` (k,).
 
-        `gain_uncertainty` is the relative standard uncertainty of the torque gain. All parameters are proportional to
-        the gain, so that absolute values are no better known than it.
+        gain_uncertainty: relative standard uncertainty of the torque gain, to which all parameters are proportional.
         """
         from scipy.stats import norm
 
@@ -136,36 +134,39 @@ class Uncertainty:
 def least_squares(
     regressor: Floats, residual: Floats, std: Floats, cycle: Ints, weight: Floats | None = None
 ) -> tuple[Block, Floats]:
-    """Rows of one recording fitted by least squares, and their share of B (k, k).
+    """Rows of one recording fitted by least squares, and their contribution to B (k, k).
 
-    regressor (m, dof, k); residual (m, dof), NaN where there is none; `std` (m, dof) in the residual's unit, up to a
-    common factor; cycle (m,); weight (m, dof) with which the fit multiplied the residual, 1 if None.
+    regressor: (m, dof, k).
+    residual: (m, dof); NaN where there is none.
+    std: (m, dof) of the noise in the residual's unit, up to a common factor.
+    cycle: (m,).
+    weight: (m, dof) factor of the residual in the fit; 1 if None.
     """
     weight = np.ones_like(residual) if weight is None else weight
-    known = np.isfinite(residual)
-    share = np.where(known, 1 / std, 0.0)
-    noise = np.where(known, residual, 0.0) * share
-    block = Block(regressor, weight**2 * std, noise, known.astype(np.float64), share, cycle)
-    return block, np.sum([part.normal_matrix() for part in block.split()], axis=0)
+    valid = np.isfinite(residual)
+    share = np.where(valid, 1 / std, 0.0)
+    noise = np.where(valid, residual, 0.0) * share
+    block = Block(regressor, weight**2 * std, noise, valid.astype(np.float64), share, cycle)
+    return block, np.sum([piece.normal_matrix() for piece in block.split()], axis=0)
 
 
 def least_absolute(regressor: Floats, residual: Floats, std: Floats, cycle: Ints) -> tuple[Block, Floats]:
-    """Rows of one recording fitted by least absolute deviations, and their share of B; as in `least_squares`."""
-    known = np.isfinite(residual)
+    """Rows of one recording fitted by least absolute deviations, and their contribution to B; see `least_squares`."""
+    valid = np.isfinite(residual)
     density = np.array([_density_at_zero(column[np.isfinite(column)]) for column in (residual / std).T])
-    steepness = np.where(known, 2 * density / std, 0.0)
-    rows = np.where(known[:, :, None], regressor, 0.0)
+    steepness = np.where(valid, 2 * density / std, 0.0)
+    rows = np.where(valid[:, :, None], regressor, 0.0)
     bread = np.einsum("mjk,mj,mjl->kl", rows, steepness, rows, optimize=True)
-    signs = np.where(known, np.sign(np.nan_to_num(residual)), 0.0)
-    none = np.zeros_like(std)
-    return Block(regressor, none + 1, signs, known.astype(np.float64), none, cycle), bread
+    signs = np.where(valid, np.sign(np.nan_to_num(residual)), 0.0)
+    zeros = np.zeros_like(std)
+    return Block(regressor, zeros + 1, signs, valid.astype(np.float64), zeros, cycle), bread
 
 
 def _density_at_zero(x: Floats) -> float:
     """Density at 0 of the distribution of `x` (n,), by a Gaussian kernel.
 
-    Its width does not shrink with n: a fit of k parameters drives k residuals to zero exactly, and with them their
-    autocorrelated neighbours, which must not decide. For normal noise this lowers the density by 4 %.
+    The kernel's width does not shrink with n: a fit of k parameters makes k residuals exactly zero and pulls their
+    autocorrelated neighbours towards zero, which must not dominate. For normal noise this lowers the density by 4 %.
     """
     spread = min(x.std(), float(np.subtract(*np.percentile(x, [75, 25]))) / 1.34)
     width = _KERNEL * spread
@@ -175,31 +176,33 @@ def _density_at_zero(x: Floats) -> float:
 
 
 def estimate(recordings: Sequence[tuple[Block, Floats]], method: IntervalMethod = "stationary") -> Uncertainty:
-    """The uncertainty of parameters fitted to `parts` together, one for each recording (see `least_squares`).
+    """Uncertainty of parameters fitted to all `recordings` together; each is a result of `least_squares` or the like.
 
     Raises:
-        BadInput: "cycles" was asked for, but there are fewer than two repetitions.
+        BadInput: the method is "cycles", but there are fewer than two repetitions.
     """
-    blocks = [short for block, _ in recordings for short in block.split()]
+    blocks = [piece for block, _ in recordings for piece in block.split()]
     inverse = np.linalg.inv(np.sum([bread for _, bread in recordings], axis=0))
-    covariance, freedom = _SOURCES[method](blocks, inverse)
+    covariance, freedom = _METHODS[method](blocks, inverse)
     if method != "cycles":
-        covariance = covariance / (1 - _taken_up(blocks, covariance))
+        covariance = covariance / (1 - _absorbed_share(blocks, covariance))
     return Uncertainty(method, covariance, np.maximum(freedom, 1.0))
 
 
-def _taken_up(blocks: Sequence[Block], covariance: Floats) -> float:
-    """Share of the noise's energy that the fit took up into the parameters, so that the residual lacks it."""
-    taken, left = 0.0, 0.0
+def _absorbed_share(blocks: Sequence[Block], covariance: Floats) -> float:
+    """Share of the noise's energy that the fit absorbed, so that the residual lacks it."""
+    absorbed, remaining = 0.0, 0.0
     for block in blocks:
         rows = block.weighted(block.per_residual)
-        taken += float(np.einsum("mjk,kl,mjl->", rows, covariance, rows, optimize=True))
-        left += float((block.noise**2).sum())
-    return taken / (taken + left) if left else 0.0
+        absorbed += float(np.einsum("mjk,kl,mjl->", rows, covariance, rows, optimize=True))
+        remaining += float((block.noise**2).sum())
+    return absorbed / (absorbed + remaining) if remaining else 0.0
 
 
 def _stationary(blocks: Sequence[Block], inverse: Floats) -> tuple[Floats, Floats]:
-    process = autocovariance.StationaryNoise.estimate([block.noise for block in blocks], [block.valid for block in blocks])
+    process = autocovariance.StationaryNoise.estimate(
+        [block.noise for block in blocks], [block.valid for block in blocks]
+    )
     return process.variance_of_sums(block.influence(inverse) for block in blocks)
 
 
@@ -223,7 +226,7 @@ def _cycles(blocks: Sequence[Block], inverse: Floats) -> tuple[Floats, Floats]:
     return count / (count - 1) * sums.T @ sums, np.full(sums.shape[1], count - 1.0)
 
 
-_SOURCES: dict[IntervalMethod, Callable[[Sequence[Block], Floats], tuple[Floats, Floats]]] = {
+_METHODS: dict[IntervalMethod, Callable[[Sequence[Block], Floats], tuple[Floats, Floats]]] = {
     "stationary": _stationary,
     "hac": _hac,
     "cycles": _cycles,

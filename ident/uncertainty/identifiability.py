@@ -1,8 +1,8 @@
-"""Which parameters this motion tells apart, from the singular values of the regressor.
+"""Identifiability of the parameters from a motion, by the singular values of the regressor.
 
-Columns are brought to one length first, or their units would decide. A small singular value is a combination of
-parameters that hardly changes the torque, so the data cannot know it; which parameters suffer is told by the share of
-their variance that comes from there: Belsley, Kuh, Welsch, "Regression Diagnostics" (1980), section 3.2.
+Columns are first scaled to unit length, so that units have no influence. A small singular value belongs to a
+combination of parameters that hardly changes the torque. A parameter is affected if a large share of its variance
+comes from such a combination: Belsley, Kuh, Welsch, "Regression Diagnostics" (1980), section 3.2.
 """
 
 from collections.abc import Sequence
@@ -17,64 +17,66 @@ from recordings.recording import Floats
 Status = Literal["identifiable", "weak", "not"]
 
 WEAK = 30.0
-"""Largest singular value over this one, from which a combination is only weakly known (the book's limit)."""
+"""Condition index (largest singular value over this one) from which a combination is weakly known (book's limit)."""
 UNIDENTIFIABLE = 1e6
-"""The same, from which it is not known: round-off and the motion's own noise are of that order."""
+"""Condition index from which a combination is not known: rounding and noise of the motion are of that order."""
 _ROUNDING = np.sqrt(np.finfo(np.float64).eps)
-"""Singular values from products of columns are no more exact than this."""
-_MOST = 0.5
-"""Share of a parameter's variance that makes it suffer from a combination."""
-_MEMBER = 0.3
-"""A parameter belongs to a combination from this share of the largest part on."""
+"""Relative accuracy of singular values computed from products of columns."""
+_AFFECTED_SHARE = 0.5
+"""A parameter is affected from this share of its variance on."""
+_MEMBER_SHARE = 0.3
+"""A parameter belongs to a combination from this share of the largest entry on."""
 
 
 @dataclass(frozen=True)
 class Combination:
-    """Parameters that the data cannot tell apart, or hardly."""
+    """Parameters that the data cannot distinguish, or hardly."""
 
     names: tuple[str, ...]
-    """The one that contributes most first."""
+    """In descending order of contribution."""
     status: Literal["weak", "not"]
     share: float
-    """How far the torque changes along the combination, over how far it would by the first parameter alone."""
+    """Change of the torque along the combination, relative to the change by the first parameter alone."""
     sentence: str
 
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What the motion tells about k parameters."""
+    """Identifiability of k parameters from a motion."""
 
     condition: float
     """Largest over smallest singular value."""
     singular_values: tuple[float, ...]
-    """Of columns of length one."""
+    """Of the columns scaled to unit length."""
     status: tuple[Status, ...]
     """(k,)."""
     combinations: tuple[Combination, ...]
 
 
 def identifiability(gram: Floats, parameters: Sequence[Parameter]) -> Identifiability:
-    """From `gram` (k, k), the products of the regressor's columns summed over all samples."""
+    """Analyse `gram` (k, k), the products of the regressor's columns summed over all samples."""
     length = np.sqrt(np.diag(gram))
     squares, directions = np.linalg.eigh(gram / np.outer(length, length))
     singular = np.sqrt(np.maximum(squares, 0.0))[::-1]
     directions = directions[:, ::-1]
     index = singular[0] / np.maximum(singular, _ROUNDING * singular[0])
-    parts = (directions * index) ** 2
-    shares = parts / parts.sum(axis=1, keepdims=True)
-    weak, lost = shares[:, index >= WEAK].sum(axis=1), shares[:, index >= UNIDENTIFIABLE].sum(axis=1)
-    status = tuple(_status(*suffered) for suffered in zip(weak, lost, strict=True))
+    contributions = (directions * index) ** 2
+    shares = contributions / contributions.sum(axis=1, keepdims=True)
+    weak, unidentifiable = shares[:, index >= WEAK].sum(axis=1), shares[:, index >= UNIDENTIFIABLE].sum(axis=1)
+    status = tuple(_status(*shares_of_parameter) for shares_of_parameter in zip(weak, unidentifiable, strict=True))
     combinations = [
-        _combination(directions[:, i], singular[i], length, parameters, "not" if index[i] >= UNIDENTIFIABLE else "weak")
+        _combination(
+            directions[:, i], singular[i], length, parameters, "not" if index[i] >= UNIDENTIFIABLE else "weak"
+        )
         for i in np.flatnonzero(index >= WEAK)
     ]
     return Identifiability(float(index[-1]), tuple(singular.tolist()), status, tuple(combinations))
 
 
-def _status(weak: float, lost: float) -> Status:
-    if lost >= _MOST:
+def _status(weak: float, unidentifiable: float) -> Status:
+    if unidentifiable >= _AFFECTED_SHARE:
         return "not"
-    return "weak" if weak >= _MOST else "identifiable"
+    return "weak" if weak >= _AFFECTED_SHARE else "identifiable"
 
 
 def _combination(
@@ -84,7 +86,9 @@ def _combination(
     parameters: Sequence[Parameter],
     status: Literal["weak", "not"],
 ) -> Combination:
-    order = [int(i) for i in np.argsort(-np.abs(direction)) if abs(direction[i]) >= _MEMBER * np.abs(direction).max()]
+    order = [
+        int(i) for i in np.argsort(-np.abs(direction)) if abs(direction[i]) >= _MEMBER_SHARE * np.abs(direction).max()
+    ]
     step = direction / length
     step = step / step[order[0]]
     changes = [f"{parameters[i].name} by {step[i]:+.3g} {parameters[i].unit}" for i in order]

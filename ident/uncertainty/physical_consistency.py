@@ -1,4 +1,4 @@
-"""Whether parameters can be those of a real machine: masses and inertias positive, friction dissipative."""
+"""Physical consistency of parameters: positive masses and inertias, dissipative friction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,18 +9,18 @@ from ident.dynamics.mechanisms import Mechanism, Parameter
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
-_MOST_SAMPLES = 2000
-"""Instants of the motion at which the inertia matrix is looked at."""
+_MAX_SAMPLES = 2000
+"""Samples of the motion at which the inertia matrix is evaluated."""
 
 
 @dataclass(frozen=True)
 class Violation:
-    """A parameter that no real machine can have."""
+    """A parameter value that is physically impossible."""
 
     name: str
     value: float
     significant: bool
-    """The whole 95 % interval is impossible; otherwise the data allow a possible value too."""
+    """True if the whole 95 % interval is impossible."""
     sentence: str
 
 
@@ -37,30 +37,30 @@ class Coupling:
 
 
 def violations(parameters: Sequence[Parameter], values: Floats, intervals: Floats) -> tuple[Violation, ...]:
-    """The implausible among `values` (k,), with their 95 % `intervals` (k, 2), NaN where there is none."""
-    found = []
+    """Impossible ones of the `values` (k,), given their 95 % `intervals` (k, 2); NaN where there is no interval."""
+    result = []
     for parameter, value, highest in zip(parameters, values, intervals[:, 1], strict=True):
         if value < 0 and parameter.physically_positive:
             significant = bool(highest < 0)
-            what = "friction would help the motion" if parameter.friction else "no body has a negative one"
+            reason = "friction would drive the motion" if parameter.friction else "it must be positive for any body"
             certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
-            sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {what}{certainty}"
-            found.append(Violation(parameter.name, float(value), significant, sentence))
-    return tuple(found)
+            sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {reason}{certainty}"
+            result.append(Violation(parameter.name, float(value), significant, sentence))
+    return tuple(result)
 
 
 def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling | None:
-    """How strongly the joints' inertias couple along `motion`, for parameters (k,); None for a single joint."""
+    """Coupling of the joints' inertias along `motion`, for parameters (k,); None for a single joint."""
     known = np.isfinite(motion.position).all(axis=1)
     position = motion.position[known]
-    position = position[:: max(1, len(position) // _MOST_SAMPLES)]
+    position = position[:: max(1, len(position) // _MAX_SAMPLES)]
     D = inertia_matrix(mechanism, position, values)
-    own = np.diagonal(D, axis1=1, axis2=2)
-    dof = own.shape[1]
+    diagonal = np.diagonal(D, axis1=1, axis2=2)
+    dof = diagonal.shape[1]
     if dof == 1:
         return None
     positive = bool((np.linalg.eigvalsh((D + D.swapaxes(1, 2)) / 2)[:, 0] > 0).all())
-    relative = D / np.sqrt(np.abs(own[:, :, None] * own[:, None, :]))
+    relative = D / np.sqrt(np.abs(diagonal[:, :, None] * diagonal[:, None, :]))
     off = D * (1 - np.eye(dof))
     matrix = np.sqrt(np.mean(relative**2, axis=0))
     rows = tuple(tuple(float(x) for x in row) for row in matrix)
@@ -68,7 +68,7 @@ def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling |
 
 
 def inertia_matrix(mechanism: Mechanism, position: Floats, values: Floats) -> Floats:
-    """D (n, dof, dof) at `position` (n, dof): column j is what a unit acceleration of joint j adds to the torque."""
+    """D (n, dof, dof) at `position` (n, dof): column j is the torque of a unit acceleration of joint j."""
     rest = np.zeros_like(position)
 
     def torque(acceleration: Floats) -> Floats:

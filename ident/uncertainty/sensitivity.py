@@ -1,7 +1,7 @@
-"""How far the parameters move when what was assumed is a little different: the forearms' length, the cut-off.
+"""Sensitivity of the parameters to assumptions: the length of the rods, the cut-off.
 
-By least squares, whatever the estimator: the question is how far the parameters move, not where they are. Long
-recordings are looked at for a minute only.
+Refits are by least squares, whatever the estimator, because only changes of the parameters are needed. Only one
+minute of long recordings is used.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,27 +16,29 @@ from recordings.recording import Floats, Recording
 from recordings.rig import Rig
 
 LENGTH_STEP = 0.01
-"""Of the forearms [m]."""
+"""Change of the rods' length [m]."""
 CUTOFF_FACTORS = (0.5, 2.0)
-_LONGEST = 60.0
-"""Of each recording [s]."""
+_MAX_DURATION = 60.0
+"""Used duration of each recording [s]."""
 
 MechanismFactory = Callable[[Rig], Mechanism]
 
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """What happens to k parameters."""
+    """Changes of k parameters under other assumptions."""
 
     per_length_step: Floats | None
-    """(k,) change of each, in its unit, where L2 is longer by LENGTH_STEP; None where it has no other."""
+    """(k,) change of each, in its unit, if L2 is longer by LENGTH_STEP; None if the length cannot be changed."""
     per_cutoff: tuple[tuple[float, Floats], ...]
-    """For other cut-offs [Hz]: change (k,) of each, in its unit; empty where the preprocessing has none."""
+    """Other cut-offs [Hz] with the change (k,) of each, in its unit; empty if the preprocessing has no cut-off."""
 
 
-def sensitivity(recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None) -> Sensitivity:
-    """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: there is none), with other assumptions."""
-    short = [_shortened(recording) for recording in recordings]
+def sensitivity(
+    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None
+) -> Sensitivity:
+    """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: no cut-off), with other assumptions."""
+    short = [_first_minute(recording) for recording in recordings]
     at_cutoff = tuple(_with_other_cutoffs(short, create, method, cutoff)) if cutoff else ()
     return Sensitivity(_with_other_lengths(short, create, method, cutoff), at_cutoff)
 
@@ -51,14 +53,14 @@ def _with_other_lengths(
             _refit([with_longer_rods(recording, step) for recording in recordings], create, method, cutoff)
             for step in (-LENGTH_STEP, LENGTH_STEP)
         )
-    except BadInput:  # with the other length, the mechanism cannot reach where it went
+    except BadInput:  # with the changed length, the mechanism cannot reach the recorded positions
         return None
     change: Floats = (longer - shorter) / 2
     return change
 
 
 def with_longer_rods(recording: Recording, step: float) -> Recording:
-    """As if the forearms were longer by `step` [m]."""
+    """`recording` with rods longer by `step` [m]."""
     geometry = recording.rig.geometry
     longer = geometry.model_copy(update={"L2": geometry.L2 + step})
     return replace(recording, rig=recording.rig.model_copy(update={"geometry": longer}))
@@ -67,31 +69,31 @@ def with_longer_rods(recording: Recording, step: float) -> Recording:
 def _with_other_cutoffs(
     recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float
 ) -> Iterator[tuple[float, Floats]]:
-    here = _refit(recordings, create, method, cutoff)
+    reference = _refit(recordings, create, method, cutoff)
     highest = min(recording.run.rate for recording in recordings) / 5
     for factor in CUTOFF_FACTORS:
-        other = min(factor * cutoff, highest)
-        if other != cutoff:
-            yield other, _refit(recordings, create, method, other) - here
+        changed = min(factor * cutoff, highest)
+        if changed != cutoff:
+            yield changed, _refit(recordings, create, method, changed) - reference
 
 
 def _refit(recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None) -> Floats:
     mechanism = create(recordings[0].rig)
     rows = [build(recording, mechanism, method, cutoff).rows() for recording in recordings]
-    regressor, torque = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    regressor, torque = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
     parameters: Floats = np.linalg.lstsq(regressor, torque, rcond=None)[0]
     return parameters
 
 
-def _shortened(recording: Recording) -> Recording:
-    """The first minute of the repeated motion, with what comes before it."""
+def _first_minute(recording: Recording) -> Recording:
+    """`recording` up to the end of the first minute of the repeated motion."""
     repeated = recording.time[recording.repeat >= 0] if (recording.repeat >= 0).any() else recording.time
-    kept = recording.time <= repeated[0] + _LONGEST
-    if kept.all():
+    selected = recording.time <= repeated[0] + _MAX_DURATION
+    if selected.all():
         return recording
     arrays = {
-        field.name: value[kept]
+        field.name: value[selected]
         for field in fields(Recording)
-        if isinstance(value := getattr(recording, field.name), np.ndarray) and len(value) == len(kept)
+        if isinstance(value := getattr(recording, field.name), np.ndarray) and len(value) == len(selected)
     }
     return replace(recording, **arrays)
