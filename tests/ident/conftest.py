@@ -1,4 +1,4 @@
-"""Recordings made from known parameters, without any simulator: motion of fig5a and fig5b, torque of Eq. (26)."""
+"""Recordings computed from known parameters, without a simulator: motion of fig5a and fig5b, torque of Eq. (26)."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -71,15 +71,17 @@ def make_recording(
     )
 
 
-def write_recording(made: Recording) -> Path:
-    """Write `made` to its path as MCAP, closed properly unless its run has no exit status."""
-    with RecordingWriter(made.path, made.rig, made.run.model_copy(update={"exit_status": None})) as writer:
-        for k, stamp in enumerate(np.rint(made.time * 1e9).astype(np.int64).tolist()):
-            writer.joint_states(stamp, stamp, made.position[k])
-            writer.joint_commands(stamp, stamp, made.command[k])
-            zeros = [0] * made.rig.dof
-            writer.amplifiers(stamp, stamp, k, made.repeat[k], 0.0, made.voltage[k], zeros, zeros)
-    return made.path
+def write_recording(recording: Recording) -> Path:
+    """Write `recording` to its path as MCAP, closed properly unless its run has no exit status."""
+    with RecordingWriter(
+        recording.path, recording.rig, recording.run.model_copy(update={"exit_status": None})
+    ) as writer:
+        for k, stamp in enumerate(np.rint(recording.time * 1e9).astype(np.int64).tolist()):
+            writer.joint_states(stamp, stamp, recording.position[k])
+            writer.joint_commands(stamp, stamp, recording.command[k])
+            zeros = [0] * recording.rig.dof
+            writer.amplifiers(stamp, stamp, k, recording.repeat[k], 0.0, recording.voltage[k], zeros, zeros)
+    return recording.path
 
 
 def least_absolute_deviations_by_simplex(regressor: Floats, torque: Floats, bounds: Floats) -> tuple[Floats, float]:
@@ -88,9 +90,9 @@ def least_absolute_deviations_by_simplex(regressor: Floats, torque: Floats, boun
     cost = np.concatenate([np.zeros(k), np.ones(2 * m)])
     equations = hstack([regressor, identity(m), -identity(m)], format="csc")
     options = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
-    region = [*bounds, *[(0, None)] * (2 * m)]
-    solved = linprog(cost, A_eq=equations, b_eq=torque, bounds=region, method="highs", options=options)
-    return solved.x[:k], solved.fun
+    limits = [*bounds, *[(0, None)] * (2 * m)]
+    solution = linprog(cost, A_eq=equations, b_eq=torque, bounds=limits, method="highs", options=options)
+    return solution.x[:k], solution.fun
 
 
 @pytest.fixture(scope="session")

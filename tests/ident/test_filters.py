@@ -25,7 +25,7 @@ def test_low_pass_leaves_nothing_above_twice_the_cutoff(share: float) -> None:
 
 
 @given(n=st.integers(30, 60), step=st.integers(1, 7), gap=st.integers(0, 29), seed=st.integers(0, 99))
-def test_convolution_is_centred_and_a_gap_spoils_only_what_it_reaches(n: int, step: int, gap: int, seed: int) -> None:
+def test_convolution_is_centred_and_a_gap_affects_only_its_window(n: int, step: int, gap: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     x, taps = rng.normal(size=(n, 2)), rng.normal(size=5)
     x[gap, 1] = np.nan

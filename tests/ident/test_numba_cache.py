@@ -1,4 +1,4 @@
-"""numba without the noise of its own surroundings."""
+"""numba without warnings about its environment."""
 
 import subprocess
 import sys
@@ -20,7 +20,7 @@ assert asked
 """
 
 
-def test_a_machine_without_shared_memory_is_nothing_to_warn_about() -> None:
+def test_missing_shared_memory_raises_no_warning() -> None:
     done = subprocess.run(
         [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=600
     )

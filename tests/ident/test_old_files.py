@@ -1,7 +1,7 @@
-"""Models and effect files that an earlier version wrote: they load unchanged, and give the same figures as then.
+"""Models and effect files of an earlier version load unchanged and give the same numbers.
 
-The files in `old_files` are never made anew: what is tested is that they stay of use. They are, with `worn_a` and
-`worn_b` recorded with --sim worn.toml, --cycles 2 and --rate 250:
+The files in `old_files` are never regenerated. They were made as follows, with `worn_a` and `worn_b` recorded with
+--sim worn.toml, --cycles 2 and --rate 250:
 
     stribeck            ident fit fig5a.mcap --with stribeck, of the samples
     signal, stateful    as that, with actuation_delay, with joint_elasticity:2
@@ -34,11 +34,11 @@ RMS = {
     "learned": (0.0663106142, 0.6827185464, 0.0683650591),
     "tight_spot": (0.3094942474, 0.7963022714, 0.3120260548),
 }
-"""Per joint, what the model leaves of the torque of fig5b.mcap [N m]."""
+"""RMS residual of each joint on fig5b.mcap [N m]."""
 FILES = {"learned": OLD / "learned.py", "tight_spot": OLD / "tight_spot.py"}
-"""Of effects that are in no library."""
+"""Files of effects that are not in the library."""
 FAST = ("learned",)
-"""The others take the marker `slow`: each is a program of its own that draws pictures."""
+"""The others have the marker `slow`: each runs a program that draws pictures."""
 
 
 def model(name: str) -> Path:
@@ -46,7 +46,7 @@ def model(name: str) -> Path:
 
 
 def effect_file(name: str) -> list[object]:
-    """The option, where one is needed."""
+    """Return the option --effect-file, if the model needs it."""
     return ["--effect-file", FILES[name]] if name in FILES else []
 
 
@@ -65,7 +65,7 @@ def slide(path: Path, seed: int) -> Path:
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in RMS])
-def test_a_model_leaves_as_much_of_the_torque_as_it_did(ident: Runner, tmp_path: Path, name: str) -> None:
+def test_old_models_give_the_same_residual(ident: Runner, tmp_path: Path, name: str) -> None:
     pictures = ["--plots", tmp_path / "pictures"]
     done = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), *pictures, "--json")
     assert done.code == 0, done.err
@@ -73,7 +73,9 @@ def test_a_model_leaves_as_much_of_the_torque_as_it_did(ident: Runner, tmp_path:
 
 
 @pytest.mark.slow
-def test_a_model_of_another_mechanism(daq: Runner, ident: Runner, tmp_path: Path) -> None:
+def test_an_old_model_of_another_mechanism_gives_the_same_residual(
+    daq: Runner, ident: Runner, tmp_path: Path
+) -> None:
     table = slide(tmp_path / "slide.csv", seed=1)
     assert daq("import", table, "--out", "slide.mcap", "--mechanism", "axes", "--joints", "prismatic").code == 0
     done = ident("compare", model("slide"), "slide.mcap", "--json")
@@ -82,7 +84,7 @@ def test_a_model_of_another_mechanism(daq: Runner, ident: Runner, tmp_path: Path
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_an_effect_file_is_listed(ident: Runner, name: str) -> None:
+def test_old_effect_files_are_listed(ident: Runner, name: str) -> None:
     done = ident("effects", name, *effect_file(name))
     assert done.code == 0, done.err
     assert name in done.out
@@ -90,26 +92,26 @@ def test_an_effect_file_is_listed(ident: Runner, name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("name", "left"),
+    ("name", "rms"),
     [
         ("learned", (0.1297681175, 0.1380625912, 0.1439682746)),
         ("tight_spot", (0.1298056680, 0.1337919963, 0.1439411294)),
     ],
 )
-def test_an_effect_file_is_fitted(ident: Runner, tmp_path: Path, name: str, left: tuple[float, ...]) -> None:
-    where = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
+def test_old_effect_files_are_fitted(ident: Runner, tmp_path: Path, name: str, rms: tuple[float, ...]) -> None:
+    outputs = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
     recording = SAMPLES / "fig5a.mcap"
-    done = ident("fit", recording, "--method", "ls", "--with", f"{name}:2", *effect_file(name), *where, "--json")
+    done = ident("fit", recording, "--method", "ls", "--with", f"{name}:2", *effect_file(name), *outputs, "--json")
     assert done.code == 0, done.err
-    assert json.loads(done.out)["train"]["fitted"]["rms"] == pytest.approx(left, rel=CLOSE)
+    assert json.loads(done.out)["train"]["fitted"]["rms"] == pytest.approx(rms, rel=CLOSE)
 
 
 @pytest.mark.slow
-def test_a_diagnosis_begins_with_an_old_model(ident: Runner) -> None:
+def test_a_diagnosis_starts_from_an_old_model(ident: Runner) -> None:
     old = ["--model", model("tight_spot"), *effect_file("tight_spot")]
     done = ident("diagnose", SAMPLES / "fig5a.mcap", "--validate", SAMPLES / "fig5b.mcap", *old, "--json")
     assert done.code == 0, done.err
-    document, left = json.loads(done.out), (0.3079087039, 0.3146944022, 0.2953723600)
+    document, rms = json.loads(done.out), (0.3079087039, 0.3146944022, 0.2953723600)
     assert document["verdict"] == "adequate"
     assert "tight_spot" in document["rungs"][0]["effects"]
-    assert document["rungs"][0]["validate_rms"] == pytest.approx(left, rel=CLOSE)
+    assert document["rungs"][0]["validate_rms"] == pytest.approx(rms, rel=CLOSE)

@@ -100,11 +100,9 @@ def _trend_lines(trust: Assessment) -> Iterator[str]:
 
 def _identifiability_line(model: Model, trust: Assessment) -> str:
     identifiable = [parameter.name for parameter in model.parameters if parameter.status == "identifiable"]
-    not_identifiable = {
-        status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")
-    }
+    remaining = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
-    exceptions = [f"{labels[status]}: {', '.join(names)}" for status, names in not_identifiable.items() if names]
+    exceptions = [f"{labels[status]}: {', '.join(names)}" for status, names in remaining.items() if names]
     subject = (
         "all parameters are" if len(identifiable) == len(model.parameters) else f"{len(identifiable)} parameters are"
     )

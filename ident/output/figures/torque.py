@@ -20,7 +20,7 @@ ROW_GAP = 84
 
 
 def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int = theme.MAX_POINTS) -> go.Figure:
-    """Draw for each joint the torque and below it the residual, in recording `index` of all comparisons.
+    """Draw for each joint the torque and below it the residual, in recording `index` of all analyses.
 
     All plots share one time axis. It shows the first repetition, a double click all. Each trace has every sample
     of the first repetition and `points` of the whole recording.

@@ -1,4 +1,4 @@
-"""Contents of a report: models, recordings, comparisons and diagnosis."""
+"""Contents of a report: models, recordings, residual analyses and diagnosis."""
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
@@ -60,7 +60,7 @@ class ReportContents:
 
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, ResidualAnalysis], int, prediction.Prediction], ...]:
-        """For each recording its comparisons, its index in them, and the prediction of the first model."""
+        """For each recording: the analyses it is in, its index there, and the prediction of the first model."""
         groups = [self.analyses, *([self.held_out_analyses] if self.held_out_analyses else [])]
         return tuple(
             (group, index, predicted)
@@ -76,9 +76,9 @@ class ReportContents:
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
             "recordings": [source.model_dump(mode="json") for source in self.sources],
             "comparisons": [
-                {"model": name, "held_out": held_out, "comparison": analysis.as_json(comparison)}
+                {"model": name, "held_out": held_out, "comparison": analysis.as_json(result)}
                 for held_out, group in groups
-                for name, comparison in group.items()
+                for name, result in group.items()
             ],
             "diagnosis": self.document.as_json() if self.document else None,
         }

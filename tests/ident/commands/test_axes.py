@@ -1,4 +1,4 @@
-"""One prismatic axis, measured elsewhere at uneven instants, through fit and compare."""
+"""Fit and compare of an imported prismatic axis with uneven sampling."""
 
 import json
 from pathlib import Path
@@ -87,8 +87,8 @@ def test_without_the_offset_the_model_is_worse(folder: Path) -> None:
 
 
 def test_voltage_and_effort_are_not_mixed(folder: Path, tmp_path: Path) -> None:
-    other = write(tmp_path / "volts.mcap", 2, voltage=True)
-    result = run("fit", folder / "a.mcap", other, "-o", tmp_path / "m.json", "--plots", tmp_path / "p")
+    with_voltage = write(tmp_path / "volts.mcap", 2, voltage=True)
+    result = run("fit", folder / "a.mcap", with_voltage, "-o", tmp_path / "m.json", "--plots", tmp_path / "p")
     assert isinstance(result.exception, BadInput)
     assert "effort in a.mcap, voltage in volts.mcap" in str(result.exception)
 

@@ -31,8 +31,10 @@ def pair(
     files = []
     for seed, (name, payload) in enumerate((("empty", 0.0), ("loaded", 1.5))):
         parameters = truth + payload * np.eye(len(truth))[0]
-        made = make(rig=true, parameters=parameters, cycles=1, noise=0.02, seed=seed, path=folder / f"{name}.mcap")
-        files.append(write(replace(made, rig=rig)))
+        recording = make(
+            rig=true, parameters=parameters, cycles=1, noise=0.02, seed=seed, path=folder / f"{name}.mcap"
+        )
+        files.append(write(replace(recording, rig=rig)))
     return files[0], files[1]
 
 
@@ -40,7 +42,7 @@ def calibrate(*arguments: object) -> Result:
     return CliRunner().invoke(program, ["calibrate-gain", *map(str, arguments)])
 
 
-def test_prints_a_section_that_a_rig_file_takes(pair: tuple[Path, Path], tmp_path: Path) -> None:
+def test_printed_section_is_valid_in_a_rig_file(pair: tuple[Path, Path], tmp_path: Path) -> None:
     result = calibrate(*pair, "--payload", 1.5, "-o", tmp_path / "torque.toml")
     assert result.exit_code == 0, result.output
     assert result.stdout == (tmp_path / "torque.toml").read_text()
@@ -92,14 +94,14 @@ def test_bad_input_is_explained(pair: tuple[Path, Path]) -> None:
 def test_gains_of_the_simulated_rig_are_found_and_make_a_fit_absolute(
     daq: Runner, ident: Runner, tmp_path: Path
 ) -> None:
-    """The plant has forearms with mass, which the model lumps: what it lacks must cancel."""
+    """The plant has forearms with mass, which the model lumps: the model error must cancel."""
     for seed, (name, payload) in enumerate((("empty", 0.0), ("loaded", 1.5))):
         sim = tmp_path / f"{name}.toml"
         sim.write_text(f"torque_gain = {list(GAINS)}\n[links]\npayload = {payload}\n")
         record = ("record", "--traj", "fig5a", "--cycles", 2, "--seed", seed, "--sim", sim, "--out", f"{name}.mcap")
         assert daq(*record).code == 0
-    found = ident("calibrate-gain", "empty.mcap", "loaded.mcap", "--payload", 1.5, "--json")
-    document = json.loads(found.out)
+    result = ident("calibrate-gain", "empty.mcap", "loaded.mcap", "--payload", 1.5, "--json")
+    document = json.loads(result.out)
     for gain, (lowest, highest), value in zip(GAINS, document["gain_ci95"], document["torque"]["gain"], strict=True):
         assert lowest < gain < highest
         assert value == pytest.approx(gain, rel=0.005)

@@ -88,7 +88,7 @@ def test_pictures_are_kept_unless_forced(folder: Path) -> None:
         ("{", "JSON written by `ident fit` expected"),
     ],
 )
-def test_a_model_file_that_is_none_is_explained(folder: Path, tmp_path: Path, model: str, message: str) -> None:
+def test_invalid_model_files_are_explained(folder: Path, tmp_path: Path, model: str, message: str) -> None:
     path = tmp_path / "odd.model.json"
     path.write_text(model)
     result = run("compare", path, folder / "a.mcap", "--plots", tmp_path / "pictures")
@@ -97,7 +97,7 @@ def test_a_model_file_that_is_none_is_explained(folder: Path, tmp_path: Path, mo
     assert not (tmp_path / "pictures").exists()
 
 
-def test_an_interruption_leaves_no_half_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interruption_leaves_no_partial_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 

@@ -35,7 +35,7 @@ def design(*arguments: object) -> Result:
     return CliRunner().invoke(program, ["design", *map(str, arguments)], catch_exceptions=True)
 
 
-def test_it_writes_a_trajectory_and_says_what_to_expect_of_it(rig: Path, tmp_path: Path) -> None:
+def test_writes_a_trajectory_and_prints_the_expected_errors(rig: Path, tmp_path: Path) -> None:
     out = tmp_path / "best.toml"
     result = design("--rig", rig, "--harmonics", 2, "-o", out, "--with", "torque_offset")
     assert result.exit_code == 0, result.output
@@ -53,12 +53,12 @@ def test_json_compares_with_another_motion(rig: Path, tmp_path: Path) -> None:
     assert (document["schema"], document["trajectory"], document["against"]) == (1, "second.toml", str(first))
     before, after = document["before"], document["after"]
     assert set(before) == {"condition_number", "standard_errors", "limits", "told_apart"}
-    assert before["told_apart"] is None  # nobody asked to tell two effects apart
+    assert before["told_apart"] is None  # no effects to discriminate
     assert set(after["standard_errors"]) == {"I_1", "c_v1", "c_c1"}
     assert max(after["limits"].values()) <= 0.96
 
 
-def test_what_exists_is_kept_and_a_wrong_name_refused(rig: Path, tmp_path: Path) -> None:
+def test_existing_files_are_kept_and_wrong_suffixes_refused(rig: Path, tmp_path: Path) -> None:
     out = tmp_path / "best.toml"
     out.write_text("mine")
     refused = design("--rig", rig, "-o", out)
@@ -78,7 +78,7 @@ def test_the_same_seed_gives_the_same_bytes(rig: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", ["--period", "--noise"])
-def test_what_is_no_number_is_refused(option: str, tmp_path: Path) -> None:
+def test_nan_is_refused(option: str, tmp_path: Path) -> None:
     refused = design(option, "nan", "-o", tmp_path / "best.toml")
     assert refused.exit_code == 2
     assert f"'{option}': a finite number expected, nan found" in refused.output
@@ -91,7 +91,7 @@ def test_what_is_no_number_is_refused(option: str, tmp_path: Path) -> None:
         (("--criterion", "d", "--discriminate", "stribeck", "backlash"), "--criterion"),
     ],
 )
-def test_an_option_that_would_do_nothing_is_refused(options: tuple[object, ...], named: str, tmp_path: Path) -> None:
+def test_options_without_effect_are_refused(options: tuple[object, ...], named: str, tmp_path: Path) -> None:
     out = tmp_path / "best.toml"
     refused = design(*options, "-o", out)
     assert isinstance(refused.exception, BadInput)
@@ -100,7 +100,7 @@ def test_an_option_that_would_do_nothing_is_refused(options: tuple[object, ...],
 
 
 @pytest.mark.parametrize("rest", [(), ("--joint", 2), ("-o", "next.toml")])
-def test_one_effect_alone_cannot_be_told_apart(rest: tuple[object, ...]) -> None:
+def test_discriminate_needs_two_effects(rest: tuple[object, ...]) -> None:
     refused = design("--discriminate", "stribeck", *rest)
     assert isinstance(refused.exception, BadInput)
     assert "names of two effects expected" in str(refused.exception)

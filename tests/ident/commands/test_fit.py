@@ -34,8 +34,8 @@ def recorded(
     folder = tmp_path_factory.mktemp("recorded")
     write(make("fig5a", cycles=1, noise=0.01, path=folder / "a.mcap"))
     write(make("fig5b", cycles=1, noise=0.01, path=folder / "b.mcap"))
-    other = simulated_rig().model_copy(update={"geometry": Geometry(L2=0.81)})
-    write(make("fig5a", cycles=1, rig=other, path=folder / "other.mcap"))
+    other_rig = simulated_rig().model_copy(update={"geometry": Geometry(L2=0.81)})
+    write(make("fig5a", cycles=1, rig=other_rig, path=folder / "other.mcap"))
     return folder
 
 
@@ -49,7 +49,7 @@ def fit(*arguments: object) -> Result:
     return CliRunner().invoke(program, ["fit", *map(str, arguments)], catch_exceptions=True)
 
 
-def test_writes_model_and_pictures_and_says_what_they_mean(folder: Path, truth: Floats) -> None:
+def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Floats) -> None:
     result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF)
     assert result.exit_code == 0, result.output
     for text in (
@@ -63,7 +63,7 @@ def test_writes_model_and_pictures_and_says_what_they_mean(folder: Path, truth: 
     ):
         assert text in result.stdout
     content = json.loads((folder / "a.model.json").read_text())
-    np.testing.assert_allclose([one["value"] for one in content["parameters"]], truth, rtol=0.01)
+    np.testing.assert_allclose([parameter["value"] for parameter in content["parameters"]], truth, rtol=0.01)
     assert min(content["validate"]["fitted"]["nrmse"]) > 0.99 > max(content["validate"]["nominal"]["nrmse"])
     pictures = sorted(path.name for path in (folder / "a.plots").iterdir())
     assert pictures == [
@@ -120,7 +120,7 @@ def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:
 def test_json_is_one_document_and_nothing_else(folder: Path) -> None:
     result = fit(folder / "a.mcap", folder / "b.mcap", *BRIEF, "--json")
     document = json.loads(result.stdout)
-    assert [one["name"] for one in document["train"]["recordings"]] == ["a.mcap", "b.mcap"]
+    assert [source["name"] for source in document["train"]["recordings"]] == ["a.mcap", "b.mcap"]
     assert document["schema"] == 1
     assert document["where"]
 
@@ -160,7 +160,7 @@ def test_bad_input_is_explained_and_leaves_nothing(folder: Path, arguments: list
     assert sorted(folder.iterdir()) == before
 
 
-def test_the_same_data_in_another_file_are_no_validation(folder: Path, write: Callable[[Recording], Path]) -> None:
+def test_validation_on_the_training_data_is_refused(folder: Path, write: Callable[[Recording], Path]) -> None:
     whole = read(folder / "a.mcap")
     write(replace(whole, path=folder / "again.mcap", run=whole.run.model_copy(update={"trajectory": "again"})))
     result = fit(folder / "a.mcap", "--validate", folder / "again.mcap", *BRIEF)
@@ -168,19 +168,19 @@ def test_the_same_data_in_another_file_are_no_validation(folder: Path, write: Ca
     assert "begin with the same data" in str(result.exception)
 
 
-def test_a_held_joint_is_refused(
+def test_a_joint_at_rest_is_refused(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
 ) -> None:
-    made = make(cycles=1, path=tmp_path / "held.mcap")
-    made.position[:, 1] = 0.2
-    result = fit(write(replace(made)), *BRIEF)
+    recording = make(cycles=1, path=tmp_path / "held.mcap")
+    recording.position[:, 1] = 0.2
+    result = fit(write(replace(recording)), *BRIEF)
     assert isinstance(result.exception, BadInput)
     assert "joint 2" in str(result.exception)
 
 
 @pytest.mark.parametrize("arguments", [["--help"], ["fit", "--help"]])
 def test_help_is_instant(arguments: list[str]) -> None:
-    """It must not import what only a fit needs."""
+    """Help must not import the libraries of a fit."""
     code = (
         f"import sys; from ident.cli import program; program({arguments!r}, standalone_mode=False); "
         "print([name for name in ('numpy', 'scipy', 'numba', 'matplotlib', 'pydantic') if name in sys.modules])"

@@ -49,7 +49,7 @@ def test_inputs_are_checked(case: Case, tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_model_from_the_future_is_refused(case: Case, tmp_path: Path) -> None:
+def test_models_of_a_later_schema_are_refused(case: Case, tmp_path: Path) -> None:
     future = tmp_path / "future.json"
     future.write_text(json.dumps(json.loads(case.model.read_text()) | {"schema": 99}))
     assert "update this software" in refused(future, case.train, "-o", tmp_path / "r.html")
@@ -77,16 +77,16 @@ def reported(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_the_report_says_what_diagnose_says(reported: Path) -> None:
+def test_the_report_contains_the_json_of_diagnose(reported: Path) -> None:
     text = (reported / "report.html").read_text(encoding="utf-8")
-    found = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', text, re.DOTALL)
-    assert found
+    match = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', text, re.DOTALL)
+    assert match
     printed = run(
         "diagnose", reported / TRAIN, "--validate", reported / VALIDATE, "--json", "--plots", reported / "diagnosed"
     )
-    diagnosis = json.loads(found.group(1))["diagnosis"]
+    diagnosis = json.loads(match.group(1))["diagnosis"]
     assert diagnosis == json.loads(printed.stdout)
-    assert "absorbed" in {one["status"] for one in diagnosis["rejected"]}, "effects that look like the hidden one"
+    assert "absorbed" in {entry["status"] for entry in diagnosis["rejected"]}, "effects that look like the hidden one"
     assert "stribeck" in text
     assert len(text.encode()) < 10_000_000
 
@@ -99,13 +99,13 @@ def test_the_report_opens_in_a_browser(reported: Path) -> None:
         pytest.skip("no chromium on PATH")
     from playwright.sync_api import sync_playwright
 
-    said: list[str] = []
+    messages: list[str] = []
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport={"width": 1280, "height": 800})
-        page.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
-        page.on("pageerror", lambda error: said.append(f"error: {error}"))
-        page.on("request", lambda request: said.append(request.url) if request.url.startswith("http") else None)
+        page.on("console", lambda message: messages.append(f"{message.type}: {message.text}"))
+        page.on("pageerror", lambda error: messages.append(f"error: {error}"))
+        page.on("request", lambda request: messages.append(request.url) if request.url.startswith("http") else None)
         page.goto((reported / "report.html").as_uri())
         page.wait_for_selector("html[data-drawn]", state="attached")
         page.evaluate("document.querySelectorAll('details').forEach(fold => { fold.open = true; })")
@@ -118,4 +118,4 @@ def test_the_report_opens_in_a_browser(reported: Path) -> None:
         assert page.evaluate("document.documentElement.scrollWidth") <= 1280
         page.pdf()
         browser.close()
-    assert said == []
+    assert messages == []

@@ -16,14 +16,14 @@ def table2(*arguments: object) -> Result:
 def test_the_samples_show_the_papers_order_beside_its_values(tmp_path: Path) -> None:
     result = table2("--plots", tmp_path / "plots")
     assert result.exit_code == 0, result.output
-    said = " ".join(result.stdout.split())
+    printed = " ".join(result.stdout.split())
     for values in PAPER.values():
         for value in values:
-            assert f"{value:.4f}" in said
+            assert f"{value:.4f}" in printed
     for role in ("identification", "validation"):
-        assert f"The paper's order holds on {role} data: PSO is above RLS, DLS and SVD on every joint." in said
-    assert "Not comparable: the values" in said
-    assert "SIMULATED" in said
+        assert f"The paper's order holds on {role} data: PSO is above RLS, DLS and SVD on every joint." in printed
+    assert "Not comparable: the values" in printed
+    assert "SIMULATED" in printed
     figures = sorted(path.name for path in (tmp_path / "plots").iterdir())
     assert figures == sorted(f"figure_{number}.png" for number in (3, 6, 7, 8, 9, 10))
 

@@ -1,4 +1,4 @@
-"""`ident workbench` as a user starts it; what the page does is tested in tests/ident/workbench."""
+"""`ident workbench` as a user starts it; the page itself is tested in tests/ident/workbench."""
 
 import signal
 import socket
@@ -13,16 +13,16 @@ from tests.conftest import Runner, launcher
 
 
 @pytest.mark.parametrize("places", [["nowhere"], ["a.mcap"], ["."] * 2, ["text.txt"]])
-def test_what_cannot_be_opened_is_said(places: list[str], ident: Runner, tmp_path: Path) -> None:
+def test_invalid_places_are_explained(places: list[str], ident: Runner, tmp_path: Path) -> None:
     (tmp_path / "text.txt").write_text("no recording")
     done = ident("workbench", *places, "--no-browser")
     assert done.code == 2
     assert "expected" in done.err
 
 
-def test_a_port_that_is_taken(ident: Runner) -> None:
-    with socket.create_server(("127.0.0.1", 0)) as other:
-        done = ident("workbench", "--no-browser", "--port", other.getsockname()[1])
+def test_an_occupied_port_is_refused(ident: Runner) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        done = ident("workbench", "--no-browser", "--port", server.getsockname()[1])
     assert done.code == 2
     assert "a free port expected" in done.err
 
@@ -37,10 +37,10 @@ def test_it_serves_this_machine_only_and_ends_with_ctrl_c(tmp_path: Path) -> Non
     with pytest.raises(urllib.error.HTTPError, match="403"):
         urllib.request.urlopen(bare, timeout=60)
     port = int(bare.rstrip("/").rpartition(":")[2])
-    for own in {found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}:
-        if not str(own).startswith("127."):
+    for host in {info[4][0] for info in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}:
+        if not str(host).startswith("127."):
             with pytest.raises(OSError, match="refused"):
-                socket.create_connection((own, port), timeout=5)
+                socket.create_connection((host, port), timeout=5)
     cookies = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     with cookies.open(address, timeout=60) as page:
         text = page.read().decode()

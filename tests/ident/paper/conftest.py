@@ -15,8 +15,10 @@ def recorded(
     make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, Path]:
     folder = tmp_path_factory.mktemp("table2")
-    made = [make(name, cycles=1, rate=250.0, noise=0.02, path=folder / f"{name}.mcap") for name in ("fig5a", "fig5b")]
-    return write(made[0]), write(made[1])
+    recordings = [
+        make(name, cycles=1, rate=250.0, noise=0.02, path=folder / f"{name}.mcap") for name in ("fig5a", "fig5b")
+    ]
+    return write(recordings[0]), write(recordings[1])
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from recordings.recording import Recording
 from recordings.rig import Axis, Rig
 
 
-def test_every_method_is_there_the_papers_first(comparison: MethodComparison) -> None:
+def test_all_methods_are_compared_and_the_papers_come_first(comparison: MethodComparison) -> None:
     assert list(comparison.results)[:4] == list(methods.PAPER) == ["pso", "rls", "dls", "svd"]
     assert set(comparison.results) == set(plugins.names("estimators"))
 
@@ -23,13 +23,13 @@ def test_the_papers_order_holds_where_there_is_friction(comparison: MethodCompar
     assert comparison.baselines_not_below(0) == comparison.baselines_not_below(1) == []
 
 
-def test_methods_on_the_right_model_find_it(comparison: MethodComparison, truth: np.ndarray) -> None:
+def test_methods_with_the_true_model_find_its_parameters(comparison: MethodComparison, truth: np.ndarray) -> None:
     for name in ("pso", "lad", "ls", "wls", "pso_classic"):
         np.testing.assert_allclose(list(comparison.results[name].parameters.values()), truth, rtol=0.1)
     assert [len(comparison.results[name].parameters) for name in methods.BASELINES] == [14, 14, 14]
 
 
-def test_a_baseline_that_wins_is_named_with_its_joint(comparison: MethodComparison) -> None:
+def test_baselines_not_below_pso_are_named_with_their_joint(comparison: MethodComparison) -> None:
     poor = GoodnessOfFit(nrmse=(0.99, 0.0, 0.99), rms=(1.0,) * 3, r2=(0.0,) * 3)
     pso = replace(comparison.results["pso"], fitness=(poor, comparison.results["pso"].fitness[1]))
     changed = replace(comparison, results={**comparison.results, "pso": pso})

@@ -18,7 +18,7 @@ def result(method: str, value: float) -> MethodResult:
     return MethodResult(method, {}, (torque, torque), (fitness(value), fitness(value)), 1e-9, {})
 
 
-def said(comparison: MethodComparison, capsys: pytest.CaptureFixture[str]) -> str:
+def printed(comparison: MethodComparison, capsys: pytest.CaptureFixture[str]) -> str:
     table.show(comparison, Console(width=300))
     return " ".join(capsys.readouterr().out.split())
 
@@ -31,20 +31,23 @@ def said(comparison: MethodComparison, capsys: pytest.CaptureFixture[str]) -> st
         (0.90, 0.91, "PSO is not above rls on joint 1, rls on joint 2, rls on joint 3. Nor is least squares"),
     ],
 )
-def test_the_order_is_stated_and_its_absence_explained(
+def test_the_order_is_stated_or_its_absence_explained(
     comparison: MethodComparison, pso: float, ls: float, expected: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     values = {"pso": pso, "rls": 0.92, "dls": 0.8, "svd": 0.8, "ls": ls}
-    made = replace(comparison, results={name: result(name, value) for name, value in values.items()})
-    assert expected in said(made, capsys)
+    changed = replace(comparison, results={name: result(name, value) for name, value in values.items()})
+    assert expected in printed(changed, capsys)
 
 
 def test_recordings_of_a_real_robot_are_not_called_simulated(
     comparison: MethodComparison, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert "SIMULATED" in said(comparison, capsys)
+    assert "SIMULATED" in printed(comparison, capsys)
     real = [
-        replace(one, recording=replace(one.recording, run=one.recording.run.model_copy(update={"simulated": False})))
-        for one in comparison.datasets
+        replace(
+            dataset,
+            recording=replace(dataset.recording, run=dataset.recording.run.model_copy(update={"simulated": False})),
+        )
+        for dataset in comparison.datasets
     ]
-    assert "SIMULATED" not in said(replace(comparison, datasets=(real[0], real[1])), capsys)
+    assert "SIMULATED" not in printed(replace(comparison, datasets=(real[0], real[1])), capsys)

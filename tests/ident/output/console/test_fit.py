@@ -1,4 +1,4 @@
-"""A fit on the screen."""
+"""Sentences printed about a fit."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from ident.output.console.fit import shape_parameter_lines
 from recordings.rig import simulated_rig
 
 
-def test_what_was_searched_for_is_said_and_an_instant_that_does_not_come_is_never() -> None:
+def test_shape_parameters_are_listed_and_infinite_times_are_never() -> None:
     rig = simulated_rig()
     term = Term("payload_change", load("payload_change"), (0, 1, 2))
     composition = ModelStructure(mechanisms.create(rig), rig, (term,))

@@ -13,24 +13,24 @@ from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Recording
 
 
-def axis_titles(figure: go.Figure, which: str) -> list[str]:
-    return [axis.title.text for axis in getattr(figure, f"select_{which}axes")() if axis.title.text]
+def axis_titles(figure: go.Figure, letter: str) -> list[str]:
+    return [axis.title.text for axis in getattr(figure, f"select_{letter}axes")() if axis.title.text]
 
 
 @pytest.fixture(params=[1, 2])
-def models(request: pytest.FixtureRequest, comparison: ResidualAnalysis) -> dict[str, ResidualAnalysis]:
+def analyses(request: pytest.FixtureRequest, analysis: ResidualAnalysis) -> dict[str, ResidualAnalysis]:
     names = ["a<b>.json", "other.json"][: request.param]
-    return dict.fromkeys(names, comparison)
+    return dict.fromkeys(names, analysis)
 
 
-def test_no_figure_shows_a_name_as_markup(models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis) -> None:
+def test_no_figure_shows_a_name_as_markup(analyses: dict[str, ResidualAnalysis], analysis: ResidualAnalysis) -> None:
     figures = [
-        torque.over_time(models, 0),
-        torque.worst_windows(replace(comparison, predictions=comparison.predictions * 2)),
-        residuals.phases(models),
-        residuals.curves(models),
-        spectrum.densities(models),
-        quality.mean_square_shares(models),
+        torque.over_time(analyses, 0),
+        torque.worst_windows(replace(analysis, predictions=analysis.predictions * 2)),
+        residuals.phases(analyses),
+        residuals.curves(analyses),
+        spectrum.densities(analyses),
+        quality.mean_square_shares(analyses),
     ]
     for figure in figures:
         text = figure.to_json()
@@ -39,52 +39,54 @@ def test_no_figure_shows_a_name_as_markup(models: dict[str, ResidualAnalysis], c
 
 
 def test_torque_and_residual_share_one_time_axis(
-    models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis
+    analyses: dict[str, ResidualAnalysis], analysis: ResidualAnalysis
 ) -> None:
-    figure = torque.over_time(models, 0)
+    figure = torque.over_time(analyses, 0)
     assert len(list(figure.select_yaxes())) == 6
     assert {axis.matches for axis in figure.select_xaxes()} <= {None, "x6"}
     assert "time [s]" in axis_titles(figure, "x")
     assert all("[N m]" in title for title in axis_titles(figure, "y"))
-    residuals = [trace for trace in figure.data if trace.name.endswith("residual")]
-    assert len(residuals) == 3 * len(models)
-    rms = np.sqrt(np.nanmean(np.asarray(residuals[0].y, np.float64) ** 2))
-    assert rms == pytest.approx(comparison.joints[0].summary.rms, rel=1e-3)
+    residual_traces = [trace for trace in figure.data if trace.name.endswith("residual")]
+    assert len(residual_traces) == 3 * len(analyses)
+    rms = np.sqrt(np.nanmean(np.asarray(residual_traces[0].y, np.float64) ** 2))
+    assert rms == pytest.approx(analysis.joints[0].summary.rms, rel=1e-3)
 
 
-def test_all_detail_that_there_is_room_for(models: dict[str, ResidualAnalysis], comparison: ResidualAnalysis) -> None:
-    dataset = comparison.predictions[0].dataset
+def test_detail_follows_the_number_of_points(
+    analyses: dict[str, ResidualAnalysis], analysis: ResidualAnalysis
+) -> None:
+    dataset = analysis.predictions[0].dataset
     rows, first = len(dataset.time), first_cycle(dataset)
-    whole, few = (
-        [trace for trace in torque.over_time(models, 0, points).data if trace.name == "measured"]
+    complete, decimated = (
+        [trace for trace in torque.over_time(analyses, 0, points).data if trace.name == "measured"]
         for points in (rows, 100)
     )
-    assert [len(trace.x) for trace in whole] == [rows] * 3
-    for trace, torques in zip(few, dataset.torque.T, strict=True):
+    assert [len(trace.x) for trace in complete] == [rows] * 3
+    for trace, torques in zip(decimated, dataset.torque.T, strict=True):
         assert len(trace.x) < rows
         assert np.isin(dataset.time[first].astype(np.float32), trace.x).all()
         assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
 
 
-def test_phases_are_those_of_the_comparison(comparison: ResidualAnalysis) -> None:
-    figure = residuals.phases({"model": comparison})
+def test_phases_are_those_of_the_analysis(analysis: ResidualAnalysis) -> None:
+    figure = residuals.phases({"model": analysis})
     bars = [trace for trace in figure.data if trace.type == "bar"]
-    for joint, trace in zip(comparison.joints, bars, strict=True):
+    for joint, trace in zip(analysis.joints, bars, strict=True):
         assert dict(zip(trace.x, trace.y, strict=True)) == {
             name: phase.rms for name, phase in joint.summary.phases.items()
         }
         assert trace.marker.color == theme.joint_colour(joint.summary.number - 1)
 
 
-def test_curves_name_their_quantity_and_its_unit(models: dict[str, ResidualAnalysis]) -> None:
-    figure = residuals.curves(models)
+def test_curves_name_their_quantity_and_its_unit(analyses: dict[str, ResidualAnalysis]) -> None:
+    figure = residuals.curves(analyses)
     labels = axis_titles(figure, "x")
     assert labels == ["velocity [rad/s]", "position [rad]", "computed load [N m]", "time [s]", "cycle"]
 
 
-def test_worst_stretches_are_all_drawn(comparison: ResidualAnalysis) -> None:
-    figure = torque.worst_windows(comparison)
-    assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(comparison.windows)
+def test_all_worst_windows_are_drawn(analysis: ResidualAnalysis) -> None:
+    figure = torque.worst_windows(analysis)
+    assert len([shape for shape in figure.layout.shapes if shape.type == "rect"]) == len(analysis.windows)
 
 
 def test_motion_and_timing_show_gap_and_lateness(late: Recording) -> None:
@@ -107,6 +109,6 @@ def test_parameters_show_half_width_in_percent(model: Model) -> None:
     assert np.asarray(heat.z)[0, 0] == pytest.approx(1)
 
 
-def test_templates_differ_in_ground_and_ink_only() -> None:
+def test_templates_differ_in_font_colour_but_not_in_background() -> None:
     assert theme.LIGHT.layout.font.color != theme.DARK.layout.font.color
     assert theme.LIGHT.layout.paper_bgcolor == theme.DARK.layout.paper_bgcolor == "rgba(0,0,0,0)"

@@ -1,4 +1,4 @@
-"""The ladder shows the errors of the document, whatever its effects are called."""
+"""The figure of the selection steps shows the errors of the document and no name as markup."""
 
 import numpy as np
 import pytest
@@ -42,14 +42,14 @@ def test_bars_are_the_errors_and_lines_the_noise(document: Document) -> None:
     bars = [trace for trace in figure.data if trace.type == "bar"]
     assert [trace.name for trace in bars] == ["training", "held out"] * 2
     for joint in range(2):
-        train, held = (np.asarray(trace.x) for trace in bars[2 * joint : 2 * joint + 2])
-        np.testing.assert_array_equal(train, [rung.train_rms[joint] for rung in document.rungs])
-        np.testing.assert_array_equal(held, [rung.validate_rms[joint] for rung in document.rungs])
+        train, test = (np.asarray(trace.x) for trace in bars[2 * joint : 2 * joint + 2])
+        np.testing.assert_array_equal(train, [step.train_rms[joint] for step in document.rungs])
+        np.testing.assert_array_equal(test, [step.validate_rms[joint] for step in document.rungs])
     assert [shape.x0 for shape in figure.layout.shapes] == list(document.noise_rms)
     assert [axis.title.text for axis in figure.select_xaxes()] == ["RMS error [N m]", "RMS error [N]"]
 
 
-def test_names_are_no_markup_and_equal_ones_stay_apart(document: Document) -> None:
+def test_names_are_escaped_and_equal_names_stay_separate(document: Document) -> None:
     figure = ladder.ladder(document)
     assert "<a href" not in figure.to_json()
     assert len(figure.layout.yaxis.ticktext) == 3

@@ -18,14 +18,14 @@ def test_thinning_keeps_peaks_gaps_and_ends() -> None:
     assert (np.diff(thin_x) > 0).all()
 
 
-def test_a_part_can_be_kept_whole() -> None:
+def test_thinning_keeps_a_slice_complete() -> None:
     x = np.arange(100_000.0)
     thin_x, _ = theme.thinned(x, np.sin(x), 100, kept=slice(500, 700))
     assert set(x[500:700]) <= set(thin_x)
     assert len(thin_x) < 400
 
 
-def test_short_traces_are_left_as_they_are() -> None:
+def test_short_traces_are_unchanged() -> None:
     x = np.arange(50.0)
     thin_x, thin_y = theme.thinned(x, x**2, 100)
     np.testing.assert_array_equal(thin_x, x)

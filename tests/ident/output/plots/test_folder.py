@@ -1,4 +1,4 @@
-"""A folder of pictures is whole, or not there."""
+"""A folder of pictures is written completely or not at all."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 from ident.output.plots.folder import staged_folder
 
 
-def test_what_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
+def test_an_interrupted_write_leaves_no_files(tmp_path: Path) -> None:
     def interrupted() -> None:
         with staged_folder(tmp_path / "plots") as folder:
             (folder / "first.png").touch()
@@ -18,7 +18,7 @@ def test_what_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_is_whole_is_there_beside_what_was(tmp_path: Path) -> None:
+def test_finished_pictures_are_added_to_the_folder(tmp_path: Path) -> None:
     plots = tmp_path / "deep" / "plots"
     for name in ("first.png", "second.png"):
         with staged_folder(plots) as folder:
@@ -28,7 +28,7 @@ def test_what_is_whole_is_there_beside_what_was(tmp_path: Path) -> None:
     assert list(plots.parent.iterdir()) == [plots]
 
 
-def test_pictures_that_are_not_drawn_anew_do_not_stay_as_if_they_were(tmp_path: Path) -> None:
+def test_stale_pictures_are_deleted(tmp_path: Path) -> None:
     plots = tmp_path / "plots"
     plots.mkdir()
     for name in ("finding_1_old.png", "mine.png"):

@@ -1,4 +1,4 @@
-"""What reports are made from in tests: recordings and a model in which every name is hostile."""
+"""Recordings and a model with hostile names, for tests of reports."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -29,9 +29,11 @@ def make_case(folder: Path) -> Case:
     rig = simulated_rig().model_copy(update={"name": HOSTILE})
     paths = [folder / "<b>a.mcap", folder / "b&.mcap"]
     for path, trajectory, cycles in zip(paths, ("fig5a", "fig5b"), (2, 3), strict=True):
-        made = make_recording(trajectory, cycles=cycles, rate=250.0, noise=0.02, rig=rig.at_rate(250.0), path=path)
-        hostile = made.run.model_copy(update={"trajectory": HOSTILE, "reason": HOSTILE, "software": HOSTILE})
-        write_recording(replace(made, run=hostile))
+        recording = make_recording(
+            trajectory, cycles=cycles, rate=250.0, noise=0.02, rig=rig.at_rate(250.0), path=path
+        )
+        hostile = recording.run.model_copy(update={"trajectory": HOSTILE, "reason": HOSTILE, "software": HOSTILE})
+        write_recording(replace(recording, run=hostile))
     model = folder / "<i>a.json"
     fitted = run("fit", paths[0], "--method", "ls", "-o", model, "--plots", folder / "plots")
     assert fitted.exit_code == 0, fitted.output

@@ -17,17 +17,17 @@ LARGEST = 10_000_000
 
 
 class Elements(HTMLParser):
-    """All elements with their attributes, and what scripts hold."""
+    """All elements of a page with their attributes, and the texts of its scripts."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
-        self.found: list[tuple[str, dict[str, str | None]]] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
         self.scripts: list[tuple[dict[str, str | None], str]] = []
         self.inside = False
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.found.append((tag, dict(attrs)))
+        self.tags.append((tag, dict(attrs)))
         self.inside = tag == "script"
         if self.inside:
             self.scripts.append((dict(attrs), ""))
@@ -42,15 +42,15 @@ class Elements(HTMLParser):
 
 
 def rendered(case: Case, models: int = 1) -> str:
-    paths = [case.model, second(case)][:models]
+    paths = [case.model, copy_of_model(case)][:models]
     request = contents.ReportRequest(tuple(paths), (case.train,), (case.validate,), (), False)
-    return page.render(contents.gather(request, lambda what: None))
+    return page.render(contents.gather(request, lambda status: None))
 
 
-def second(case: Case) -> Path:
-    other = case.folder / "other.json"
-    other.write_bytes(case.model.read_bytes())
-    return other
+def copy_of_model(case: Case) -> Path:
+    path = case.folder / "other.json"
+    path.write_bytes(case.model.read_bytes())
+    return path
 
 
 @pytest.fixture(scope="module")
@@ -69,24 +69,24 @@ def elements(text: str) -> Elements:
 
 
 def data(elements: Elements) -> dict[str, Any]:
-    (found,) = [body for attributes, body in elements.scripts if attributes.get("id") == "report-data"]
-    document: dict[str, Any] = json.loads(found)
+    (embedded,) = [text for attributes, text in elements.scripts if attributes.get("id") == "report-data"]
+    document: dict[str, Any] = json.loads(embedded)
     return document
 
 
-def test_nothing_is_fetched(text: str, elements: Elements) -> None:
+def test_page_references_no_other_file(text: str, elements: Elements) -> None:
     assert len(text.encode()) < LARGEST
-    for tag, attributes in elements.found:
+    for tag, attributes in elements.tags:
         for name in ("src", "href", "srcset", "data", "action"):
             target = attributes.get(name)
             assert target is None or target.startswith("#"), (tag, target)
     assert not re.search(r"url\(|@import", (text.split("<style>")[1]).split("</style>")[0])
 
 
-def test_only_our_scripts_may_run(elements: Elements) -> None:
+def test_policy_allows_only_the_embedded_scripts(elements: Elements) -> None:
     policy = next(
         attributes["content"]
-        for tag, attributes in elements.found
+        for tag, attributes in elements.tags
         if tag == "meta" and attributes.get("http-equiv") == "Content-Security-Policy"
     )
     assert policy is not None
@@ -103,7 +103,7 @@ def test_hostile_names_are_plain_text(case: Case, text: str, elements: Elements)
     assert HOSTILE not in text
     assert "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&amp;amp;" in text
     assert case.train.name not in text
-    names = {tag for tag, _ in elements.found}
+    names = {tag for tag, _ in elements.tags}
     assert "b" not in names
     assert "i" not in names
     # A script element ends at the first `</`, wherever that stands.
@@ -113,26 +113,26 @@ def test_hostile_names_are_plain_text(case: Case, text: str, elements: Elements)
             json.loads(body)
 
 
-def test_every_plot_has_its_place(elements: Elements) -> None:
+def test_every_figure_has_an_element(elements: Elements) -> None:
     figures = [attributes["data-figure"] for attributes, _ in elements.scripts if "data-figure" in attributes]
-    places = [attributes["id"] for _, attributes in elements.found if attributes.get("class") == "plot"]
+    places = [attributes["id"] for _, attributes in elements.tags if attributes.get("class") == "plot"]
     assert figures == places
     assert len(figures) >= 10
-    ids = [attributes["id"] for _, attributes in elements.found if "id" in attributes]
+    ids = [attributes["id"] for _, attributes in elements.tags if "id" in attributes]
     assert len(ids) == len(set(ids))
 
 
 def test_numbers_are_those_of_compare(case: Case, elements: Elements) -> None:
     comparisons = data(elements)["comparisons"]
-    assert [one["held_out"] for one in comparisons] == [False, True]
-    for one, path in zip(comparisons, (case.train, case.validate), strict=True):
+    assert [entry["held_out"] for entry in comparisons] == [False, True]
+    for entry, path in zip(comparisons, (case.train, case.validate), strict=True):
         printed = run("compare", case.model, path, "--json", "--force", "--plots", case.folder / "compared")
-        assert one["comparison"] == json.loads(printed.stdout)
+        assert entry["comparison"] == json.loads(printed.stdout)
 
 
-def test_models_side_by_side(case: Case) -> None:
+def test_two_models_are_shown_side_by_side(case: Case) -> None:
     elements = Elements(rendered(case, 2))
-    found = data(elements)
-    assert [one["name"] for one in found["models"]] == [case.model.name, "other.json"]
-    assert len(found["comparisons"]) == 4
-    assert found["diagnosis"] is None
+    document = data(elements)
+    assert [entry["name"] for entry in document["models"]] == [case.model.name, "other.json"]
+    assert len(document["comparisons"]) == 4
+    assert document["diagnosis"] is None
