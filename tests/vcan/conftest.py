@@ -1,4 +1,4 @@
-"""What the tests on a kernel vcan0 share: a bench with a rig file, the programs as processes, foreign witnesses."""
+"""Fixtures of the tests on a kernel vcan0: a rig file, the programs as processes, independent CAN tools."""
 
 import os
 import subprocess
@@ -18,7 +18,7 @@ from tests import timekeeping
 from tests.conftest import Finished, launcher
 from tests.vcan.patience import STALL
 
-# Collected only by tests/vcan/run, which makes vcan0 and sets this.
+# Collected only by tests/vcan/run, which creates vcan0 and sets this variable.
 collect_ignore_glob = [] if "VCAN_OUT" in os.environ else ["test_*.py"]
 
 _RIG = """
@@ -28,7 +28,7 @@ rate = {rate}
 interface = "socketcan"
 channel = "vcan0"
 sync = "{sync}"
-[limits]            # a machine that stalls for seconds makes the motion leap, which is no fault of the drives
+[limits]            # a computer that stalls for seconds causes jumps of the motion, which are no fault of the drives
 following_error = 100
 speed = 1000
 torque = 10000
@@ -44,21 +44,21 @@ node_id = 3
 _IMPORT = "from tests.vcan import patience; patience."
 
 _FIRST = 20
-"""Of SCHED_FIFO; the recorder's cycle has 10."""
+"""SCHED_FIFO priority; the recorder's cycle has 10."""
 _START = 300.0
-"""A program may take so long to begin [s]."""
+"""Time that a program may take to start [s]."""
 _MARK = 0x7FF
-"""Arbitration id that nobody else uses."""
+"""Arbitration id that no other program uses."""
 
 Frames = Counter[tuple[int, str]]
-"""How often each frame, as (arbitration id, data in hex), was seen."""
+"""Number of occurrences of each frame (arbitration id, data in hex)."""
 
 
 class Bench:
-    """A folder with a rig file for vcan0, and what works there. Every process of it has ended when its block ends."""
+    """A folder with a rig file for vcan0, and its processes. Each process has ended when its block ends."""
 
     def __init__(self, folder: Path, rate: float, sync: str = "host", answer_timeout: float = STALL) -> None:
-        """`answer_timeout` in lockstep [s]; after twenty of them a drive counts as lost."""
+        """`answer_timeout` in lockstep [s]; after twenty timeouts a drive counts as lost."""
         self.folder = folder
         self.rig = folder / "vcan.toml"
         self.rig.write_text(_RIG.format(rate=rate, sync=sync, silence=20 / rate if answer_timeout < STALL else 60))
@@ -66,7 +66,7 @@ class Bench:
 
     @contextmanager
     def simulated_rig(self, pace: str) -> Iterator[subprocess.Popen[str]]:
-        """`daq sim`, ready."""
+        """Run `daq sim`; the block begins when it is ready."""
         with _process(_daq("of_simulation()", "sim", "--rig", self.rig, "--pace", pace)) as process:
             assert process.stdout is not None
             assert "simulated drives (nodes 1, 2, 3)" in process.stdout.readline()
@@ -74,18 +74,18 @@ class Bench:
 
     @contextmanager
     def recording(self, out: Path, pace: str, *options: str) -> Iterator[subprocess.Popen[str]]:
-        """`daq record` of fig5a."""
+        """Run `daq record` of fig5a."""
         with self._record("--pace", pace, "--out", out, *options) as process:
             yield process
 
     def record(self, out: Path, pace: str, *options: str) -> Finished:
-        """`daq record`, to its end."""
+        """Run `daq record` to its end."""
         with self.recording(out, pace, *options) as process:
             return finished(process)
 
     @contextmanager
     def listening(self, out: Path, *options: str) -> Iterator[subprocess.Popen[str]]:
-        """`daq record --listen` for fig5a, when it hears what is said."""
+        """Run `daq record --listen` for fig5a; the block begins when it listens."""
         with self._record("--listen", "--out", out, *options) as process:
             assert process.stderr is not None
             assert "sending nothing" in process.stderr.readline()
@@ -97,7 +97,7 @@ class Bench:
 
     @contextmanager
     def candump(self) -> Iterator[Frames]:
-        """Count what candump of can-utils sees in the block; complete when the block has ended."""
+        """Count the frames that candump of can-utils records in the block; complete when the block has ended."""
         frames = Frames()
         log = self.folder / "candump.log"
         with log.open("w") as file, _process(["candump", "-L", "-d", "-r", str(2**23), "vcan0"], stdout=file):
@@ -112,7 +112,7 @@ class Bench:
 
 
 def _mark(log: Path, text: str) -> None:
-    """Put marks on the bus until candump has come so far."""
+    """Send a mark frame until candump has recorded it."""
     mark = f"{_MARK:03X}#{text}"
     deadline = time.monotonic() + _START
     while not log.read_text().endswith(f"{mark}\n"):
@@ -122,7 +122,7 @@ def _mark(log: Path, text: str) -> None:
 
 
 def cansend(frame: str) -> None:
-    """One frame from can-utils."""
+    """Send one frame with can-utils."""
     subprocess.run(["cansend", "vcan0", frame], check=True)
 
 
@@ -132,14 +132,14 @@ def _daq(patient: str, *arguments: object) -> list[str]:
 
 
 def finished(process: "subprocess.Popen[str]") -> Finished:
-    """What the process says until it ends."""
+    """Exit code and output of the process, after it has ended."""
     out, err = process.communicate(timeout=900)
     assert "Traceback" not in err, err
     return Finished(process.returncode, out, err)
 
 
 def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> None:
-    """Until all drives have answered so many SYNCs with "operation enabled"."""
+    """Wait until all drives have answered `cycles` SYNCs with "operation enabled"."""
     with can.Bus(interface="socketcan", channel="vcan0", can_filters=[{"can_id": 0x180, "can_mask": 0x780}]) as bus:
         enabled = Counter[int]()
         deadline = time.monotonic() + _START
@@ -155,7 +155,7 @@ def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 300) -> No
 
 
 def states() -> dict[int, cia402.DriveState]:
-    """State of every drive as another CANopen master reads it (object 6041)."""
+    """State of every drive, read by another CANopen master (object 6041)."""
     network = canopen.Network()
     network.connect(interface="socketcan", channel="vcan0")
     try:
@@ -183,7 +183,7 @@ def _process(command: list[str], stdout: IO[str] | int = subprocess.PIPE) -> Ite
 
 @contextmanager
 def going_first() -> Iterator[None]:
-    """Before all other programs, where this is permitted; processes begun in the block stay first."""
+    """Run with real-time priority, where this is permitted; processes started in the block inherit it."""
     with suppress(PermissionError):
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_FIRST))
     try:
@@ -194,7 +194,7 @@ def going_first() -> Iterator[None]:
 
 @contextmanager
 def watched() -> Iterator[timekeeping.Machine]:
-    """Watch how this machine keeps time for a program that goes first, as the recorder does."""
+    """Measure how this computer keeps time for a program with real-time priority, as the recorder has."""
     with ExitStack() as stack:
         with going_first():
             machine = stack.enter_context(timekeeping.watched())
@@ -203,5 +203,5 @@ def watched() -> Iterator[timekeeping.Machine]:
 
 @pytest.fixture(scope="session")
 def out() -> Path:
-    """Folder for what shall outlast vcan0."""
+    """Folder for the results that are used after the tests."""
     return Path(os.environ["VCAN_OUT"])

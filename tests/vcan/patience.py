@@ -1,6 +1,6 @@
-"""What makes `daq` wait where it would give up: a silence here means a machine that stalls, not a drive that is lost.
+"""Longer timeouts for `daq`: a missing answer here means a computer that stalls, not a drive that is lost.
 
-The programs import this before they begin. Whatever they do meanwhile is what they always do.
+The programs import this module before they start; only their timeouts change.
 """
 
 from canopen.sdo import SdoClient
@@ -11,11 +11,11 @@ from drivers.canopen import drive as canopen_drive
 from drivers.canopen import setup as canopen_setup
 
 STALL = 20.0
-"""No machine is expected to stand still for so long [s]."""
+"""Longest stall of the computer that is expected [s]."""
 
 
 def of_recorder(answer_timeout: float) -> None:
-    """For `daq record`; in lockstep a drive that falls silent for good takes `answer_timeout` [s] in every cycle."""
+    """Timeouts of `daq record`; in lockstep a lost drive takes `answer_timeout` [s] in every cycle."""
     LockstepClock.answer_timeout = answer_timeout
     SdoClient.RESPONSE_TIMEOUT = STALL
     stream._POWER_TIMEOUT = STALL
@@ -25,7 +25,7 @@ def of_recorder(answer_timeout: float) -> None:
 
 
 def of_simulation() -> None:
-    """For `daq sim`, which also gets by with a fifth of its computing time: nobody looks at how the machine moves."""
+    """Timeouts of `daq sim`, with a fifth of its computing time: the tests do not depend on the motion's accuracy."""
     import mujoco
 
     from drivers.simulated import machine

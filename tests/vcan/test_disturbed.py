@@ -1,4 +1,4 @@
-"""Foreign programs disturb a run on vcan0: it ends with the right reason and with drives without power."""
+"""Other programs disturb a run on vcan0: it ends with the correct reason and without power."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -29,7 +29,7 @@ def _node_2_reset_by_a_foreign_master() -> None:
 
 
 def _rpdos_of_another_master() -> None:
-    """Disable voltage after each of our own RPDOs, and before SYNC, which needs a master that goes first."""
+    """Disable voltage after each of the recorder's RPDOs and before SYNC, which requires real-time priority."""
     order = can.Message(arbitration_id=0x202, data=bytes(6), is_extended_id=False)
     to_node_2 = [can.typechecking.CanFilter(can_id=0x202, can_mask=0x7FF)]
     with going_first(), can.Bus(interface="socketcan", channel="vcan0", can_filters=to_node_2) as bus:
@@ -38,7 +38,7 @@ def _rpdos_of_another_master() -> None:
 
 
 def _bus_off() -> None:
-    """The error frame that a controller's driver makes of it; vcan has no wire to cut."""
+    """Send the error frame of a CAN controller in bus-off; vcan has no controller."""
     with can.Bus(interface="socketcan", channel="vcan0") as bus:
         bus.send(can.Message(arbitration_id=0x040, is_error_frame=True, is_extended_id=False, data=bytes(8)))
 

@@ -1,4 +1,4 @@
-"""SYNC from the kernel's broadcast manager: all of it is accounted for, in time, and over when the recorder is."""
+"""SYNC from the kernel's broadcast manager: complete, in time, and ended with the recorder."""
 
 import json
 import signal
@@ -20,14 +20,14 @@ from tests.vcan.conftest import Bench, Frames, wait_until_moving, watched
 pytestmark = pytest.mark.vcan
 
 RATE = 25.0
-"""[Hz]: a slow machine, too, has sent its targets 0.3 periods after it has begun to."""
+"""[Hz]: even a slow computer sends its targets within 0.3 periods."""
 _LATE = 0.05
-"""Share of the targets that a busy machine may send after their SYNC; a wrong order would make all of them late."""
+"""Fraction of the targets that may be sent after their SYNC; a wrong order would delay all of them."""
 
 
 @dataclass
 class Run:
-    """A recording with SYNC from the kernel, what candump saw of it, and how the machine kept time."""
+    """A recording with SYNC from the kernel, the frames that candump recorded, and the computer's timekeeping."""
 
     done: Finished
     bus_frames: Frames
@@ -37,11 +37,11 @@ class Run:
 
     @property
     def syncs(self) -> np.ndarray:
-        """Which frames are SYNCs."""
+        """Indices of the SYNC frames."""
         return np.flatnonzero(self.frames.id == 0x80)
 
     def stale(self) -> list[int]:
-        """For each drive, how many SYNCs came without a new target; they count while targets are sent at all."""
+        """Number of SYNCs without a new target for each drive, between the first and the last target."""
         targets = np.flatnonzero(self.frames.id & 0x780 == 0x200)
         syncs = self.syncs[(self.syncs > targets[0]) & (self.syncs < targets[-1])]
         counts = [Counter(self.frames.id[before:after].tolist()) for before, after in pairwise(syncs)]
@@ -71,12 +71,12 @@ def test_every_sync_of_the_kernel_is_accounted_for(run: Run) -> None:
         assert (frames.id == 0x200 + node).sum() == figures["cycles"]
     answered = ~np.isnan(recording.position).all(axis=1)
     assert answered.sum() <= len(run.syncs)
-    # The kernel does not wait for targets: where it came before them, the host has missed a cycle.
+    # The kernel does not wait for targets: a SYNC before them is a missed cycle of the host.
     assert max(run.stale()) <= figures["cycles_missed"]
 
 
 def test_kernel_keeps_the_period_and_targets_precede_their_sync(run: Run) -> None:
-    # No drift: the kernel's own stamps lie on the line of the configured period.
+    # No drift: the slope of the kernel's stamps is the configured period.
     stamps = run.frames.stamp[run.syncs] / 1e9
     period = np.polyfit(np.rint((stamps - stamps[0]) * RATE), stamps, 1)[0]
     run.machine.expect(period == pytest.approx(1 / RATE, rel=1e-4), f"SYNC every {1e3 * period:.4f} ms")
@@ -90,11 +90,11 @@ def test_sync_ends_with_a_killed_recorder(tmp_path: Path) -> None:
         wait_until_moving(process, cycles=20)
         process.send_signal(signal.SIGKILL)
         process.wait()
-        # Heartbeats tell that time passes on the bus: there would have been a dozen SYNCs.
+        # Heartbeats show that time passes on the bus: a dozen SYNCs would have been sent.
         heartbeats = Counter[int]()
         with can.Bus(interface="socketcan", channel="vcan0") as bus:
             while min(heartbeats[0x701], heartbeats[0x702], heartbeats[0x703]) < 5:
                 message = bus.recv(60)
-                assert message is not None, "the drives are silent"
+                assert message is not None, "the drives send nothing"
                 heartbeats[message.arbitration_id] += 1
         assert not heartbeats[0x80]

@@ -14,7 +14,7 @@ from tests.vcan.conftest import Bench, Frames, watched
 pytestmark = pytest.mark.vcan
 
 ASKED = "4000100000000000"
-"""What is object 1000?"""
+"""SDO request to read object 1000."""
 
 
 def test_candump_sees_every_recorded_frame_of_fig5a_in_lockstep(tmp_path: Path, out: Path) -> None:
@@ -30,14 +30,14 @@ def test_candump_sees_every_recorded_frame_of_fig5a_in_lockstep(tmp_path: Path, 
     assert recording.run.exit_status == 0
     assert len(recording.time) == figures["cycles"] > 11_000
     assert not np.isnan(recording.position).any()
-    # Before the recorder comes, the simulated rig asks for others under its node ids, and the drives boot.
+    # Before the recorder starts, the simulated rig checks that its node ids are free, and the drives boot.
     before = {(0x700 + node, "00"): 1 for node in (1, 2, 3)} | {(0x600 + node, ASKED): 1 for node in (1, 2, 3)}
     assert _recorded(file) == bus_frames - Frames(before)
 
 
 @dataclass
 class Run:
-    """A recording in real time, what candump saw of it, and how the machine kept time."""
+    """A recording in real time, the frames that candump recorded, and the computer's timekeeping."""
 
     file: Path
     figures: dict[str, int]
@@ -61,10 +61,10 @@ def test_real_time_accounts_for_every_frame(realtime: Run) -> None:
     assert len(recording.time) == figures["cycles"] + figures["cycles_missed"]
     assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
     assert (frames.id == 0x80).sum() == figures["cycles"]
-    # The drives answered every SYNC, and each answer is in the file, be it in time or too late for its cycle.
+    # The drives answered every SYNC, and the file has each answer, in time or too late for its cycle.
     for node in (1, 2, 3):
         assert (frames.id == 0x180 + node).sum() == figures["cycles"]
-    # The drives' heartbeats go on when the recorder has left the bus, and began before it came.
+    # The drives send heartbeats before the recorder starts and after it has ended.
     recorded, bus_frames = _recorded(realtime.file), realtime.bus_frames
     assert not recorded - bus_frames
     assert {arbitration_id for arbitration_id, _ in bus_frames - recorded} <= {

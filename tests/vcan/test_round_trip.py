@@ -1,4 +1,4 @@
-"""A recording is replayed on vcan0 while another recorder listens; `same_fit.py` then fits both outside."""
+"""A recording is replayed on vcan0 while another recorder listens; `same_fit.py` later fits both recordings."""
 
 import json
 import subprocess
@@ -19,12 +19,12 @@ pytestmark = pytest.mark.vcan
 
 CYCLES = ("--cycles", "3")
 RATE = 25.0
-"""[Hz]: what one slow processor replays and hears in time."""
+"""[Hz]: a rate at which one slow processor can replay and record in time."""
 
 
 @dataclass
 class Trip:
-    """Two recordings, what the listener said of its own, and how the machine kept time."""
+    """Two recordings, the listener's figures, and the computer's timekeeping."""
 
     first: Path
     second: Path
@@ -34,7 +34,7 @@ class Trip:
 
 @pytest.fixture(scope="module")
 def trip(tmp_path_factory: pytest.TempPathFactory, out: Path) -> Trip:
-    """Three cycles of fig5a: as many samples as a fit needs."""
+    """Three cycles of fig5a: enough samples for a fit."""
     bench = Bench(tmp_path_factory.mktemp("round_trip"), rate=RATE)
     first, second = out / "first.mcap", out / "second.mcap"
     for file in (first, second):
@@ -57,7 +57,7 @@ def test_listener_records_the_replayed_frames(trip: Trip) -> None:
         np.testing.assert_array_equal(getattr(sent, name), getattr(listened, name))
     recorded, second_recording = read(trip.first), read(trip.second)
     assert trip.figures["syncs"] == len(recorded.time)
-    # SYNCs that all came late may look as if one before them had not come at all: a row without answers.
+    # If all SYNCs are late, one may be taken for missing: a row without answers.
     came = ~np.isnan(second_recording.position).all(axis=1)
     np.testing.assert_array_equal(recorded.position, second_recording.position[came])
     np.testing.assert_array_equal(recorded.voltage, second_recording.voltage[came])

@@ -1,6 +1,6 @@
-"""Simulated drives on a CAN bus that loses, doubles and forgets frames on demand, in simulated time and in lockstep.
+"""Simulated drives on a CAN bus that loses and doubles frames on demand, in simulated time and in lockstep.
 
-Nothing waits: where no frame is there, `recv` says so at once, so that a time-out takes no time.
+`recv` never waits, so that a timeout takes no real time.
 """
 
 from collections import Counter, deque
@@ -16,7 +16,7 @@ from recordings.rig import Rig
 DT = 2.5e-3
 """Step of the drives' setpoints [s]."""
 _SDO_TIME = 2e-4
-"""What a request takes [s]."""
+"""Duration of an SDO request [s]."""
 _KINDS = {
     0x000: "nmt",
     0x080: "emcy",
@@ -31,25 +31,25 @@ KINDS = (*sorted({*_KINDS.values()}), "sync")
 
 
 def kind_of(arbitration_id: int) -> str:
-    """What a frame is, by the predefined connection set."""
+    """Kind of a frame, by the predefined connection set."""
     return "sync" if arbitration_id == 0x080 else _KINDS.get(arbitration_id & 0x780, "")
 
 
 class LossyBus(can.BusABC):
-    """The master's end; the drives' motors follow their setpoints at once."""
+    """The master's end; the motors follow their setpoints without delay."""
 
     def __init__(self, rig: Rig) -> None:
         super().__init__("lossy")
-        self._is_shutdown = True  # nothing is held that python-can would have to warn about
+        self._is_shutdown = True  # holds no resource that python-can would warn about
         self.now = self._moved = 0.0
         self.pulled = False
         """No frame passes."""
         self.losses: Counter[str] = Counter()
-        """How many more frames of a kind are lost."""
+        """Number of next frames of each kind that are lost."""
         self.doubles: Counter[str] = Counter()
-        """Likewise doubled."""
+        """Number of next frames of each kind that are doubled."""
         self.witness: Callable[[int, bytes], None] = lambda arbitration_id, data: None
-        """Sees what the master sends, also what is lost."""
+        """Called with each frame that the master sends, including lost ones."""
         self._period = 1 / rig.rate
         self._inbox: deque[tuple[int, bytes]] = deque()
         self.drives = [
@@ -58,7 +58,7 @@ class LossyBus(can.BusABC):
 
     @property
     def enabled(self) -> list[int]:
-        """Numbers, from 1, of the drives that follow targets: their own truth."""
+        """Numbers, from 1, of the drives that are really enabled."""
         return [i for i, drive in enumerate(self.drives, start=1) if drive.state is DriveState.ENABLED]
 
     # The master's end
@@ -80,13 +80,13 @@ class LossyBus(can.BusABC):
         return can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False)
 
     def now_ns(self) -> int:
-        """Simulated time."""
+        """Simulated time [ns]."""
         return round(self.now * 1e9)
 
     # The drives' end
 
     def to_drives(self, arbitration_id: int, data: bytes) -> None:
-        """A frame reaches the drives, whoever sent it."""
+        """Deliver a frame of any sender to the drives."""
         for drive in self.drives:
             if arbitration_id == 0x080:
                 drive.synchronise(self._counts(drive), 0, 0.0)
@@ -94,7 +94,7 @@ class LossyBus(can.BusABC):
                 drive.receive(arbitration_id, data, self.now)
 
     def wait(self, duration: float) -> None:
-        """Time passes [s]."""
+        """Advance simulated time by `duration` [s]."""
         self.now += duration
         while self._moved + DT <= self.now:
             self._moved += DT

@@ -1,4 +1,4 @@
-"""A CAN bus that plays a dialogue: what must be sent, and what is answered to it."""
+"""A CAN bus with scripted frames: those that must be sent, and the answers to them."""
 
 from collections import deque
 from typing import Any
@@ -10,11 +10,11 @@ Frame = tuple[int, str]
 
 
 class ScriptedBus(can.BusABC):
-    """Fails the test when something else is sent than the script says."""
+    """Fails the test when a frame that is sent is not the next one of the script."""
 
     def __init__(self, script: list[tuple[Frame, list[Frame]]]) -> None:
         super().__init__("script")
-        self._is_shutdown = True  # nothing is held that python-can would have to warn about
+        self._is_shutdown = True  # holds no resource that python-can would warn about
         self._script = deque(script)
         self._inbox: deque[Frame] = deque()
         self._errors: deque[Frame] = deque()
@@ -37,11 +37,11 @@ class ScriptedBus(can.BusABC):
         return can.Message(arbitration_id=arbitration_id, data=bytes.fromhex(data), is_extended_id=False), False
 
     def receive_first(self, *frames: Frame) -> None:
-        """Let frames arrive that nobody asked for."""
+        """Receive unsolicited frames next."""
         self._inbox.extend(frames)
 
     def receive_error(self, arbitration_id: int, data: str) -> None:
-        """Let an error frame arrive next."""
+        """Receive an error frame next."""
         self._errors.append((arbitration_id, data))
 
     def assert_finished(self) -> None:

@@ -1,4 +1,4 @@
-"""Whatever is commanded, lost, doubled or broken: a stop ends without power, and nothing enables on the way to it."""
+"""With any commands and any lost or doubled frames, a stop ends without power and never enables a drive."""
 
 import numpy as np
 from hypothesis import settings
@@ -25,13 +25,13 @@ RIG = Rig(
     drives=(Drive(node_id=1), Drive(node_id=2, mode="interpolated")),
 )
 DOWN = (Controlword.DISABLE_VOLTAGE, Controlword.QUICK_STOP)
-"""What a controlword may ask for while a stop is under way."""
+"""Controlwords permitted during a stop."""
 WATCHDOG = 1.0
-"""In this time a drive that hears no master has come to rest without power [s]."""
+"""Time in which a drive without a master comes to rest and switches power off [s]."""
 HEARTBEATS = 2
-"""So many may be lost in one run."""
+"""Number of heartbeats that may be lost in one run."""
 DEAF, MUTE = ("nmt", "request", "rpdo"), ("response", "tpdo")
-"""Kinds of frames that a drive does not hear, but for SYNC and heartbeat, or does not get said."""
+"""Kinds of frames that a drive does not receive (apart from SYNC and heartbeat), or cannot send."""
 DISTURBED = st.sampled_from([DEAF, MUTE, ("sync",), ("rpdo",)]) | st.sampled_from(KINDS).map(lambda kind: (kind,))
 COUNTS = st.sampled_from([1, 3, 1000])
 
@@ -46,7 +46,7 @@ def controlword(arbitration_id: int, data: bytes) -> int | None:
 
 
 class AnyRun(RuleBasedStateMachine):
-    """The real driver and the real end of a run; `bus.drives` know what is true."""
+    """The real driver and the real end of a run; `bus.drives` have the true states."""
 
     @initialize(cycles=st.sampled_from([0, 2, 5]))
     def begin(self, cycles: int) -> None:
@@ -61,7 +61,7 @@ class AnyRun(RuleBasedStateMachine):
         if self.stopping and word is not None:
             assert word in DOWN, f"controlword 0x{word:04X} while stopping"
 
-    # What the program does
+    # Actions of the program
 
     @precondition(lambda self: self.driver is None)
     @rule(repaired=st.booleans())
@@ -83,7 +83,7 @@ class AnyRun(RuleBasedStateMachine):
     @precondition(lambda self: self.driver is not None and not self.stopping)
     @rule(cycles=st.sampled_from([1, 3, 5, 15]), step=st.integers(-300, 300) | st.none())
     def stream(self, cycles: int, step: int | None) -> None:
-        """Enable, follow: all that a program may do that is not yet stopping."""
+        """Enable and follow targets: all actions before a stop."""
         assert self.driver is not None
         self.driver.goal = Goal.ENABLED
         for _ in range(cycles):
@@ -105,7 +105,7 @@ class AnyRun(RuleBasedStateMachine):
     @precondition(lambda self: self.driver is not None)
     @rule(cycles=st.sampled_from([0, 5]), kinds=st.just(()) | DISTURBED, count=COUNTS, doubled=st.booleans())
     def stop(self, cycles: int, kinds: tuple[str, ...], count: int, doubled: bool) -> None:
-        """The end of every run, as `daq record` has it, often out of the motion and on a bus that gets bad."""
+        """The end of every run, as in `daq record`, often during the motion and on a disturbed bus."""
         assert self.driver is not None
         if not self.stopping:
             self.stream(cycles, None)
@@ -114,7 +114,7 @@ class AnyRun(RuleBasedStateMachine):
         clock = LockstepClock(RIG.rate)
         left_on = Stream(RIG, self.driver, clock, Discard(), StopRequest(), Progress())._disable()
         for joint in self.bus.enabled:
-            assert f"joint {joint}" in left_on, f"joint {joint} is enabled; said to be left on: {left_on!r}"
+            assert f"joint {joint}" in left_on, f"joint {joint} is enabled; reported as left on: {left_on!r}"
         self.leave(confirmed=not left_on)
 
     def leave(self, *, confirmed: bool) -> None:
@@ -124,9 +124,9 @@ class AnyRun(RuleBasedStateMachine):
         self.driver = None
         if not confirmed:
             self.bus.wait(WATCHDOG)
-        assert not self.bus.enabled, f"joints {self.bus.enabled} are enabled, and nobody leads them"
+        assert not self.bus.enabled, f"joints {self.bus.enabled} are enabled without a master"
 
-    # What befalls it: few rules, so that most sequences get somewhere
+    # Disturbances: few rules, so that most sequences reach many states
 
     @rule(kinds=DISTURBED, count=COUNTS, doubled=st.booleans())
     def disturb(self, kinds: tuple[str, ...], count: int, doubled: bool) -> None:
@@ -134,8 +134,8 @@ class AnyRun(RuleBasedStateMachine):
             self._disturb(kind, count, doubled)
 
     def _disturb(self, kind: str, count: int, doubled: bool) -> None:
-        # A watchdog is armed by a heartbeat: a drive that hears the master's targets, but none of the heartbeats of
-        # a run, cannot know when its master is gone.
+        # A heartbeat arms the watchdog: a drive that receives targets but no heartbeat of a run cannot detect the
+        # loss of its master.
         if kind == "heartbeat" and not doubled:
             count = min(count, self.heartbeats)
             self.heartbeats -= count
@@ -143,13 +143,13 @@ class AnyRun(RuleBasedStateMachine):
 
     @rule(pulled=st.booleans(), duration=st.sampled_from([0.0, 0.01, 0.3]))
     def cable(self, pulled: bool, duration: float) -> None:
-        """Pulled or plugged in; then the host looks away for a while."""
+        """Pull or connect the cable; then the host pauses."""
         self.bus.pulled = pulled
         self.bus.wait(duration)
 
     @rule(number=st.sampled_from([0, 1]), command=st.sampled_from([None, 0x02, 0x80, 0x81]))
     def drive(self, number: int, command: int | None) -> None:
-        """A fault; or stopped, made pre-operational or rebooted by somebody else."""
+        """A fault; or an NMT command of another master (stop, pre-operational, reset)."""
         drive = self.bus.drives[number]
         if command is None:
             drive.fail(0x4310)
@@ -166,7 +166,7 @@ test_any_run = AnyRun.TestCase
 
 
 def test_watchdog_is_armed_when_the_first_heartbeats_are_lost() -> None:
-    """A watchdog that the first one of them should have armed."""
+    """The first heartbeat would have armed the watchdog."""
     run = AnyRun()
     run.begin(0)
     run.disturb(("heartbeat",), HEARTBEATS, doubled=False)
@@ -183,7 +183,7 @@ def test_drive_that_receives_no_commands_is_reported_as_left_on() -> None:
 
 
 def test_drive_whose_answers_are_lost_does_not_count_as_switched_off() -> None:
-    """It was heard last when it was not yet enabled."""
+    """The last answer came before the drive was enabled."""
     run = AnyRun()
     run.begin(2)
     run.disturb(MUTE, 1000, doubled=False)

@@ -27,7 +27,7 @@ RIG = Rig(
 SYNC = (0x080, "")
 HEARTBEAT = (0x77F, "05")
 
-# Statuswords as they stand on the wire.
+# Statuswords as transmitted.
 DISABLED, READY, SWITCHED_ON, ENABLED, FAULT = "50 02", "31 02", "33 02", "37 12", "18 02"
 
 
@@ -180,7 +180,7 @@ def _exchanges(amplifiers: CanopenDrives, count: int) -> list[str | None]:
 
 
 def _enabled(cycles: int, answers: Callable[[int], list[Frame]]) -> list[tuple[Frame, list[Frame]]]:
-    """The dialogue of `cycles` cycles, the first of which finds the drives enabled."""
+    """Script of `cycles` cycles with controlword 0 and the given answers."""
     script: list[tuple[Frame, list[Frame]]] = []
     for k in range(cycles):
         script += rpdos("00 00")

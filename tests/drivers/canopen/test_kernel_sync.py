@@ -1,4 +1,4 @@
-"""The pacing of the kernel's SYNC on an imitated kernel; tests/vcan has the real one."""
+"""Period of the kernel's SYNC with an imitated kernel; tests/vcan uses the real one."""
 
 from itertools import pairwise
 from pathlib import Path
@@ -19,10 +19,10 @@ PERIOD = 0.002
 
 
 def _paced(delays: list[float]) -> tuple[list[int], Floats]:
-    """Numbers and lateness [s] of SYNCs from a kernel that gets round to each one so much later than it should [s].
+    """Numbers and lateness [s] of SYNCs from a kernel that sends each one later than due by its delay [s].
 
-    As the kernel does, it counts the period from the moment at which it got round to the frame before, and a period
-    that is set acts from the SYNC after the next.
+    As in the kernel, the period counts from the time at which the previous frame was sent, and a new period takes
+    effect from the SYNC after the next.
     """
     pacer = Pacer(PERIOD, first=10.0)
     now, period, following = 10.0, PERIOD, PERIOD

@@ -90,7 +90,7 @@ def test_other_frames_are_passed_on() -> None:
     ],
 )
 def test_response_to_another_request_is_not_a_confirmation(before: bool, stale: Frame) -> None:
-    """An acknowledgement that comes twice, and a command that is lost: the drive was not switched off."""
+    """A repeated acknowledgement while the command is lost: the drive was not switched off."""
     client, bus = sdo(
         [
             ((0x602, "2b 40 60 00 00 00 00 00"), [] if before else [stale]),

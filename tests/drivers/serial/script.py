@@ -1,4 +1,4 @@
-"""Three drives on one serial line, and what is sent and received: for tests of the serial driver."""
+"""Scripts of commands and replies for three drives on one serial line."""
 
 import math
 
@@ -21,11 +21,11 @@ Log = list[tuple[str, str, str]]
 
 FLUSH: Exchange = ("", "e 33")
 ENDS = {1: (-1200, 1400), 2: (-900, 1700), 3: (-1200, 1400)}
-"""Of the way, in counts of each drive; the second one counts the other way round."""
+"""Position limits of each drive [counts]; the second one has the opposite sign."""
 
 
 def drives(script: list[Exchange], rig: Rig = RIG) -> tuple[SerialDrives, ScriptedPort, Log]:
-    """Drives of which nothing is known yet."""
+    """Drives with unknown states."""
     port, log = ScriptedPort(script), Log()
     lines = {"line": line_on(port)}
     return SerialDrives(rig, lines, lambda *entry: log.append(entry), stamped=False), port, log
@@ -46,7 +46,7 @@ def move(node: int, counts: int) -> list[Exchange]:
 def cycle(
     status_node: int, commands: dict[int, list[Exchange]] | None = None, word: int = OFF, counts: int = 0
 ) -> list[Exchange]:
-    """One cycle: what each drive is told, the status of the one whose turn it is, what all have measured."""
+    """One cycle: commands to each drive, status of `status_node`, measured values of all drives."""
     script: list[Exchange] = []
     for node in (1, 2, 3):
         script += [
@@ -70,12 +70,12 @@ RELEASED = [
     *cycle(2, {2: [off(2)], 3: [off(3)]}),
     *cycle(3, {3: [off(3)]}),
 ]
-"""What drives are told first of all, until they are seen to be off: no power."""
+"""First commands to the drives: power off, until the status shows it."""
 ENABLED = [*RELEASED, *(pair for node in (1, 2, 3) for pair in cycle(node, {node: enable(node)}, word=ON))]
 
 
 def enabled(script: list[Exchange]) -> tuple[SerialDrives, ScriptedPort, Log]:
-    """Drives that follow, and what comes then."""
+    """Enabled drives, with the script that follows."""
     amplifiers, port, log = drives([*ENABLED, *script])
     for goal in (Goal.DISABLED, Goal.ENABLED):
         amplifiers.goal = goal

@@ -1,4 +1,4 @@
-"""A serial port that plays a dialogue: what must be sent, and what comes back to it."""
+"""A serial port with a script: commands that must be sent, and the replies to them."""
 
 import os
 from collections import deque
@@ -6,11 +6,11 @@ from collections import deque
 from drivers.serial.line import SerialLine
 
 Exchange = tuple[str, str | bytes]
-"""A command and its reply, both without their ends; "" is silence, bytes are answered as they are."""
+"""A command and its reply, both without their ends; "" means no reply, bytes are returned unchanged."""
 
 
 class ScriptedPort:
-    """Fails the test when something else is sent than the script says."""
+    """Fails the test when a command is not the next one of the script."""
 
     def __init__(self, script: list[Exchange]) -> None:
         self._script = deque(script)
@@ -31,7 +31,7 @@ class ScriptedPort:
             self.arrive(reply.encode() + b"\r")
 
     def arrive(self, data: bytes) -> None:
-        """Let something arrive that nobody asked for."""
+        """Receive unsolicited bytes."""
         os.write(self._in, data)
 
     def read(self, size: int) -> bytes:
@@ -47,7 +47,7 @@ class ScriptedPort:
         return self._out
 
     def unplug(self) -> None:
-        """From now on the port is gone."""
+        """Make the port fail from now on."""
         os.close(self._in)
 
     def close(self) -> None:
@@ -58,5 +58,5 @@ class ScriptedPort:
 
 
 def line_on(port: ScriptedPort, name: str = "port", *, reply_timeout: float = 0.02, echo: bool = False) -> SerialLine:
-    """A line without the wire's time."""
+    """A line without transmission time."""
     return SerialLine(port, name, character=0.0, turnaround=0.002, reply_timeout=reply_timeout, echo=echo)

@@ -1,4 +1,4 @@
-"""The serial driver as (sent, received) pairs, three drives on one line unless said otherwise."""
+"""The serial driver by (command, reply) pairs, with three drives on one line unless stated otherwise."""
 
 import math
 import time
@@ -61,7 +61,7 @@ def test_power_is_unknown_without_a_reply_to_enable() -> None:
 
 
 def test_no_power_on_with_an_old_position() -> None:
-    """Where the last position was not received, there is none to be the target."""
+    """Without the last position there is no target for power-on."""
     lost: list[Exchange] = [status(1, OFF), ("1 g r0x32", ""), *read(2), *read(3)]
     wait = [*cycle(2, {2: enable(2)}), *cycle(3, {3: enable(3)}), *cycle(1, {1: enable(1)})]
     amplifiers, port, _ = drives([*RELEASED, *lost, *cycle(2), *cycle(3), *lost, *wait])
@@ -269,7 +269,7 @@ def test_drive_on_its_own_line_has_no_prefix_and_a_status_in_every_cycle() -> No
     assert sample.position == pytest.approx((0.0, 0.499, 0.002))
     assert sample.voltage_stamp is not None
     assert sample.position_stamp is not None
-    # The scripted port takes no time, so what the characters would take on a wire may show.
+    # The scripted port has no transmission time, which the stamps allow for.
     for stamp in (*sample.position_stamp, *sample.voltage_stamp):
         assert before - 2_000_000 < stamp < time.time_ns() + 2_000_000
     for port in ports.values():

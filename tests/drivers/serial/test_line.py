@@ -21,7 +21,7 @@ from tests.drivers.serial.scripted_port import ScriptedPort, line_on
 
 
 def say(line: SerialLine, subscript: Generator[str, Reply, object], timeout: float = 2.0) -> object:
-    """What one part of a script is answered with; raises what goes wrong."""
+    """Result of a subscript; raises its error."""
     result: list[object] = []
 
     def script() -> Script:
@@ -42,7 +42,7 @@ def test_commands_and_replies_alternate() -> None:
 
 
 def test_lines_run_in_parallel() -> None:
-    """The second line answers only after it was spoken to, while the first one is still waited for."""
+    """The reply on the first line arrives only after the second line has replied."""
     first, second = ScriptedPort([("g r0x32", "")]), ScriptedPort([("g r0x32", "v 2"), ("t 1", "ok")])
     replies: list[int] = []
 
@@ -158,12 +158,12 @@ def test_other_exceptions_of_a_script_are_passed_on() -> None:
 
 
 class Noise:
-    """A port on which anything may arrive at any time."""
+    """A port that receives arbitrary bytes."""
 
     def __init__(self, chunks: list[bytes]) -> None:
         self._chunks = iter(chunks)
         self._port = ScriptedPort([])
-        self._port.arrive(b"!")  # always something to read, as far as select can see
+        self._port.arrive(b"!")  # always readable for select
 
     def fileno(self) -> int:
         return self._port.fileno()

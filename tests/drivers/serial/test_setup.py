@@ -1,4 +1,4 @@
-"""How serial drives are found and set up, as (sent, received) pairs, three drives on one line."""
+"""Discovery and configuration of serial drives by (command, reply) pairs, with three drives on one line."""
 
 import pytest
 

@@ -1,7 +1,7 @@
 """Inverse dynamics of the delta robot with uniform rods, exact, by virtual work.
 
 Independent of the plant and of the models in `ident`: the rods are rigid bodies with a centre of mass and a
-transverse inertia, and all derivatives of the mechanism's motion are differences of its positions.
+transverse inertia, and all derivatives of the motion are finite differences of positions.
 """
 
 import numpy as np
@@ -28,7 +28,7 @@ def exact_torque(
 ) -> Floats:
     """Torque (n, 3) [N m] of the motors, without friction, for the motion (n, 3) in rad, rad/s, rad/s^2.
 
-    Every mass point r and every rod direction d contributes inertia times acceleration, less weight, times its
+    Every mass point and every rod direction contributes inertia times acceleration, minus weight, times its
     displacement per unit of joint angle (d'Alembert).
     """
     weights, now = _weights(geometry, links), _points(geometry, links, theta)

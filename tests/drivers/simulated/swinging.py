@@ -1,4 +1,4 @@
-"""Machines with one hidden effect, and what a motion of all their joints shows of it."""
+"""Machines with one hidden effect, and their reported and true values along a motion of all joints."""
 
 from dataclasses import dataclass, fields
 
@@ -15,20 +15,20 @@ Floats = NDArray[np.float64]
 
 
 def reporting(kind: str) -> Rig:
-    """The rig whose drives report that kind of voltage."""
+    """The rig whose drives report a kind of voltage."""
     voltage = Voltage.model_validate({"kind": kind})
     return RIG.model_copy(update={"drives": tuple(d.model_copy(update={"voltage": voltage}) for d in RIG.drives)})
 
 
 def spec_of(name: str, **parameters: float) -> EffectSpec:
-    """On joint 2, on joints 1 and 2, or on the whole robot."""
+    """The effect on joint 2, on joints 1 and 2, or on the whole robot."""
     kind = discover()[name]
     joints = (1, 2, 3) if kind.whole_robot else (1, 2) if kind.between_joints else (2,)
     return EffectSpec(name=name, joints=joints, parameters=parameters)
 
 
 def machine_with(name: str = "", coulomb: float = 0.0, rig: Rig = RIG, **parameters: float) -> Machine:
-    """A powered machine with the effect."""
+    """A machine with the effect and power on."""
     friction = Friction(viscous=(0.0,) * 3, coulomb=(coulomb,) * 3)
     config = SimConfig(friction=friction, effects=(spec_of(name, **parameters),) if name else ())
     machine = Machine(rig, config, np.random.default_rng(0))
@@ -37,14 +37,14 @@ def machine_with(name: str = "", coulomb: float = 0.0, rig: Rig = RIG, **paramet
 
 
 def held_torque(machine: Machine, theta: Floats, seconds: float = 0.5) -> Floats:
-    """Of the motors (3,) after holding the joints there [rad] for so long [s]."""
+    """Motor torques (3,) after holding the joint angles `theta` [rad] for `seconds` [s]."""
     machine.advance([theta.tolist()] * round(seconds / machine.dt))
     return np.array(machine.torque())
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Joint 2 of a machine that swings all joints, or (n, 3) of all: the state before each step."""
+    """Motion of joint 2, or (n, 3) of all joints: the state before each step."""
 
     t: Floats
     q: Floats
@@ -52,15 +52,15 @@ class Run:
     a: Floats
     load: Floats
     reported: Floats
-    """What the voltages stand for."""
+    """Torque of the reported voltages."""
     motor_torque: Floats
     """Torque of the motors."""
     added: Floats
-    """What of it does not reach the rigid robot."""
+    """Part of the motor torque that does not reach the rigid robot."""
 
     @property
     def of_2(self) -> "Run":
-        """Joint 2 where it slides."""
+        """Joint 2 while it slides."""
         sliding = np.abs(self.v[:, 1]) > 0.05
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return Run(

@@ -73,7 +73,7 @@ def test_twist_of_the_spring_is_proportional_to_the_torque() -> None:
 
 
 def test_motor_inertia_is_unchanged_by_elasticity() -> None:
-    """Pushed faster than the spring answers, the motor moves alone."""
+    """In the first step after a push, before the spring reacts, the motor moves alone."""
     machine = _machine(EffectSpec(name="joint_elasticity", joints=(2,), parameters={"compliance": 1.5e-3}))
     plant = machine.plant
     plant.set_friction((45.0, 0.0, 45.0))

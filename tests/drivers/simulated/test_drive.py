@@ -15,7 +15,7 @@ START = bytes([0x01, NODE])
 
 
 class Bench:
-    """A drive on a bench: frames in, frames out, time by hand, the encoder follows the setpoint unless held."""
+    """A drive with manual frames and time; the encoder follows the setpoint unless held."""
 
     def __init__(self) -> None:
         self.sent: list[tuple[int, bytes]] = []
@@ -203,7 +203,7 @@ def test_reset_boots_again_without_power() -> None:
 
 
 class AnyTraffic(RuleBasedStateMachine):
-    """Whatever comes over the bus, torque is there only where the state machine allows it."""
+    """With any frames on the bus, the drive has torque only in the states that permit it."""
 
     @initialize()
     def switch_on(self) -> None:

@@ -1,4 +1,4 @@
-"""What every hidden effect must satisfy, over all that are found."""
+"""Properties of all hidden effects that are discovered."""
 
 import importlib
 import inspect
@@ -40,10 +40,10 @@ LISTED = {
     "encoder_eccentricity",
     "geometry_error",
 }
-"""The names that the diagnosis uses, too."""
+"""Names that the diagnosis uses as well."""
 
 ALWAYS_THERE = {"rod_inertia"}
-"""Physics that the plant cannot do without."""
+"""Physics that the plant always includes."""
 HOOKS = [
     "torque",
     "friction",
@@ -138,7 +138,7 @@ def test_machine_runs_with_all_effects() -> None:
 
 
 def _moved(*effects: HiddenEffect) -> list[float]:
-    """Positions and torques after a move of a fifth of a second, load reversal of no joint."""
+    """Positions and torques after a motion of 0.2 s without load reversal."""
     config = SimConfig(effects=tuple(effect.spec() for effect in effects))
     machine = Machine(simulated_rig(), config, np.random.default_rng(0))
     machine.enabled, machine.brake = [True] * 3, [False] * 3

@@ -1,4 +1,4 @@
-"""Hidden torques and friction, each by its physical signature on the machine."""
+"""Hidden torques and friction, each compared with its law on the machine."""
 
 import math
 from collections.abc import Callable
@@ -40,7 +40,7 @@ TORQUES: dict[str, tuple[dict[str, float], Callable[[Run], Floats]]] = {
     "hose_drag": ({"c": 0.3}, lambda r: 0.3 * (r.v[:, 1] - r.v[:, 0])),
     "rotor_coupling": ({"J": 0.02}, lambda r: 0.02 * r.a[:, 0]),
 }
-"""Of joint 2, where joints 1 and 2 are coupled."""
+"""Laws of joint 2; effects between joints couple joints 1 and 2."""
 
 
 @pytest.mark.parametrize("name", TORQUES)
@@ -71,7 +71,7 @@ FRICTIONS: dict[str, tuple[dict[str, float], Callable[[Run], Floats]]] = {
         lambda r: 0.8 * np.exp(-r.t / 0.3) * (1 + 0.5 * np.abs(r.v)),
     ),
 }
-"""Level of dry friction beyond Coulomb's, on joint 2."""
+"""Level of dry friction in addition to Coulomb friction, on joint 2."""
 
 
 @pytest.mark.parametrize("name", FRICTIONS)

@@ -1,4 +1,4 @@
-"""Hidden effects of amplifiers and encoders, each by its physical signature on the machine."""
+"""Hidden effects of amplifiers and encoders, each compared with its law on the machine."""
 
 import math
 from collections.abc import Callable

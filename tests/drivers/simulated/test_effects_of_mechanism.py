@@ -1,4 +1,4 @@
-"""Hidden effects of masses and lengths, each by its physical signature on the machine."""
+"""Hidden effects of masses and lengths, each compared with its law on the machine."""
 
 import math
 
@@ -31,7 +31,7 @@ def test_payload_adds_weight_and_inertia_from_its_time_on() -> None:
         torque = held_torque(machine, np.array(machine.position()), seconds)
         theta = np.array([machine.position()])
         assert torque == pytest.approx(exact_torque(RIG.geometry, links, theta, STILL, STILL)[0], rel=2e-3)
-    # Let go: without torque the motion itself tells the inertia.
+    # Without torque the motion depends on the inertia.
     machine.enabled = [False] * 3
     machine.advance([machine.position()] * 500)
     before = np.array([machine.position()]), np.array([machine.velocity()])
@@ -50,7 +50,7 @@ def test_payload_is_put_down_again() -> None:
 
 
 def test_arm_mass_adds_inertia() -> None:
-    """In free fall the laws of motion hold with the mass on the one arm, without it on the others."""
+    """In free fall the equations of motion hold with the mass on its arm, and without it on the others."""
     machine = machine_with("arm_mass_mismatch", a=2.0)
     heavy = Links(arm_mass=LINKS.arm_mass + 2.0 / (9.81 * LINKS.arm_com))
     machine.enabled = [False] * 3
@@ -65,7 +65,7 @@ def test_arm_mass_adds_inertia() -> None:
 
 def test_air_drag_opposes_the_platforms_motion() -> None:
     run = swing(machine_with("air_drag", c=3.0))
-    # The load of a step belongs to the state from which it began.
+    # The load of a step belongs to the state at its beginning.
     theta, rate, acceleration, load = run.q[:-1], run.v[:-1], run.a[1:], run.load[1:]
     still_air = exact_torque(RIG.geometry, LINKS, theta, rate, acceleration)
     J = kinematics.jacobian(RIG.geometry, theta, kinematics.forward(RIG.geometry, theta))

@@ -79,7 +79,7 @@ def test_too_few_or_unknown_names_are_explained(
 
 @pytest.mark.slow
 def test_impossible_size_is_explained(sizer: EffectSizer) -> None:
-    """The rig reports true motor voltages, in which a dead band leaves no trace."""
+    """The rig reports true motor voltages, in which a dead band is not visible."""
     with pytest.raises(BadInput, match=r"amplifier_deadband.*0\.05 found"):
         draw(1, RIG, SimConfig(), names=("amplifier_deadband",), sizes=(0.05,), joints=(2,), sizer=sizer)
 

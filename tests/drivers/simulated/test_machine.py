@@ -55,7 +55,7 @@ def test_holds_still_without_limit_cycle() -> None:
 
 
 def _fig5a_by_straight_lines(machine: Machine, rig: Rig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Torque at every step and following error at every SYNC, setpoints in straight lines between the targets."""
+    """Torque at every step and following error at every SYNC, with linear interpolation between the targets."""
     trajectory = load("fig5a", rig, cycles=1)
     machine.reset(trajectory.platform[0].tolist())
     _switch_on(machine)

@@ -1,4 +1,4 @@
-"""The simulated serial drive as (command, reply) pairs, without a machine."""
+"""The simulated serial drive by (command, reply) pairs, without a machine."""
 
 import math
 
@@ -14,7 +14,7 @@ OFF, MOVING, FAULT = 0x8000, 0x0800_2000, 0x0040_0000
 
 
 class Bench:
-    """A drive whose axis is wherever `counts` says; 1000 counts per radian."""
+    """A drive with its axis at `counts`; 1000 counts per radian."""
 
     def __init__(self, **bus: object) -> None:
         drive = Drive(node_id=1, counts_per_turn=1000, gear=math.tau)
@@ -27,7 +27,7 @@ class Bench:
         return [self.drive.handle(command, self.time) for command in commands]
 
     def run(self, duration: float, *, follow: bool = True) -> None:
-        """Time passes [s]; the axis follows the setpoint, or stands."""
+        """Advance time by `duration` [s]; the axis follows the setpoint, or does not move."""
         for _ in range(round(duration / DT)):
             position = self.drive.generator.step()
             if follow:
@@ -95,7 +95,7 @@ def test_target_takes_effect_immediately_without_an_update_command() -> None:
 
 
 def moving() -> Bench:
-    """At 1 rad/s."""
+    """A drive that moves at 1 rad/s."""
     bench = Bench()
     bench.enable()
     for target in (10, 20, 30):

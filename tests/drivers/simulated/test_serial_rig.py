@@ -1,4 +1,4 @@
-"""The simulated rig behind pseudo-terminals, spoken to character by character."""
+"""The simulated rig on pseudo-terminals."""
 
 import os
 import time
@@ -32,7 +32,7 @@ def served(described: Rig, pace: Pace = "lockstep") -> Iterator[SerialRig]:
 
 
 def say(port: str, command: bytes, ends: int = 1) -> bytes:
-    """What is written back until so many ends have come."""
+    """Send a command; returns the reply up to `ends` end characters."""
     device = os.open(port, os.O_RDWR | os.O_NOCTTY)
     try:
         os.write(device, command)
@@ -92,10 +92,10 @@ def test_lockstep_time_advances_only_with_the_latch() -> None:
     with served(rig()) as machine:
         port = simulated["simulated"]
         first = say(port, b"1 g r0x15\r")
-        assert say(port, b"1 g r0x15\r") == first  # time stands still, its noise too
+        assert say(port, b"1 g r0x15\r") == first  # the same instant, hence the same noise
         assert machine.machine.time == 0.0
         assert say(port, b"2 latch\r") == b"ok\r"
-        say(port, b"3 g r0xa4\r")  # by its reply, the period is over
+        say(port, b"3 g r0xa4\r")  # the period is over when it replies
         assert machine.machine.time == pytest.approx(1 / 20)
 
 
@@ -115,7 +115,7 @@ def test_real_time_includes_the_transmission_time() -> None:
 
 @pytest.fixture
 def three() -> Iterator[tuple[SerialRig, transport.SerialDrives]]:
-    """Drives on three lines that are enabled."""
+    """Enabled drives on three lines."""
     described = rig("simulated1", "simulated2", "simulated3")
     with served(described) as machine:
         drives = transport.connect(described, lambda *line: None, lambda *frame: None, lambda: 0)
@@ -169,7 +169,7 @@ def test_only_a_watchdog_switches_power_off_when_the_host_is_lost(register: str)
         drives.goal = Goal.ENABLED
         while not all(drive.powered for drive in machine.drives):
             drives.exchange(None, 5.0)
-        # As after SIGKILL: nothing more is said.
+        # As after SIGKILL: no more commands.
         deadline = time.perf_counter() + (20.0 if register else 1.0)
         while any(drive.powered for drive in machine.drives) and time.perf_counter() < deadline:
             time.sleep(0.02)

@@ -10,7 +10,7 @@ SERVO = Servo()
 
 
 def _settled(load: float) -> tuple[float, float]:
-    """Position and torque after a second on a bare inertia that `load` pulls at; the setpoint is 0.1 rad."""
+    """Position and torque after one second on an inertia with a constant `load`; the setpoint is 0.1 rad."""
     axis, q, v = PositionLoop(SERVO, DT, 10), 0.0, 0.0
     axis.restart(0.0)
     for _ in range(5000):

@@ -18,7 +18,7 @@ def test_zero_strength_has_size_zero(sizer: EffectSizer) -> None:
 
 
 def test_cogging_is_not_absorbed_by_the_base_model(sizer: EffectSizer) -> None:
-    """A ripple that no base column resembles, slow enough to pass: its size is its RMS over the torque's."""
+    """A ripple below the bandwidth, unlike any base column: its size is its RMS over the torque's."""
     cogging = build(EffectSpec(name="cogging", parameters={"a": 0.5, "N": 15.0}))
     assert sizer.size(cogging) == pytest.approx(0.5 / 2**0.5 / 10.5, rel=0.1)
 
@@ -26,7 +26,7 @@ def test_cogging_is_not_absorbed_by_the_base_model(sizer: EffectSizer) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["encoder_zero_offset", "torque_gain_mismatch", "back_emf", "geometry_error"])
 def test_size_of_sensor_and_drive_effects_is_proportional_to_strength(sizer: EffectSizer, name: str) -> None:
-    """Whatever is wrong with what is reported, twice as wrong is twice the size."""
+    """Twice the strength has twice the size."""
     effect = build(EffectSpec(name=name, joints=(2,) if not discover()[name].whole_robot else (1, 2, 3)))
     strength = effect.model_dump()[effect.strength()]
     small, large = (sizer.size(effect.scaled(share * strength)) for share in (0.5, 1.0))
@@ -53,7 +53,7 @@ def test_size_of_an_unstable_loop_is_infinite(sizer: EffectSizer) -> None:
 
 @pytest.mark.slow
 def test_thermal_drift_is_measured_over_several_repetitions(sizer: EffectSizer) -> None:
-    """What has faded before the first repetition is over has left little to see."""
+    """A drift that ends within the first repetition has a small size."""
     slow, quick = (
         sizer.size(build(EffectSpec(name="thermal_drift", joints=(1,), parameters={"T": T}))) for T in (10.0, 0.3)
     )

@@ -14,7 +14,7 @@ def rig(*ports: str, rate: float = 20.0, **bus: object) -> Rig:
     return Rig(name="r", rate=rate, bus=section, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
 
 
-# The longest commands and replies, joint limits of -32856 and 38332 counts; each with its end.
+# Longest commands and replies with joint limits of -32856 and 38332 counts, each with its end.
 MOVE = len("1 s r0xca -32856.") + len("ok.") + len("1 t 1.") + len("ok.")
 READ = len("1 g r0x32.") + len("v -32856.") + len("1 g r0x15.") + len("v -32768.")
 LOOK = len("1 g r0xa0.") + len("v 4294967295.")
@@ -38,7 +38,7 @@ def test_cycle_time_of_one_drive_per_line_without_prefix() -> None:
 
 
 def test_without_an_update_command_a_cycle_is_shorter() -> None:
-    # The drive whose status is read is still switched on in the longest cycle.
+    # In the longest cycle the drive whose status is read is enabled.
     saved = 2 * (len("1 t 1.") + len("ok."))
     difference = serial.cycle_time(rig(turnaround=0.0)) - serial.cycle_time(rig(turnaround=0.0, update=""))
     assert difference == pytest.approx(saved * 10 / 115_200)
@@ -89,7 +89,7 @@ def test_only_ports_named_simulated_are_simulated_here() -> None:
 def test_missing_port_is_named_and_the_others_are_released() -> None:
     controller, device = os.openpty()
     described = rig(os.ttyname(device), "/dev/no/such/port", "/dev/none")
-    for _ in range(2):  # a port that were not released would be in use the second time
+    for _ in range(2):  # a port that is not released would be in use the second time
         with pytest.raises(BadInput, match=r"'/dev/no/such/port' cannot be opened.*bus\.ports"):
             serial.connect(described, lambda *line: None, lambda *frame: None, None)
     os.close(controller)
