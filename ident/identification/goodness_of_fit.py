@@ -1,4 +1,4 @@
-"""How well a model's torque agrees with the measured one, per joint."""
+"""Goodness of fit: agreement of a model's torque with the measured torque, per joint."""
 
 from dataclasses import dataclass
 
@@ -9,20 +9,20 @@ from recordings.recording import Floats
 
 @dataclass(frozen=True)
 class GoodnessOfFit:
-    """One number per joint each."""
+    """Measures of agreement, one number per joint."""
 
     nrmse: tuple[float, ...]
-    """Eq. (41), as printed: 1 - RMS error / range of the *model's* torque; 1 is perfect."""
+    """Eq. (41) as printed: 1 - RMS error / range of the *model's* torque; 1 is perfect."""
     rms: tuple[float, ...]
     """RMS of the residual [N m]."""
     r2: tuple[float, ...]
-    """Coefficient of determination; 1 is perfect, 0 no better than the mean torque."""
+    """Coefficient of determination: 1 is perfect, 0 is no better than the mean torque."""
 
 
 def goodness_of_fit(measured: Floats, computed: Floats) -> GoodnessOfFit:
-    """Agreement of `computed` with `measured`, both (m, dof) [N m]; NaN where not known.
+    """Compare the torques `computed` and `measured`, both (m, dof) [N m]; NaN where not known.
 
-    A model whose torque does not vary has no range to compare with: Eq. (41) is minus infinity there.
+    Eq. (41) is minus infinity for a model whose torque does not vary, because its range is zero.
     """
     error = computed - measured
     usable = np.isfinite(error)

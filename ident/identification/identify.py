@@ -1,4 +1,4 @@
-"""From recordings to a judged model: read, preprocess, fit, compare with what the fit did and did not see."""
+"""Identify a model from recordings: read, preprocess, fit, and assess on training and validation data."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -25,10 +25,10 @@ from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model import (
     Agreement,
     CertifiedMinimum,
+    FitMethod,
     FittedParameter,
     JointDelay,
     JointGoodnessOfFit,
-    FitMethod,
     Model,
     Preprocessing,
     recording_source,
@@ -45,28 +45,29 @@ from recordings.recording import Floats, Recording
 
 @dataclass(frozen=True)
 class FitOptions:
-    """What the user chose."""
+    """The user's options."""
 
     method: str
+    """Estimator."""
     settings: Any
-    """The estimator's."""
+    """Settings of the estimator."""
     seed: int
     preprocessing: str
     cutoff: float | None
-    """[Hz], or the preprocessing's own."""
+    """[Hz]; None: chosen by the preprocessing."""
     effects: tuple[str, ...] = ()
-    """Added to the mechanism: NAME, or NAME:1,3 for some joints."""
+    """Effects added to the mechanism: NAME, or NAME:1,3 for some joints."""
     effect_files: tuple[Path, ...] = ()
-    """Effects of the user's own."""
+    """Files with user-defined effects."""
     physical: bool = False
-    """Friction must oppose motion."""
+    """Constrain friction to oppose motion."""
     intervals: IntervalMethod = "stationary"
-    """See `ident.uncertainty.covariance`."""
+    """Method of the confidence intervals, see `ident.uncertainty.covariance`."""
 
 
 @dataclass(frozen=True, eq=False)
 class Identification:
-    """A fitted model with the data behind it."""
+    """A fitted model with its data."""
 
     model: Model
     mechanism: Mechanism
@@ -82,39 +83,42 @@ def identify(
     progress: Progress,
     known_structure: tuple[ModelStructure, Floats] | None = None,
 ) -> Identification:
-    """Fit the mechanism of the rig to the recordings `files` together, and judge it on them and on `validate`.
+    """Fit the mechanism of the rig to the recordings `files` together, and assess it on them and on `validate`.
 
-    settled: a composition whose shapes and distortions are known, with its parameters, in place of effects chosen.
+    known_structure: model structure with known shape and signal parameters, and all its parameters (K,); replaces the
+    effects of `options`.
 
     Raises:
-        BadInput: a recording cannot be used, is in another one, or they are not of the same rig.
+        BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
     rig = recordings[0].rig
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
-    mechanism, datasets = _prepared(recordings, len(files), form, options, known_structure)
+    mechanism, datasets = _mechanism_and_datasets(recordings, len(files), form, options, known_structure)
     train, validation = datasets[: len(files)], datasets[-1] if validate else None
     generator = np.random.default_rng(options.seed)
     result = fit(train, mechanism, options.method, options.settings, generator, progress, options.physical)
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    kept = effect_terms(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
-    trust, knowledge = None, (ParameterUncertainty(),) * len(mechanism.parameters)
+    effects = effect_terms(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
+    trust, uncertainties = None, (ParameterUncertainty(),) * len(mechanism.parameters)
     if form is None:
-        moved = _moved(train, mechanism, options)
-        trust, knowledge = assess(train, result, mechanism, options.method, moved, relative, options.intervals)
+        parameter_changes = _parameter_changes(train, mechanism, options)
+        trust, uncertainties = assess(
+            train, result, mechanism, options.method, parameter_changes, relative, options.intervals
+        )
     model = Model(
         mechanism=rig.mechanism,
         form=form,
-        effects=tuple(term.name for term in kept),
-        terms=kept,
+        effects=tuple(term.name for term in effects),
+        terms=effects,
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
         relative=relative,
-        parameters=_parameters(mechanism, result, knowledge),
+        parameters=_parameters(mechanism, result, uncertainties),
         method=FitMethod(
             name=options.method,
             settings=asdict(options.settings),
@@ -138,50 +142,57 @@ def identify(
     return Identification(model, mechanism, result, train, validation)
 
 
-def _prepared(
+def _mechanism_and_datasets(
     recordings: Sequence[Recording],
     fitted: int,
     form: str | None,
-    choices: FitOptions,
-    settled: tuple[ModelStructure, Floats] | None,
+    options: FitOptions,
+    known_structure: tuple[ModelStructure, Floats] | None,
 ) -> tuple[Mechanism, tuple[Dataset, ...]]:
-    """The model to fit, and the rows of all recordings; shapes of effects follow from the first `fitted` ones."""
+    """Return the model to fit and the data of all recordings.
+
+    Shape parameters of effects are fitted to the first `fitted` recordings.
+    """
     mechanism = mechanisms.create(recordings[0].rig, form)
-    if not choices.effects and not settled:
-        return mechanism, build_all(recordings, mechanism, choices.preprocessing, choices.cutoff)
+    if not options.effects and not known_structure:
+        return mechanism, build_all(recordings, mechanism, options.preprocessing, options.cutoff)
     if form:
-        raise BadInput(f"no --with expected beside a method that fits the form '{form}'; choose another method")
-    chosen = None if choices.cutoff else _cutoff(recordings, mechanism, choices.preprocessing)
-    cutoff = chosen.hz if chosen else choices.cutoff
-    courses: Iterator[PreparedRecording] = (
-        prepare(recording, choices.preprocessing, cutoff) for recording in recordings
+        raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
+    common_cutoff = None if options.cutoff else _cutoff(recordings, mechanism, options.preprocessing)
+    cutoff = common_cutoff.hz if common_cutoff else options.cutoff
+    prepared: Iterator[PreparedRecording] = (
+        prepare(recording, options.preprocessing, cutoff) for recording in recordings
     )
-    if settled:
-        frozen = LinearizedModel(*settled)
+    if known_structure:
+        linearized = LinearizedModel(*known_structure)
     else:
-        seen = [next(courses) for _ in range(fitted)]
-        frozen = fit_shape_parameters(
-            seen, parse_terms(choices.effects, library(choices.effect_files), recordings[0])
+        training = [next(prepared) for _ in range(fitted)]
+        linearized = fit_shape_parameters(
+            training, parse_terms(options.effects, library(options.effect_files), recordings[0])
         )
-        courses = chain(seen, courses)
-    datasets = (frozen.dataset(course) for course in courses)
-    return frozen, tuple(replace(one, cutoff=chosen) if chosen else one for one in datasets)
+        prepared = chain(training, prepared)
+    datasets = (linearized.dataset(recording) for recording in prepared)
+    return linearized, tuple(
+        replace(dataset, cutoff=common_cutoff) if common_cutoff else dataset for dataset in datasets
+    )
 
 
 def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing: str) -> Cutoff | None:
-    """The low-pass that all recordings bear; None where the preprocessing has no choice."""
+    """Common cut-off of all recordings; None if the preprocessing has a fixed one."""
     return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
 
 
-def _moved(train: Sequence[Dataset], mechanism: Mechanism, choices: FitOptions) -> Sensitivity:
-    if isinstance(mechanism, LinearizedModel):  # their shapes would have to be searched for anew each time
+def _parameter_changes(train: Sequence[Dataset], mechanism: Mechanism, options: FitOptions) -> Sensitivity:
+    if isinstance(mechanism, LinearizedModel):  # shape parameters would have to be fitted again for each change
         return Sensitivity(None, ())
     recordings = [dataset.recording for dataset in train]
     cutoff = train[0].cutoff.hz if train[0].cutoff else None
-    return sensitivity(recordings, mechanisms.create, choices.preprocessing, cutoff)
+    return sensitivity(recordings, mechanisms.create, options.preprocessing, cutoff)
 
 
-def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[ParameterUncertainty]) -> tuple[FittedParameter, ...]:
+def _parameters(
+    mechanism: Mechanism, result: Fit, uncertainties: Sequence[ParameterUncertainty]
+) -> tuple[FittedParameter, ...]:
     return tuple(
         FittedParameter(
             name=parameter.name,
@@ -191,27 +202,31 @@ def _parameters(mechanism: Mechanism, result: Fit, knowledge: Sequence[Parameter
             upper=float(upper),
             at_bound=at_bound,
             paper_value=float(parameter.paper_sign * value),
-            **known.model_dump(),
+            **uncertainty.model_dump(),
         )
-        for parameter, value, (lower, upper), at_bound, known in zip(
-            mechanism.parameters, result.parameters, result.bounds, result.at_bound, knowledge, strict=True
+        for parameter, value, (lower, upper), at_bound, uncertainty in zip(
+            mechanism.parameters, result.parameters, result.bounds, result.at_bound, uncertainties, strict=True
         )
     )
 
 
 def _delays(train: Sequence[Dataset], result: Fit) -> tuple[JointDelay, ...] | None:
-    found = delays(train, result.parameters)
-    if found is None:
+    estimates = delays(train, result.parameters)
+    if estimates is None:
         return None
-    return tuple(JointDelay(seconds=one.seconds, half_width=one.half_width) for one in found)
+    return tuple(JointDelay(seconds=delay.seconds, half_width=delay.half_width) for delay in estimates)
 
 
 def _certified(result: Fit) -> CertifiedMinimum | None:
     estimate = result.estimate
     if estimate.certificate is None:
         return None
-    proof = estimate.certificate
-    return CertifiedMinimum(minimum=proof.objective, lower_bound=proof.lower_bound, excess=proof.excess(estimate.objective))
+    certificate = estimate.certificate
+    return CertifiedMinimum(
+        minimum=certificate.objective,
+        lower_bound=certificate.lower_bound,
+        excess=certificate.excess(estimate.objective),
+    )
 
 
 def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:

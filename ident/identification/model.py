@@ -13,7 +13,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from ident.identification.goodness_of_fit import GoodnessOfFit
-from ident.uncertainty.assessment import ParameterUncertainty, Assessment
+from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from recordings.config import Section, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -23,32 +23,32 @@ SCHEMA = 1
 
 
 class FittedParameter(ParameterUncertainty):
-    """One identified parameter and how well it is known; friction is positive where it opposes motion."""
+    """One identified parameter and its uncertainty; friction is positive where it opposes motion."""
 
     name: str
     value: float
     unit: str
     lower: float
-    """Search region."""
+    """Lower bound of the search region."""
     upper: float
     at_bound: bool
     paper_value: float
-    """In the form of (36), where friction has the opposite sign."""
+    """Value in the form of Eq. (36), where friction has the opposite sign."""
 
 
 class CertifiedMinimum(Section):
-    """The exact minimum of objective (33), and how near the estimator came."""
+    """The exact minimum of objective (33), and the estimator's distance from it."""
 
     minimum: float
-    """[N m], as it was computed."""
+    """Computed minimum [N m]."""
     lower_bound: float
-    """[N m], proven: no parameters in the search region have a lower objective."""
+    """Proven lower bound of the objective in the search region [N m]."""
     excess: float
-    """How far at most the estimator's objective is above the minimum, relative."""
+    """Upper bound of the relative difference between the estimator's objective and the minimum."""
 
 
 class FitMethod(Section):
-    """The estimator and what it ended with."""
+    """The estimator and its result."""
 
     name: str
     settings: dict[str, Any]
@@ -56,21 +56,21 @@ class FitMethod(Section):
     objective: float
     rows: int
     certified: CertifiedMinimum | None = None
-    """Only where the estimator's objective is (33)."""
+    """None if the estimator's objective is not (33)."""
     diagnostics: dict[str, Any] = Field(default_factory=dict)
-    """What else the estimator has to say, such as a rank."""
+    """Further results of the estimator, such as a rank."""
 
 
 class JointDelay(Section):
-    """How far torque and motion of one joint are apart; positive where the torque follows the voltage."""
+    """Time delay between torque and motion of one joint; positive if the torque follows the voltage."""
 
     seconds: float
     half_width: float
-    """Of the 95 % interval [s]."""
+    """Half width of the 95 % interval [s]."""
 
 
 class Preprocessing(Section):
-    """How measured signals became rows."""
+    """Conversion of measured signals to rows of the regression."""
 
     name: str
     bandwidth: float
@@ -78,13 +78,13 @@ class Preprocessing(Section):
     rate: float
     """Rows per second and joint [Hz]."""
     cutoff: str | None = None
-    """Why this bandwidth, in words; None where the preprocessing has no choice."""
+    """Reason for the bandwidth; None if the preprocessing has a fixed one."""
     delays: tuple[JointDelay, ...] | None = None
-    """Estimated, not applied; None where the training data do not tell."""
+    """Estimated, not applied; None if the training data do not determine them."""
 
 
 class RecordingSource(Section):
-    """A recording that was used."""
+    """Name and digest of a recording."""
 
     name: str
     sha256: str
@@ -102,28 +102,28 @@ class JointGoodnessOfFit(Section):
 
     @classmethod
     def of(cls, fitness: GoodnessOfFit) -> "JointGoodnessOfFit":
-        """The same numbers, ready for a file."""
+        """Convert `fitness` to the section of the file."""
         return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
 
 
 class Agreement(Section):
-    """The model on some recordings, and the manufacturer's model on the same."""
+    """Goodness of fit on some recordings, of the model and of the manufacturer's model."""
 
     recordings: tuple[RecordingSource, ...]
     fitted: JointGoodnessOfFit
     nominal: JointGoodnessOfFit | None
-    """None where the manufacturer has no model."""
+    """None if there is no manufacturer's model."""
 
 
 class EffectTerm(Section):
-    """An effect on some joints. Coefficients in which the torque is linear are among the model's parameters."""
+    """An effect on some joints; its linear coefficients are among the model's parameters."""
 
     name: str
     joints: tuple[int, ...]
-    """From 1."""
+    """Numbered from 1."""
     shapes: dict[str, float] = Field(default_factory=dict)
     parameters: tuple[dict[str, float], ...] = ()
-    """Of an effect on what was measured: joint by joint, or once if it is one of the whole robot."""
+    """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
 
 
 class Model(Section):
@@ -133,35 +133,35 @@ class Model(Section):
     software: str = Field(default_factory=lambda: version("delta-workbench"))
     mechanism: Mechanism
     form: str | None = None
-    """Linear model of the mechanism that was identified (`ident/dynamics/forms/`); None: the mechanism's own."""
+    """Alternative linear model of the mechanism (`ident/dynamics/forms/`); None: the mechanism's own model."""
     effects: tuple[str, ...] = ()
-    """What was added to the mechanism, in this order."""
+    """Names of the effects, in the order in which they were added."""
     terms: tuple[EffectTerm, ...] = ()
-    """The same, with where each is and with all that is not among the parameters."""
+    """The same effects, with their joints and the values that are not among the parameters."""
     joints: tuple[str, ...]
     effort_units: tuple[str, ...] = ("N m", "N m", "N m")
-    """Of each joint."""
+    """Unit of the effort of each joint."""
     geometry: Geometry | None
-    """Of a delta robot."""
+    """Geometry of a delta robot; None for other mechanisms."""
     torque: Torque
     relative: bool
-    """True where the torque gain is assumed: all parameters are then known up to one common factor."""
+    """True if the torque gain is assumed: all parameters are then known up to one common factor."""
     parameters: tuple[FittedParameter, ...]
     method: FitMethod
     preprocessing: Preprocessing
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
     trust: Assessment | None = None
-    """None for forms of the mechanism that are not meant to be true, but to be compared with."""
+    """None for alternative forms of the mechanism, which serve only for comparison."""
 
     def as_json(self) -> Mapping[str, Any]:
-        """As it stands in the file."""
+        """Return the document of the file."""
         document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
         return document
 
 
 def recording_source(recording: Recording) -> RecordingSource:
-    """Name and digest of a recording's file."""
+    """Return name and digest of the file of `recording`."""
     with recording.path.open("rb") as file:
         digest = hashlib.file_digest(file, "sha256").hexdigest()
     return RecordingSource(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
@@ -181,7 +181,7 @@ def load(path: Path) -> Model:
     """Read a model file.
 
     Raises:
-        BadInput: the file is missing, is not JSON, is of a newer schema, of an unknown mechanism, or incomplete.
+        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, or is incomplete.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -190,7 +190,7 @@ def load(path: Path) -> Model:
     except (UnicodeDecodeError, json.JSONDecodeError) as error:
         raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
     if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
-        raise BadInput(f"model file {path}: a key 'schema' with a whole number expected, none found; is it a model?")
+        raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")
     if content["schema"] > SCHEMA:
         raise BadInput(
             f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"

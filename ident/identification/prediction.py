@@ -1,4 +1,4 @@
-"""A model from a file, applied to recordings: what it says the torque should have been."""
+"""Predict the torque of recordings by a model from a file."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ from recordings.rig import Geometry, Rig, Torque
 
 @dataclass(frozen=True, eq=False)
 class Prediction:
-    """One recording, preprocessed as the model's own were, and the torque that the model computes for it."""
+    """One recording, preprocessed as the model's training data, and the torque that the model predicts for it."""
 
     dataset: Dataset
     computed: Floats
@@ -30,13 +30,13 @@ class Prediction:
 
     @property
     def residual(self) -> Floats:
-        """(m, dof) measured minus computed; NaN where a sample is not to be used."""
-        left: Floats = self.dataset.torque - self.computed
-        return left
+        """(m, dof) measured minus computed torque; NaN where a sample is not usable."""
+        residual: Floats = self.dataset.torque - self.computed
+        return residual
 
 
 def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
-    """Apply `model` to the recordings `files`; `library`: of effects.
+    """Apply `model` to the recordings `files`; `library` holds the effects by name.
 
     Raises:
         BadInput: a recording cannot be used, or is of another rig than the model.
@@ -50,59 +50,60 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
         values = _values(model, mechanism.parameters)
         datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
         return tuple(Prediction(dataset, dataset.predicted_torque(values)) for dataset in datasets)
-    composition, x = structure_of(model, recordings[0].rig, library)
-    # One after the other: all that a long recording is prepared from need not be kept.
-    courses = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
-    return tuple(Prediction(course.dataset, chunks.torque(course, composition, x)) for course in courses)
+    structure, x = structure_of(model, recordings[0].rig, library)
+    # One after the other, to limit memory: intermediate signals of a long recording are large.
+    prepared = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
+    return tuple(Prediction(recording.dataset, chunks.torque(recording, structure, x)) for recording in prepared)
 
 
 def structure_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
-    """The mechanism with its effects that `model` describes, and their parameters (K,).
+    """Build the mechanism with effects that `model` describes, and its parameters (K,).
 
     Raises:
-        BadInput: the model holds effects or parameters that this software does not know.
+        BadInput: the model contains effects or parameters that this software does not know.
     """
     terms = []
-    for term in model.terms or [EffectTerm(name=name, joints=_all(rig)) for name in model.effects]:
+    for term in model.terms or [EffectTerm(name=name, joints=_all_joints(rig)) for name in model.effects]:
         if term.name not in library:
             raise BadInput(
-                f"effect {term.name}: one of the library or of an effect file expected, as the model has it, none "
+                f"effect {term.name} of the model: an effect of the library or of an effect file expected, none "
                 "found; give --effect-file"
             )
         terms.append(Term(term.name, library[term.name], tuple(joint - 1 for joint in term.joints)))
-    composition = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
-    linear = [one for one in composition.parameters if one.linear]
-    x = np.zeros(len(composition.parameters))
-    x[composition.linear] = _values(model, linear)
-    for index, kept in enumerate(model.terms):
-        x[composition.parameter_mask(index) & ~composition.linear] = _settled(terms[index], kept)
-    return composition, x
+    structure = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
+    linear = [parameter for parameter in structure.parameters if parameter.linear]
+    x = np.zeros(len(structure.parameters))
+    x[structure.linear] = _values(model, linear)
+    for index, saved in enumerate(model.terms):
+        x[structure.parameter_mask(index) & ~structure.linear] = _searched_values(terms[index], saved)
+    return structure, x
 
 
 def effect_terms(structure: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]:
-    """The effects of `composition` with what of `x` (K,) is not among a model's parameters."""
-    return tuple(_entry(structure, index, x) for index in range(len(structure.terms)))
+    """Effects of `structure`, with those values of `x` (K,) that are not among the model's parameters."""
+    return tuple(_effect_term(structure, index, x) for index in range(len(structure.terms)))
 
 
-def _entry(composition: ModelStructure, index: int, x: Floats) -> EffectTerm:
-    term = composition.terms[index]
-    shapes = zip(term.effect.shapes, composition.shape_values(index, x).tolist(), strict=True)
-    own = composition.local_values(index, x) if isinstance(term.effect, Signal) else ()
+def _effect_term(structure: ModelStructure, index: int, x: Floats) -> EffectTerm:
+    term = structure.terms[index]
+    shapes = zip(term.effect.shapes, structure.shape_values(index, x).tolist(), strict=True)
+    rows = structure.local_values(index, x) if isinstance(term.effect, Signal) else ()
     return EffectTerm(
         name=term.name,
         joints=tuple(joint + 1 for joint in term.joints),
         shapes={shape.name: value for shape, value in shapes},
         parameters=tuple(
-            dict(zip((one.name for one in term.local_parameters), row.tolist(), strict=True)) for row in own
+            dict(zip((parameter.name for parameter in term.local_parameters), row.tolist(), strict=True))
+            for row in rows
         ),
     )
 
 
-def _settled(term: Term, kept: EffectTerm) -> list[float]:
-    """What is searched for, owner by owner, then the shapes."""
+def _searched_values(term: Term, saved: EffectTerm) -> list[float]:
+    """Values found by search: parameters of a signal effect, instance by instance, then the shape parameters."""
     try:
-        own = [row[one.name] for row in kept.parameters for one in term.local_parameters]
-        return [*own, *(kept.shapes[shape.name] for shape in term.effect.shapes)]
+        local_values = [row[parameter.name] for row in saved.parameters for parameter in term.local_parameters]
+        return [*local_values, *(saved.shapes[shape.name] for shape in term.effect.shapes)]
     except KeyError as error:
         raise BadInput(
             f"effect {term.name}: a value of {error} expected in the model, none found; fit it again"
@@ -111,32 +112,38 @@ def _settled(term: Term, kept: EffectTerm) -> list[float]:
 
 def _values(model: Model, parameters: Sequence[ParameterEntry | Parameter]) -> Floats:
     expected = [parameter.name for parameter in parameters]
-    found = [parameter.name for parameter in model.parameters]
-    if found != expected:
+    actual = [parameter.name for parameter in model.parameters]
+    if actual != expected:
         raise BadInput(
-            f"parameters {', '.join(expected)} expected in the model, {', '.join(found)} found; fit it again"
+            f"parameters {', '.join(expected)} expected in the model, {', '.join(actual)} found; fit it again"
         )
     return np.array([parameter.value for parameter in model.parameters])
 
 
-def _all(rig: Rig) -> tuple[int, ...]:
+def _all_joints(rig: Rig) -> tuple[int, ...]:
     return tuple(range(1, rig.dof + 1))
 
 
 def check_model_rig(model: Model, recording: Recording) -> None:
-    """Raise BadInput where `recording` is of another machine than `model`."""
+    """Check that `recording` is of the same rig as `model`.
+
+    Raises:
+        BadInput: a physical property of the rig differs.
+    """
     rig = recording.rig
-    expected = _flat(model.mechanism, model.effort_units, model.torque, model.geometry)
-    found = _flat(rig.mechanism, rig.effort_units, rig.torque, rig.geometry if model.geometry else None)
-    for what in expected:
-        if expected[what] != found[what]:
+    expected = _rig_properties(model.mechanism, model.effort_units, model.torque, model.geometry)
+    actual = _rig_properties(rig.mechanism, rig.effort_units, rig.torque, rig.geometry if model.geometry else None)
+    for name in expected:
+        if expected[name] != actual[name]:
             raise BadInput(
-                f"a recording of the rig that was identified expected: {what} is {expected[what]} in the model, "
-                f"{found[what]} in {recording.path.name}; fit a model to it"
+                f"a recording of the identified rig expected: {name} is {expected[name]} in the model, "
+                f"{actual[name]} in {recording.path.name}; fit a model to it"
             )
 
 
-def _flat(mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None) -> dict[str, object]:
+def _rig_properties(
+    mechanism: str, units: tuple[str, ...], torque: Torque, geometry: Geometry | None
+) -> dict[str, object]:
     sections = {"torque": torque, **({"geometry": geometry} if geometry else {})}
     fields = {f"{name}.{key}": value for name, section in sections.items() for key, value in section}
     return {"mechanism": mechanism, "the effort's unit": ", ".join(units), **fields}
