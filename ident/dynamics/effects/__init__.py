@@ -1,1 +1,1 @@
-"""Physical effects that the base model of a mechanism does not know: what they are, and where they come from."""
+"""Physical effects that the base model of a mechanism lacks."""

@@ -1,7 +1,7 @@
-"""What an effect says of itself: one description for all that the rest of the program asks.
+"""Descriptions of effects: equations, parameters and texts in one place.
 
-Two kinds: `Additive` is further torque, linear in coefficients, whose columns follow from the motion (by a formula,
-or by following an internal state along it). `Signal` stands between the machine and what was measured of it.
+There are two kinds. `Additive` adds torque that is linear in coefficients; its regressor columns are computed from
+the motion, by a formula or by integrating an internal state. `Signal` distorts what is measured of the machine.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -18,17 +18,17 @@ SignatureAxis = Literal["position", "velocity", "acceleration", "motor angle", "
 Shapes = Mapping[str, float]
 """Shape parameters by name."""
 Suggestion = Mapping[str, Any]
-"""Where a search may begin, by name: shape parameters, and parameters, one for all joints or one for each (dof,)."""
+"""Initial guesses by name: of shape parameters, and of parameters, one for all joints or one per joint (dof,)."""
 Values = Mapping[str, Floats]
-"""Parameters and shapes of a signal effect by name: parameters (dof,), zero for joints that do not have the effect,
-or (1,) if it is one of the whole robot; shapes (1,)."""
+"""Parameters and shapes of a signal effect by name. Parameters are (dof,), zero for joints without the effect; those of
+an effect of the whole robot are (1,), like shapes."""
 
 INFINITE_TIME = 1e9
-"""Stands for an instant that does not come [s]."""
+"""Stands for an instant after the end of any recording [s]."""
 
 
 def is_infinite(value: float, unit: str) -> bool:
-    """Whether `value` is an instant that does not come."""
+    """Return whether `value` is a time that stands for infinity."""
     return unit == "s" and value >= INFINITE_TIME
 
 
@@ -41,75 +41,76 @@ class Quantity:
     """{effort} stands for N m or N, {position} for rad or m."""
     meaning: str
     lower: float = -np.inf
-    """Physical range: what a fit finds outside of it is evidence against the effect."""
+    """Physical range, with `upper`; an estimate outside of it is evidence against the effect."""
     upper: float = np.inf
     initial_guesses: tuple[float, ...] = ()
-    """Where the search for it begins; several where there may be several valleys. Empty for a coefficient."""
+    """Starting values of the search, several where there may be several local minima. Empty for a coefficient."""
     implausible_bound: Literal["lower", "upper"] | None = None
-    """An end of the range at which a search that ends there speaks against the effect."""
+    """End of the range that is no plausible result: a search that ends there is evidence against the effect."""
     searched: bool = True
-    """False where nothing but the `starts` is meant, such as a number of something."""
+    """False where only the `initial_guesses` are possible values, as for an index."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Effect:
-    """What both kinds say of themselves."""
+    """Description that both kinds have in common."""
 
     sentence: str
-    """What it is, for a person at the bench."""
+    """What the effect is, in one sentence for a technician."""
     symptom: str
-    """What it looks like in a recording."""
+    """How it shows in a recording."""
     causes: str
-    """What usually causes it."""
+    """Usual causes."""
     remedy: str
-    """What to do about it."""
+    """Recommended action."""
     equation: str
     axis: SignatureAxis
-    """What to draw the residual over to see it."""
+    """Variable over which a plot of the residual shows the effect."""
     mechanisms: tuple[str, ...] = ("delta", "axes")
     whole_robot: bool = False
-    """True where all joints share its parameters; else every joint has its own, and some joints may not have it."""
+    """True if all joints share its parameters; otherwise each joint that has the effect has its own."""
     contains: tuple[str, ...] = ()
     """Other effects that are special cases of this one."""
     mandatory: bool = False
-    """True of any real machine of this kind, so that finding it is no finding."""
+    """Always included; never reported as a finding."""
     shapes: tuple[Quantity, ...] = ()
-    """Further parameters, the same for all joints, that say of what shape the effect is; each with its `starts`."""
+    """Nonlinear shape parameters, the same for all joints, each with its `initial_guesses`."""
     suggest: Callable[[EffectInputs, Floats], Sequence[Suggestion]] | None = None
-    """More shapes to begin with, from a residual (n, dof) [N m] at the view's instants, which may be few a second; of
-    a signal also values of its parameters."""
+    """Suggest further initial guesses from a residual (n, dof) [N m] at the instants of the inputs, which may be
+    decimated: shapes, and for a signal effect also its parameters."""
     step: float = 1e-4
-    """Change of a searched parameter, relative, by which a fit sees where to go: larger where the torque jumps."""
+    """Relative finite-difference step of searched parameters; larger where the torque is discontinuous."""
     multistart: int = 1
-    """From so many of the best starts a search begins."""
+    """Number of the best initial guesses from which a search starts."""
     repeated: bool = False
-    """True where several of it may be there, with different shapes: the lines of a spectrum."""
+    """True if it may occur several times with different shapes, as spectral lines do."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None
-    """Why a recording of this rig cannot show it, if so; the flag: the torque itself was measured, no voltage."""
+    """Return why a recording of this rig cannot show the effect, or None. The flag is true if torque was recorded,
+    not voltage."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Additive(Effect):
-    """Torque that the amplifier must give in addition: sum of coefficient * column."""
+    """Additional torque that the drive must supply: the sum of coefficient times column."""
 
     coefficients: tuple[Quantity, ...]
-    """c of them, per joint or for the whole robot."""
+    """The c coefficients, per joint or for the whole robot."""
     columns: Callable[[EffectInputs, Shapes], Floats]
-    """Torque per unit of each coefficient (n, dof, c); NaN where the motion is. That of a joint must not depend on
-    its own coefficients, nor on anything measured but the motion."""
+    """Torque per unit of each coefficient (n, dof, c); NaN where the motion is NaN. It must not depend on the
+    coefficients, nor on any measurement but the motion."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signal(Effect):
-    """A distortion of what was measured. Its parameters are searched, not solved for."""
+    """A distortion of the measurement, nonlinear in its parameters."""
 
     parameters: tuple[Quantity, ...]
-    """Per joint, or for the whole robot, each with its `starts`; at zero (all of them) there is no distortion."""
+    """Per joint or for the whole robot, each with its `initial_guesses`. With all at zero there is no distortion."""
     position: Callable[[Floats, Rig, Values], Floats] | None = None
-    """The true position (n, dof), given the measured one."""
+    """Compute the true position (n, dof) from the measured one."""
     rig: Callable[[Rig, Values], Rig] | None = None
-    """The true rig, given the one in the file."""
+    """Compute the true rig from the one in the file."""
     report: Callable[[Floats, EffectInputs, Values], Floats] | None = None
-    """The torque (n, dof) that the rig's map makes of what is reported, given the true torque (n, dof)."""
+    """Compute, from the true torque (n, dof), the torque (n, dof) that the rig's map gives for what is reported."""
     pointwise: bool = True
-    """False where what is reported at an instant depends on the true torque at other instants, as with a delay."""
+    """False if the report at an instant depends on the true torque at other instants, as with a delay."""

@@ -1,4 +1,4 @@
-"""Curves learned from what no effect explains, as an effect: they lower the error while the physics is looked for."""
+"""Nonparametric curves learned from the unexplained residual, in the form of an effect."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,61 +16,61 @@ Multiplier = Literal["one", "direction", "velocity"]
 
 @dataclass(frozen=True)
 class LearnedCurve:
-    """Torque of one joint over one variable: straight lines between knots, level beyond them."""
+    """Torque of one joint as a function of one variable: linear between knots, constant beyond them."""
 
     joint: int
-    """Whose torque it is, from 1."""
+    """Joint that needs the torque, from 1."""
     variable: Variable
     variable_joint: int
-    """Whose variable it is, from 1."""
+    """Joint whose variable it is, from 1."""
     multiplier: Multiplier
-    """What the values are multiplied with: nothing, the direction of the joint's motion, or its velocity."""
+    """Factor of the values: one, the joint's direction of motion, or its velocity."""
     knots: tuple[float, ...]
-    """(k,) rising; [rad, rad/s, rad/s^2, N m or s]."""
+    """(k,) ascending [rad, rad/s, rad/s^2, N m or s]."""
     values: tuple[float, ...]
-    """(k,) [N m], or [N m s/rad] where they are multiplied with the velocity."""
+    """(k,) [N m], or [N m s/rad] if multiplied by the velocity."""
 
-    def variable_values(self, view: EffectInputs) -> Floats:
-        """(n,) the variable."""
+    def variable_values(self, inputs: EffectInputs) -> Floats:
+        """Return the variable (n,)."""
         if self.variable == "time":
-            return view.time
-        where = view.rigid if self.variable == "load" else getattr(view.motion, self.variable)
-        signal: Floats = where[:, self.variable_joint - 1]
-        return signal
+            return inputs.time
+        signals = inputs.rigid if self.variable == "load" else getattr(inputs.motion, self.variable)
+        values: Floats = signals[:, self.variable_joint - 1]
+        return values
 
-    def factor(self, view: EffectInputs) -> Floats:
-        """(n,) what its values are multiplied with."""
-        own = view.motion.velocity[:, self.joint - 1]
+    def factor(self, inputs: EffectInputs) -> Floats:
+        """Return the factor (n,) of the values."""
+        velocity = inputs.motion.velocity[:, self.joint - 1]
         if self.multiplier == "velocity":
-            return own
+            return velocity
         factor: Floats = (
-            view.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(own)
+            inputs.motion.direction[:, self.joint - 1] if self.multiplier == "direction" else np.ones_like(velocity)
         )
         return factor
 
-    def torque(self, view: EffectInputs) -> Floats:
-        """(n,) [N m]."""
-        signal = self.variable_values(view)
-        level = np.interp(np.nan_to_num(signal), self.knots, self.values)
-        torque: Floats = np.where(np.isfinite(signal), level, np.nan) * self.factor(view)
+    def torque(self, inputs: EffectInputs) -> Floats:
+        """Compute the torque (n,) [N m]."""
+        variable = self.variable_values(inputs)
+        level = np.interp(np.nan_to_num(variable), self.knots, self.values)
+        torque: Floats = np.where(np.isfinite(variable), level, np.nan) * self.factor(inputs)
         return torque
 
 
 def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
-    """The `curves` together, as an effect whose coefficient is 1 where they are as they were learned."""
+    """Combine the `curves` in one effect, whose coefficient is 1 for the curves as learned."""
 
-    def columns(view: EffectInputs, shapes: Shapes) -> Floats:
-        torque = np.where(np.isfinite(view.motion.velocity), 0.0, np.nan)
+    def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+        torque = np.where(np.isfinite(inputs.motion.velocity), 0.0, np.nan)
         for curve in curves:
-            torque[:, curve.joint - 1] += curve.torque(view)
+            torque[:, curve.joint - 1] += curve.torque(inputs)
         return torque[:, :, None]
 
     over = ", ".join(sorted({curve.variable for curve in curves}))
     return Additive(
-        sentence=f"A stand-in: curves over {over}, learned from a recording; nothing says what causes them.",
-        symptom="The residual is a smooth curve over that.",
+        sentence=f"Curves over {over}, learned from a recording; their cause is unknown.",
+        symptom="The residual is a smooth function of these variables.",
         causes="not known: no effect of the library explains it",
-        remedy="look for what depends on that; until it is found, the curve takes its place",
+        remedy="look for a cause that depends on these variables; until then, use the learned curve",
         equation="a f(variable), f as learned",
         axis="position" if curves[0].variable == "position" else "velocity",
         coefficients=(Quantity(name="a", unit="1", meaning="share of the learned curve"),),
@@ -79,10 +79,10 @@ def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:
 
 
 def effect_file_text(curves: Sequence[LearnedCurve], about: str) -> str:
-    """The text of an effect file that holds the `curves`."""
-    own = ",\n".join(f"        {curve!r}" for curve in curves)
+    """Return the text of an effect file with the `curves`."""
+    lines = ",\n".join(f"        {curve!r}" for curve in curves)
     return (
-        f'"""Stand-in for an effect that is not known yet: curves learned from {about}."""\n\n'
+        f'"""Curves learned from {about}, in place of an effect that is not known yet."""\n\n'
         "from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect\n\n"
-        f"effect = learned_effect(\n    [\n{own},\n    ]\n)\n"
+        f"effect = learned_effect(\n    [\n{lines},\n    ]\n)\n"
     )

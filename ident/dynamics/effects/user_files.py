@@ -1,4 +1,4 @@
-"""Effects from files of the user: what goes wrong inside of them is said with the file's name, not by a traceback."""
+"""Loads effects from files of the user. Errors inside of them name the file and show no traceback."""
 
 import ast
 from collections.abc import Callable
@@ -18,11 +18,11 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 _Check = Callable[[tuple[Any, ...], Any], str | None]
-"""From arguments and result: what is wrong with the result."""
+"""Returns what is wrong with the result, given arguments and result; None if nothing is."""
 
 
 def from_file(path: Path) -> Effect:
-    """The effect that the Python file `path` describes. It is executed: only for files that the user named.
+    """Load the effect that the Python file `path` describes. It is executed: only for files that the user named.
 
     Raises:
         BadInput: the file is missing, fails, or holds no effect.
@@ -45,27 +45,27 @@ def from_file(path: Path) -> Effect:
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal expected, "
             f"{type(effect).__name__} found; see docs/effects.md"
         )
-    found = validation_error(effect)
-    if found:
-        raise BadInput(f"effect file {path}: {found}; mend the file")
+    problem = validation_error(effect)
+    if problem:
+        raise BadInput(f"effect file {path}: {problem}; mend the file")
     return guarded(effect, path)
 
 
 def guarded(effect: Effect, path: Path) -> Effect:
-    """The `effect` of the file `path`, whose functions raise BadInput for whatever goes wrong in them."""
+    """Return the `effect` of the file `path` with functions that raise BadInput for any error in them."""
 
     def guard(name: str, check: _Check) -> dict[str, Any]:
         function = getattr(effect, name)
         return {name: _guard(path, function, check)} if function else {}
 
-    changed = guard("suggest", _anything)
+    functions = guard("suggest", _accept)
     if isinstance(effect, Additive):
-        changed |= guard(
-            "columns", lambda arguments, result: _columns(arguments[0], result, len(effect.coefficients))
+        functions |= guard(
+            "columns", lambda arguments, result: _check_columns(arguments[0], result, len(effect.coefficients))
         )
     elif isinstance(effect, Signal):
-        changed |= guard("position", _as_the_first) | guard("report", _as_the_first) | guard("rig", _anything)
-    return replace(effect, **changed)
+        functions |= guard("position", _check_shape) | guard("report", _check_shape) | guard("rig", _accept)
+    return replace(effect, **functions)
 
 
 def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[..., Any]:
@@ -73,55 +73,56 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
-        for one in arguments:
-            if isinstance(one, EffectInputs):
-                _freeze(one)
-        own = (one.copy() if isinstance(one, np.ndarray) else one for one in arguments)
+        for argument in arguments:
+            if isinstance(argument, EffectInputs):
+                _freeze(argument)
+        copies = (argument.copy() if isinstance(argument, np.ndarray) else argument for argument in arguments)
         try:
-            result = function(*own)
+            result = function(*copies)
         except (Exception, SystemExit) as error:  # whatever the user's code does
             raise BadInput(f"effect file {path}: {name}: {one_line(error)}; mend the file") from None
-        wrong = check(arguments, result)
-        if wrong:
-            raise BadInput(f"effect file {path}: {name}: {wrong}; mend the file")
+        problem = check(arguments, result)
+        if problem:
+            raise BadInput(f"effect file {path}: {name}: {problem}; mend the file")
         return result
 
     return call
 
 
 def one_line(error: BaseException) -> str:
-    """The `error` in one line."""
+    """Return the type and text of `error` in one line."""
     return " ".join([type(error).__name__, *str(error).split()])
 
 
-def _freeze(view: EffectInputs) -> None:
-    """What one effect changed in place, all others would see changed."""
-    for array in (view.time, *vars(view.motion).values()):
+def _freeze(inputs: EffectInputs) -> None:
+    """Make the arrays read-only: all effects share them."""
+    for array in (inputs.time, *vars(inputs.motion).values()):
         array.flags.writeable = False
 
 
-def _anything(arguments: tuple[Any, ...], result: Any) -> str | None:
+def _accept(arguments: tuple[Any, ...], result: Any) -> str | None:
     return None
 
 
-def _columns(view: EffectInputs, result: Any, coefficients: int) -> str | None:
-    expected = (*view.motion.position.shape, coefficients)
-    wrong = _array(result, expected)
-    if wrong:
-        return wrong
-    known = np.all([np.isfinite(x) for x in vars(view.motion).values()], axis=(0, 2))
+def _check_columns(inputs: EffectInputs, result: Any, coefficients: int) -> str | None:
+    expected = (*inputs.motion.position.shape, coefficients)
+    problem = _array_error(result, expected)
+    if problem:
+        return problem
+    known = np.all([np.isfinite(x) for x in vars(inputs.motion).values()], axis=(0, 2))
     if not np.isfinite(result[known]).all():
         return "finite numbers where the motion is known expected, others found"
     return None
 
 
-def _as_the_first(arguments: tuple[Any, ...], result: Any) -> str | None:
+def _check_shape(arguments: tuple[Any, ...], result: Any) -> str | None:
+    """The result has the shape of the first argument."""
     first: Floats = arguments[0]
-    return _array(result, first.shape)
+    return _array_error(result, first.shape)
 
 
-def _array(result: Any, shape: tuple[int, ...]) -> str | None:
-    found = f"{result.dtype} {result.shape}" if isinstance(result, np.ndarray) else type(result).__name__
+def _array_error(result: Any, shape: tuple[int, ...]) -> str | None:
+    kind = f"{result.dtype} {result.shape}" if isinstance(result, np.ndarray) else type(result).__name__
     if not isinstance(result, np.ndarray) or result.shape != shape or result.dtype.kind not in "fiub":
-        return f"an array of real numbers {shape} expected, {found} found"
+        return f"an array of real numbers {shape} expected, {kind} found"
     return None

@@ -1,4 +1,4 @@
-"""Torque that comes later than what is reported."""
+"""Time delay between reported voltage and torque."""
 
 import numpy as np
 
@@ -7,17 +7,17 @@ from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
 _REACH = 12
-"""Instants to either side from which a value between two is interpolated."""
+"""Half length of the interpolation filter, in samples."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """The torque (n, dof) of delta later is reported now."""
-    shifted = [_ahead(column, delta * view.rate) for column, delta in zip(torque.T, values["delta"], strict=True)]
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Report the torque (n, dof) of delta later."""
+    shifted = [_ahead(column, delta * inputs.rate) for column, delta in zip(torque.T, values["delta"], strict=True)]
     return np.stack(shifted, axis=1)
 
 
 def _ahead(x: Floats, instants: float) -> Floats:
-    """`x` (n,) a number of `instants` later, by a windowed sinc; NaN where that is beyond the ends."""
+    """Advance `x` (n,) by a fractional number of `instants` with a windowed sinc; NaN beyond the ends."""
     if instants == 0:
         return x
     whole = int(np.floor(instants))

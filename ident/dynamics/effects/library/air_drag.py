@@ -1,4 +1,4 @@
-"""Air that the platform has to push aside."""
+"""Air drag of the platform."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """J' |P'| P' (n, dof, 1)."""
-    velocity = view.platform.velocity
+    velocity = inputs.platform.velocity
     force = np.linalg.norm(velocity, axis=1)[:, None] * velocity
-    drag: Floats = np.einsum("nij,ni->nj", view.platform.jacobian, force)[:, :, None]
+    drag: Floats = np.einsum("nij,ni->nj", inputs.platform.jacobian, force)[:, :, None]
     return drag
 
 

@@ -1,4 +1,4 @@
-"""An amplifier that does not answer to small commands."""
+"""Dead band of the amplifier."""
 
 import numpy as np
 
@@ -8,13 +8,13 @@ from ident.dynamics.torque_map import amplifier_unobservable, torque_from_voltag
 from recordings.recording import Floats
 
 _SMOOTH = 0.02
-"""Of the voltage's sign around zero [V]; a step would have no derivative."""
+"""Width of the smoothed sign around zero [V]; a step would have no derivative."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """The command is larger by the dead band than the voltage that gives the torque (n, dof)."""
-    voltage = voltage_from_torque(torque, view.rig.torque)
-    return torque_from_voltage(voltage + values["width"] * np.tanh(voltage / _SMOOTH), view.rig.torque)
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Add the dead band to the voltage that gives the torque (n, dof)."""
+    voltage = voltage_from_torque(torque, inputs.rig.torque)
+    return torque_from_voltage(voltage + values["width"] * np.tanh(voltage / _SMOOTH), inputs.rig.torque)
 
 
 effect = Signal(

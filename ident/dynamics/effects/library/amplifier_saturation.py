@@ -1,4 +1,4 @@
-"""An amplifier that runs out of voltage."""
+"""Voltage saturation of the amplifier."""
 
 import numpy as np
 
@@ -8,20 +8,20 @@ from ident.dynamics.torque_map import amplifier_unobservable, torque_from_voltag
 from recordings.recording import Floats
 
 _NEAR = 0.995
-"""Nearer to the highest voltage than this share, the command is anybody's guess."""
+"""Share of the highest voltage above which the command is not invertible."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """The command u of which u / (1 + |u inverse_level|^n)^(1/n) is the voltage that gives the torque (n, dof)."""
-    voltage = voltage_from_torque(torque, view.rig.torque)
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Invert v = u / (1 + |u inverse_level|^n)^(1/n) for the command u, where v gives the torque (n, dof)."""
+    voltage = voltage_from_torque(torque, inputs.rig.torque)
     knee = values["n"]
     used = np.minimum(np.abs(voltage * values["inverse_level"]), _NEAR)
-    return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), view.rig.torque)
+    return torque_from_voltage(voltage / (1 - used**knee) ** (1 / knee), inputs.rig.torque)
 
 
-def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
-    """Levels a little above the largest voltage that the model asks for, and knees."""
-    largest = float(np.nanmax(np.abs(voltage_from_torque(view.rigid, view.rig.torque))))
+def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
+    """Suggest levels around the largest voltage of the model, each with several knees."""
+    largest = float(np.nanmax(np.abs(voltage_from_torque(inputs.rigid, inputs.rig.torque))))
     return [
         {"inverse_level": use / largest, "n": knee} for use in (0.6, 0.8, 0.95, 1.1, 1.3) for knee in (3.0, 6.0, 12.0)
     ]

@@ -1,4 +1,4 @@
-"""An arm whose centre of mass lies beside the line from shoulder to elbow."""
+"""Offset of an arm's centre of mass from the line from shoulder to elbow."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """sin q (n, dof, 1)."""
-    sine: Floats = np.sin(view.motion.position)[:, :, None]
+    sine: Floats = np.sin(inputs.motion.position)[:, :, None]
     return sine
 
 

@@ -1,4 +1,4 @@
-"""An arm that is heavier or lighter than the others."""
+"""Difference of one arm's mass from that of the others."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """cos q (n, dof, 1)."""
-    cosine: Floats = np.cos(view.motion.position)[:, :, None]
+    cosine: Floats = np.cos(inputs.motion.position)[:, :, None]
     return cosine
 
 

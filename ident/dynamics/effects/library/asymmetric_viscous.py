@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """|v| (n, dof, 1)."""
-    size: Floats = np.abs(view.motion.velocity)[:, :, None]
+    size: Floats = np.abs(inputs.motion.velocity)[:, :, None]
     return size
 
 

@@ -1,4 +1,4 @@
-"""The voltage that the turning motor itself makes."""
+"""Back-EMF of the motor in the reported voltage."""
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
@@ -7,14 +7,14 @@ from recordings.recording import Floats
 from recordings.rig import Rig
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """The voltage contains k_e v beyond what the torque (n, dof) takes."""
-    voltage = voltage_from_torque(torque, view.rig.torque) + values["k_e"] * view.motion.velocity
-    return torque_from_voltage(voltage, view.rig.torque)
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Add k_e v to the voltage that gives the torque (n, dof)."""
+    voltage = voltage_from_torque(torque, inputs.rig.torque) + values["k_e"] * inputs.motion.velocity
+    return torque_from_voltage(voltage, inputs.rig.torque)
 
 
 def unobservable(rig: Rig, torque_measured: bool) -> str | None:
-    """With a linear map it is the same as viscous friction."""
+    """With a linear torque map, back-EMF is indistinguishable from viscous friction."""
     if torque_measured:
         return "The torque itself was recorded, no voltage."
     return "With a linear torque map it is the same as viscous friction." if rig.torque.map == "linear" else None

@@ -1,4 +1,4 @@
-"""Play in the gear."""
+"""Backlash of the gear."""
 
 import numpy as np
 
@@ -6,37 +6,40 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
-_SHARES = np.linspace(0.0, 0.96, 49)
-"""Of the motors in a joint's own inertia, that are tried."""
-_HALVES = np.geomspace(3e-5, 0.04, 61)
-"""Of the gap, that are tried [rad or m]."""
+_MOTOR_SHARES = np.linspace(0.0, 0.96, 49)
+"""Grid of the motor's share of a joint's own inertia."""
+_HALF_GAPS = np.geomspace(3e-5, 0.04, 61)
+"""Grid of half the gap [rad or m]."""
 _BEST = 4
+"""Number of suggestions."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """What the motors give instead of `torque` (n, dof) if the arms can move by +-b against them."""
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Compute the motor torque (n, dof), given `torque` without backlash, if arms move by +-b against the motors."""
     share = float(values["motor"][0])
-    half = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
-    if not (half > 0).any():
+    half_gap = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
+    if not (half_gap > 0).any():
         return torque
-    view = view.low_passed()
-    changed = view.flexible_joints(share).backlash_torque(view.motion, half) - view.arm_torque(share)
+    inputs = inputs.low_passed()
+    changed = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap) - inputs.arm_torque(share)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 
-def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
-    """The best of many shares of the motors' inertia, each with the best width of every joint's gap.
+def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
+    """Suggest the best motor shares of a grid, each with the best gap of every joint.
 
-    When the load of the gear changes its side, and so when the arm flies, depends on that share: the landscape is
-    full of valleys.
+    The motor share determines when the load of the gear changes its sign, and so when the teeth separate. The cost
+    has many local minima over it.
     """
-    own = view.motor_inertia(1.0)
-    falls = view.flexible_joints(0.0).cost_reductions(view.motion, own, residual, _SHARES, _HALVES)
-    fall = np.maximum(falls.max(axis=1), 0.0).sum(axis=1)
-    around = np.pad(fall, 1)
-    peaks = np.flatnonzero((fall > 0) & (fall >= around[:-2]) & (fall >= around[2:]))
-    best = sorted(peaks, key=lambda s: -fall[s])[:_BEST]
-    return [{"b": _HALVES[falls[s].argmax(axis=0)], "motor": _SHARES[s]} for s in best]
+    joint_inertia = inputs.motor_inertia(1.0)
+    reductions = inputs.flexible_joints(0.0).cost_reductions(
+        inputs.motion, joint_inertia, residual, _MOTOR_SHARES, _HALF_GAPS
+    )
+    total = np.maximum(reductions.max(axis=1), 0.0).sum(axis=1)
+    padded = np.pad(total, 1)
+    peaks = np.flatnonzero((total > 0) & (total >= padded[:-2]) & (total >= padded[2:]))
+    best = sorted(peaks, key=lambda s: -total[s])[:_BEST]
+    return [{"b": _HALF_GAPS[reductions[s].argmax(axis=0)], "motor": _MOTOR_SHARES[s]} for s in best]
 
 
 effect = Signal(

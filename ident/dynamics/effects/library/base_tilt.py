@@ -1,4 +1,4 @@
-"""A base that does not stand level."""
+"""Tilt of the robot's base."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
-    """Torque per horizontal gravity along x and y (n, dof, 2), on platform, arms and, where it is known, forearms."""
-    mass, moment = view.parameters["m_p"], view.parameters["T_g"] / GRAVITY
-    platform = -mass * view.platform.jacobian[:, :2]
-    # An arm's centre of mass moves by -sin q along its limb's direction when the arm turns.
-    along = np.stack([np.cos(view.rig.geometry.phi), np.sin(view.rig.geometry.phi)])
-    arms = moment * np.sin(view.motion.position)[:, None, :] * along
-    forearms = view.parameters["m_d"] * rods.horizontal_gravity_torque(view.rig.geometry, view.motion)
-    both: Floats = (platform + arms + forearms).swapaxes(1, 2)
-    return both
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    """Torque (n, dof, 2) per horizontal gravity along x and y: of platform, arms, and rods of known mass."""
+    mass, moment = inputs.parameters["m_p"], inputs.parameters["T_g"] / GRAVITY
+    platform = -mass * inputs.platform.jacobian[:, :2]
+    # An arm that turns by dq moves its centre of mass by -sin q dq along its limb's direction.
+    along = np.stack([np.cos(inputs.rig.geometry.phi), np.sin(inputs.rig.geometry.phi)])
+    arms = moment * np.sin(inputs.motion.position)[:, None, :] * along
+    of_rods = inputs.parameters["m_d"] * rods.horizontal_gravity_torque(inputs.rig.geometry, inputs.motion)
+    torque: Floats = (platform + arms + of_rods).swapaxes(1, 2)
+    return torque
 
 
 effect = Additive(

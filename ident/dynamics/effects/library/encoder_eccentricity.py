@@ -1,4 +1,4 @@
-"""An encoder disc that does not run true."""
+"""Eccentricity of an encoder disc."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ _ITERATIONS = 3
 
 
 def position(measured: Floats, rig: Rig, values: Values) -> Floats:
-    """The angle (n, dof) that reads as `measured`: q + a sin N q + b cos N q = measured."""
+    """Solve q + a sin N q + b cos N q = measured for the true angle q (n, dof), by Newton's method."""
     a, b, N = values["a"], values["b"], values["N"]
     true = measured
     for _ in range(_ITERATIONS):
@@ -56,6 +56,6 @@ effect = Signal(
             searched=False,
         ),
     ),
-    suggest=lambda view, residual: [{"N": gear} for gear in sorted({drive.gear for drive in view.rig.drives})],
+    suggest=lambda inputs, residual: [{"N": gear} for gear in sorted({drive.gear for drive in inputs.rig.drives})],
     position=position,
 )

@@ -1,4 +1,4 @@
-"""An encoder whose zero is not where the rig file says."""
+"""Offset of the encoder's zero from that of the rig file."""
 
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
@@ -6,7 +6,7 @@ from recordings.rig import Rig
 
 
 def position(measured: Floats, rig: Rig, values: Values) -> Floats:
-    """The true angle (n, dof): what is read too much is taken off."""
+    """Subtract the offset from the measured angle (n, dof)."""
     true: Floats = measured - values["c"]
     return true
 

@@ -1,14 +1,14 @@
-"""A robot that does not have the lengths of its rig file."""
+"""Errors of the lengths in the rig file."""
 
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.rig import Rig
 
 LENGTHS = ("L1", "L2", "R")
-"""Of the base's and the platform's radius, only the difference matters."""
+"""Of the radii of base and platform only the difference matters, so that only R is changed."""
 
 
 def true_rig(rig: Rig, values: Values) -> Rig:
-    """`rig` with one length changed."""
+    """Return `rig` with one length changed."""
     name, error = LENGTHS[round(float(values["which"][0]))], float(values["e"][0])
     geometry = rig.geometry.model_copy(update={name: getattr(rig.geometry, name) + error})
     return rig.model_copy(update={"geometry": geometry})

@@ -1,4 +1,4 @@
-"""A gear that gives way, between the motor with the encoder and the arm."""
+"""Elasticity of the gear between the motor, which has the encoder, and the arm."""
 
 import numpy as np
 
@@ -6,22 +6,26 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
-_BEYOND = 1.5
-"""Of arms that swing so many times faster than the bandwidth of the analysis, noise is all that would be seen."""
+_FILTER_ABOVE = 1.5
+"""Natural frequency, as a multiple of the analysis bandwidth, above which the motion is fully low-passed: there, the
+spring would amplify nothing but noise."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """What the motors give instead of `torque` (n, dof) if the arms hang on springs: the springs' torque.
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Compute the motor torque (n, dof), given `torque` of stiff joints, if springs connect motors and arms.
 
-    With the twist x = motor's angle - arm's angle, damping x' + stiffness x = torque of the arms as they then move.
+    The springs pass it on: damping x' + stiffness x = torque of the moving arms, with the twist x = motor angle - arm
+    angle.
     """
-    share, ratio, compliance = float(values["motor"][0]), float(values["damping"][0]), values["compliance"]
+    share, damping_ratio, compliance = float(values["motor"][0]), float(values["damping"][0]), values["compliance"]
     if not (compliance > 0).any():
         return torque
-    arms = view.flexible_joints(share)
-    slowest = arms.natural_frequencies(view.motion, compliance).min(initial=np.inf) / (2 * np.pi * view.bandwidth)
-    view = view.low_passed(float(np.clip((slowest - 1) / (_BEYOND - 1), 0.0, 1.0)))
-    changed = arms.elastic_torque(view.motion, compliance, ratio) - view.arm_torque(share)
+    joints = inputs.flexible_joints(share)
+    slowest = joints.natural_frequencies(inputs.motion, compliance).min(initial=np.inf) / (
+        2 * np.pi * inputs.bandwidth
+    )
+    inputs = inputs.low_passed(float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0)))
+    changed = joints.elastic_torque(inputs.motion, compliance, damping_ratio) - inputs.arm_torque(share)
     return torque + np.where(np.isfinite(changed), changed, 0.0)
 
 

@@ -1,4 +1,4 @@
-"""A spring that pulls the joint towards an angle."""
+"""Spring torque at a joint."""
 
 import numpy as np
 
@@ -7,11 +7,11 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """The angle and one (n, dof, 2)."""
-    position = view.motion.position
-    both: Floats = np.stack([position, np.where(np.isfinite(position), 1.0, np.nan)], axis=2)
-    return both
+    position = inputs.motion.position
+    pair: Floats = np.stack([position, np.where(np.isfinite(position), 1.0, np.nan)], axis=2)
+    return pair
 
 
 effect = Additive(

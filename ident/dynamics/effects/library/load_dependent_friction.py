@@ -1,4 +1,4 @@
-"""Friction that grows with the torque that the gear passes on."""
+"""Friction proportional to the torque that the gear transmits."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """|torque of the rigid model| sgn v (n, dof, 1)."""
-    lost: Floats = (np.abs(view.rigid) * view.motion.direction)[:, :, None]
+    lost: Floats = (np.abs(inputs.rigid) * inputs.motion.direction)[:, :, None]
     return lost
 
 

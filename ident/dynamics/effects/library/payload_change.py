@@ -1,4 +1,4 @@
-"""A load that is picked up, or lost, during the run."""
+"""Payload that is picked up or lost during the run."""
 
 import numpy as np
 
@@ -7,70 +7,70 @@ from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity, Shape
 from recordings.recording import Floats, Ints
 
 _COARSE = 100
-"""Instants between which stretches are tried."""
-_TURNS = 3
-"""Times that its beginning and its end are then sought anew, each among all instants."""
-_LEAST = 0.01
-"""Share of the run that a change is taken to last at least, and to leave."""
-_QUICK = 0.02
-"""What a change is taken to last at first [s]."""
+"""Number of instants in the coarse grid of beginnings and ends."""
+_ITERATIONS = 3
+"""Number of alternating refinements of beginning and end, each among all instants."""
+_MIN_SHARE = 0.01
+"""Smallest share of the run with the payload, and without it."""
+_TRANSITION = 0.02
+"""Initial guess of the transition time [s]."""
 _TINY = 1e-30
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
-    """Torque that 1 kg at the platform takes while it is there (n, dof, 1)."""
-    # Over an instant's time at least, so that a fit sees where the beginning should move to.
-    length = np.hypot(shapes["t_r"], 1 / view.rate)
-    since, until = (np.clip((view.time - shapes[name]) / length + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
-    torque: Floats = ((since - until)[:, None] * _per_mass(view))[:, :, None]
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    """Torque (n, dof, 1) of 1 kg at the platform while it is there."""
+    # At least one sample long, so that the derivative by the instants does not vanish.
+    length = np.hypot(shapes["t_r"], 1 / inputs.rate)
+    since, until = (np.clip((inputs.time - shapes[name]) / length + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
+    torque: Floats = ((since - until)[:, None] * _per_mass(inputs))[:, :, None]
     return torque
 
 
-def suggest(view: EffectInputs, residual: Floats) -> list[dict[str, float]]:
-    """The instant from which on, and the stretch in which, a change of mass would explain most of the `residual`."""
-    per_mass = _per_mass(view)
+def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
+    """Suggest the step and the interval of added mass that explain most of the `residual` (n, dof)."""
+    per_mass = _per_mass(inputs)
     known = np.isfinite(residual) & np.isfinite(per_mass)
-    # Up to each instant (n + 1,): what a mass would explain together with the residual, and its own squares.
-    gain, weight = (
-        np.concatenate([[0.0], np.where(known, one, 0.0).sum(axis=1).cumsum()])
-        for one in (residual * per_mass, per_mass**2)
+    # Cumulative sums up to each instant (n + 1,).
+    product, square = (
+        np.concatenate([[0.0], np.where(known, signal, 0.0).sum(axis=1).cumsum()])
+        for signal in (residual * per_mass, per_mass**2)
     )
-    end = len(view.time)
-    every = np.arange(end + 1)
-    for_good = int(np.argmax(_falls(gain, weight, every, end)))
+    end = len(inputs.time)
+    instants = np.arange(end + 1)
+    step = int(np.argmax(_cost_reductions(product, square, instants, end)))
     coarse = np.unique(np.linspace(0, end, _COARSE).astype(int))
     first, second = (coarse[i] for i in np.triu_indices(len(coarse), 1))
-    best = np.argmax(_falls(gain, weight, first, second))
+    best = np.argmax(_cost_reductions(product, square, first, second))
     start, stop = int(first[best]), int(second[best])
-    for _ in range(_TURNS):
-        start = int(np.argmax(_falls(gain, weight, every[: stop + 1], stop)))
-        stop = start + int(np.argmax(_falls(gain, weight, start, every[start:])))
-    inside = _LEAST * weight[-1] < weight[start] and weight[stop] < (1 - _LEAST) * weight[-1]
-    found = [(for_good, end), (start, stop)] if inside else [(for_good, end)]
-    half = 0.5 / view.rate  # what is there at an instant was added since the one before
+    for _ in range(_ITERATIONS):
+        start = int(np.argmax(_cost_reductions(product, square, instants[: stop + 1], stop)))
+        stop = start + int(np.argmax(_cost_reductions(product, square, start, instants[start:])))
+    inside = _MIN_SHARE * square[-1] < square[start] and square[stop] < (1 - _MIN_SHARE) * square[-1]
+    intervals = [(step, end), (start, stop)] if inside else [(step, end)]
+    half = 0.5 / inputs.rate  # the change happened between this instant and the one before
     return [
         {
-            "t_c": float(view.time[i]) - half,
-            "t_e": float(view.time[j]) - half if j < end else INFINITE_TIME,
-            "t_r": _QUICK,
+            "t_c": float(inputs.time[i]) - half,
+            "t_e": float(inputs.time[j]) - half if j < end else INFINITE_TIME,
+            "t_r": _TRANSITION,
         }
-        for i, j in found
+        for i, j in intervals
         if i < end
     ]
 
 
-def _falls(gain: Floats, weight: Floats, first: Ints | int, second: Ints | int) -> Floats:
-    """Fall of the sum of squares by a mass from `first` to `second`, beyond what a constant one explains."""
-    share = (weight[second] - weight[first]) / max(weight[-1], _TINY)
-    part = gain[second] - gain[first] - share * gain[-1]
-    falls: Floats = part**2 / np.maximum(weight[-1] * share * (1 - share), _LEAST * weight[-1] + _TINY)
-    return falls
+def _cost_reductions(product: Floats, square: Floats, first: Ints | int, second: Ints | int) -> Floats:
+    """Reduction of the sum of squares by a mass from `first` to `second`, beyond that by a constant mass."""
+    share = (square[second] - square[first]) / max(square[-1], _TINY)
+    excess = product[second] - product[first] - share * product[-1]
+    reductions: Floats = excess**2 / np.maximum(square[-1] * share * (1 - share), _MIN_SHARE * square[-1] + _TINY)
+    return reductions
 
 
-def _per_mass(view: EffectInputs) -> Floats:
+def _per_mass(inputs: EffectInputs) -> Floats:
     """J' (P'' - g) (n, dof)."""
-    lifted = view.platform.acceleration + np.array([0.0, 0.0, GRAVITY])
-    torque: Floats = np.einsum("nij,ni->nj", view.platform.jacobian, lifted)
+    lifted = inputs.platform.acceleration + np.array([0.0, 0.0, GRAVITY])
+    torque: Floats = np.einsum("nij,ni->nj", inputs.platform.jacobian, lifted)
     return torque
 
 

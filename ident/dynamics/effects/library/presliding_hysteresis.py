@@ -1,4 +1,4 @@
-"""Dry friction that builds up as the joint starts to move."""
+"""Presliding: dry friction that builds up over a small displacement (Dahl's model)."""
 
 import numpy as np
 
@@ -8,29 +8,29 @@ from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
-    """z / z_s - sgn v (n, dof, 1), of bristles that bend by z."""
-    motion = view.motion
-    bent = compiled(_bent)(np.ascontiguousarray(motion.position), shapes["z_s"])
-    difference: Floats = (bent - motion.direction)[:, :, None]
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    """z / z_s - sgn v (n, dof, 1), with the bristle deflection z."""
+    motion = inputs.motion
+    deflection = compiled(_deflection)(np.ascontiguousarray(motion.position), shapes["z_s"])
+    difference: Floats = (deflection - motion.direction)[:, :, None]
     return difference
 
 
-def _bent(position: Floats, z_s: float) -> Floats:
-    """z / z_s (n, dof) along `position` (n, dof): dz = dq - |dq| z / z_s, exact for each step; NaN in gaps."""
+def _deflection(position: Floats, z_s: float) -> Floats:
+    """Integrate dz = dq - |dq| z / z_s exactly along `position` (n, dof) to z / z_s (n, dof); NaN in gaps."""
     result = np.full(position.shape, np.nan)
     for joint in range(position.shape[1]):
-        bent, last = 0.0, np.nan
+        deflection, last = 0.0, np.nan
         for k in range(position.shape[0]):
             q = position[k, joint]
             if np.isnan(q):
                 continue
             if not np.isnan(last):
                 step = q - last
-                kept = np.exp(-abs(step) / z_s)
-                bent = bent * kept + np.sign(step) * (1 - kept)
+                decay = np.exp(-abs(step) / z_s)
+                deflection = deflection * decay + np.sign(step) * (1 - decay)
             last = q
-            result[k, joint] = bent
+            result[k, joint] = deflection
     return result
 
 

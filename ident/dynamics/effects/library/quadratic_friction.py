@@ -1,4 +1,4 @@
-"""Drag that grows with the square of the speed."""
+"""Friction that grows with the square of the speed."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """v |v| (n, dof, 1)."""
-    velocity = view.motion.velocity
+    velocity = inputs.motion.velocity
     square: Floats = (velocity * np.abs(velocity))[:, :, None]
     return square
 

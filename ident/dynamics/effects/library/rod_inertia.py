@@ -1,4 +1,4 @@
-"""Forearms of uniform mass, where the base model has their mass in lumps at platform and arms."""
+"""Inertia of uniform rods (forearms), whose mass the base model lumps at platform and arms."""
 
 from ident.dynamics import rods
 from ident.dynamics.effect_inputs import EffectInputs
@@ -6,9 +6,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
-    """Torque that moves and lifts one uniform rod of 1 kg in each limb (n, dof, 1)."""
-    return rods.torque(view.rig.geometry, view.motion)[:, :, None]
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
+    """Torque (n, dof, 1) that moves and lifts one uniform rod of 1 kg in each limb."""
+    return rods.torque(inputs.rig.geometry, inputs.motion)[:, :, None]
 
 
 effect = Additive(

@@ -1,4 +1,4 @@
-"""Dry friction that is higher at low speed."""
+"""Stribeck friction: dry friction that is higher at low speed."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """exp(-(v / v_s)^2) sgn v (n, dof, 1)."""
-    bump: Floats = np.exp(-((view.motion.velocity / shapes["v_s"]) ** 2)) * view.motion.direction
+    bump: Floats = np.exp(-((inputs.motion.velocity / shapes["v_s"]) ** 2)) * inputs.motion.direction
     return bump[:, :, None]
 
 

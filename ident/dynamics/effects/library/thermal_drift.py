@@ -1,4 +1,4 @@
-"""Friction that fades, or grows, during the run."""
+"""Friction that decreases or increases during the run, as with temperature."""
 
 import numpy as np
 
@@ -7,13 +7,13 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """v exp(-t / T) and sgn v exp(-t / T) (n, dof, 2)."""
-    fading = np.exp(-view.time / shapes["T"])[:, None]
+    fading = np.exp(-inputs.time / shapes["T"])[:, None]
     if shapes["T"] < 0:  # grows towards 1 at the end, whatever the length of the run
         fading = fading / fading.max()
-    both: Floats = np.stack([view.motion.velocity * fading, view.motion.direction * fading], axis=2)
-    return both
+    pair: Floats = np.stack([inputs.motion.velocity * fading, inputs.motion.direction * fading], axis=2)
+    return pair
 
 
 effect = Additive(

@@ -1,12 +1,12 @@
-"""A motor that gives more or less torque per volt than its rig file says."""
+"""Error of the torque gain in the rig file."""
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Quantity, Signal, Values
 from recordings.recording import Floats
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """A torque (n, dof) that is (1 + e) times what the map says is reported as that much less."""
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Divide the torque (n, dof) by 1 + e: the map of the rig file knows nothing of e."""
     reported: Floats = torque / (1 + values["e"])
     return reported
 

@@ -1,4 +1,4 @@
-"""A torque map that is bent differently."""
+"""Exponent of the torque map that differs from the rig file's."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from ident.dynamics.effects.base import Quantity, Signal, Values
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings.recording import Floats
 
-_LEAST = 0.1
-"""The exponent is positive."""
+_MIN_EXPONENT = 0.1
+"""Smallest exponent."""
 
 
-def report(torque: Floats, view: EffectInputs, values: Values) -> Floats:
-    """True torque (n, dof) is gain |v|^p sgn v; what the rig's map makes of that v."""
-    usual = 2.0 if view.rig.torque.map == "square" else 1.0
-    exponent = np.maximum(usual + values["excess"], _LEAST)
-    voltage = np.sign(torque) * np.abs(torque / np.array(view.rig.torque.gain)) ** (1 / exponent)
-    return torque_from_voltage(voltage, view.rig.torque)
+def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
+    """Invert torque = gain |v|^p sgn v for the voltage v, and apply the rig's torque map to it (n, dof)."""
+    nominal = 2.0 if inputs.rig.torque.map == "square" else 1.0
+    exponent = np.maximum(nominal + values["excess"], _MIN_EXPONENT)
+    voltage = np.sign(torque) * np.abs(torque / np.array(inputs.rig.torque.gain)) ** (1 / exponent)
+    return torque_from_voltage(voltage, inputs.rig.torque)
 
 
 effect = Signal(

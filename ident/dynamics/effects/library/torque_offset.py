@@ -1,4 +1,4 @@
-"""A constant torque; the same thing as Coulomb friction whose level differs by direction."""
+"""Constant torque; equivalent to Coulomb friction that differs between the directions."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """One everywhere (n, dof, 1)."""
-    ones: Floats = np.where(np.isfinite(view.motion.velocity), 1.0, np.nan)[:, :, None]
+    ones: Floats = np.where(np.isfinite(inputs.motion.velocity), 1.0, np.nan)[:, :, None]
     return ones
 
 
