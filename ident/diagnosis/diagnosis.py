@@ -21,7 +21,7 @@ from ident.diagnosis.stepwise_selection import Selector
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
-from ident.identification.model import Model
+from ident.identification.model import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -63,7 +63,7 @@ class DiagnosisInputs:
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
 
     def initial_model(
-        self, library: Mapping[str, Effect], model: Model | None = None
+        self, library: Mapping[str, Effect], model: ModelFile | None = None
     ) -> tuple[ModelStructure, Floats]:
         """The structure and initial parameters (K,) of `model`, or of the mechanism without effects.
 
@@ -102,7 +102,7 @@ def diagnose(
     library: Mapping[str, Effect],
     options: DiagnosisOptions,
     progress: StatusCallback = lambda text: None,
-    initial_model: Model | None = None,
+    initial_model: ModelFile | None = None,
 ) -> Diagnosis:
     """Find the effects of the `library` that the base model lacks in the recordings `files`.
 

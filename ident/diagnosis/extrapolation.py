@@ -65,8 +65,8 @@ def extrapolation_warnings(split: SplitData, model: FittedModel, floor: NoiseFlo
         numbers, smallest = ", ".join(str(joint) for joint, _ in joints), min(share for _, share in joints)
         yield (
             f"Joint{'s' if len(joints) > 1 else ''} {numbers}: {smallest:.0%} of the held-out error above the "
-            f"noise floor is where {text}. Effects that occur only there cannot be identified from the training data: train "
-            "on a motion that goes there, too."
+            f"noise floor is where {text}. Effects that occur only there cannot be identified from the training "
+            "data: train on a motion that goes there, too."
         )
 
 

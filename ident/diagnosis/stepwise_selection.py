@@ -131,7 +131,7 @@ class Selector:
         return self.improvement(model, model).remaining
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
-        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and the first steps."""
+        """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
         base = self.search.fit(structure, x)
         steps = [SelectionStep(None, base, None)]
         return self._with_mandatory_effects(base, steps), steps

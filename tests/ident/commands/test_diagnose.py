@@ -1,0 +1,234 @@
+"""`ident diagnose` finds and names the hidden effects of an independently written simulator, and nothing else."""
+
+import json
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from ident.cli import program
+from recordings.errors import BadInput
+from tests.foreign.pairs import TRAIN, VALIDATE, Setting, make
+
+pytestmark = pytest.mark.slow
+Hide = Callable[..., Path]
+
+
+@pytest.fixture(scope="module")
+def hide(tmp_path_factory: pytest.TempPathFactory) -> Hide:
+    folders: dict[Any, Path] = {}
+
+    def folder(effects: Sequence[str], size: float = 0.03, seed: int = 1, robot: str = "default") -> Path:
+        key = (*effects, size, seed, robot)
+        if key not in folders:
+            folders[key] = tmp_path_factory.mktemp("hidden")
+            make(folders[key], effects, [size] * len(effects), seed, Setting(robot=robot))  # type: ignore[arg-type]
+        return folders[key]
+
+    return folder
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
+
+
+def diagnose(folder: Path, *options: object, validate: bool = True) -> dict[str, Any]:
+    held_out = ["--validate", folder / VALIDATE] if validate else []
+    result = run("diagnose", folder / TRAIN, *held_out, "--json", "--force", *options)
+    assert result.exit_code == 0, result.output
+    document: dict[str, Any] = json.loads(result.stdout)
+    return document
+
+
+def new_effects(document: dict[str, Any]) -> list[str]:
+    return [finding["effect"] for finding in document["findings"] if finding["effect"] != "rod_inertia"]
+
+
+@pytest.mark.parametrize("robot", ["default", "light", "heavy"])
+def test_model_without_hidden_effect_is_adequate(hide: Hide, robot: str) -> None:
+    document = diagnose(hide([], robot=robot))
+    assert document["verdict"] == "adequate"
+    assert new_effects(document) == []
+    last = document["rungs"][-1]
+    assert (np.array(last["validate_rms"]) < 1.15 * np.array(document["noise_rms"])).all()
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        "quadratic_friction",
+        "presliding_hysteresis",
+        "cogging",
+        "base_tilt",
+        "actuation_delay",
+        "geometry_error",
+        "torque_gain_mismatch",
+        "encoder_zero_offset",
+    ],
+)
+def test_hidden_effect_is_named_first(hide: Hide, effect: str) -> None:
+    document = diagnose(hide([effect]))
+    assert document["verdict"] == "missing-effect"
+    first = next(finding for finding in document["findings"] if finding["effect"] != "rod_inertia")
+    assert effect == first["effect"] or effect in first["confusable_with"]
+    assert len(first["confusable_with"]) <= 4
+    assert first["gain_ci95"][0] <= first["gain"] <= first["gain_ci95"][1]
+    before, after = (np.array(document["rungs"][i]["validate_rms"]) for i in (0, -1))
+    assert (after < before).all()
+
+
+def test_asymmetric_friction_is_not_an_offset(hide: Hide) -> None:
+    assert new_effects(diagnose(hide(["asymmetric_viscous"]))) == ["asymmetric_viscous"]
+
+
+def test_concave_friction_is_not_stribeck(hide: Hide) -> None:
+    document = diagnose(hide(["concave_friction"]))
+    assert "stribeck" not in new_effects(document)
+    assert "stribeck" not in {name for finding in document["findings"] for name in finding["confusable_with"]}
+    assert document["verdict"] == "unknown-structure"
+    assert "velocity" in document["remaining"]["depends_on"]
+
+
+def test_two_effects_are_both_found(hide: Hide) -> None:
+    document = diagnose(hide(["cogging", "quadratic_friction"]))
+    assert {"cogging", "quadratic_friction"} <= set(new_effects(document))
+    assert len(new_effects(document)) <= 3
+
+
+def test_effect_outside_the_library_is_unknown_and_drawn(hide: Hide, tmp_path: Path) -> None:
+    folder, plots = hide(["fan"]), tmp_path / "plots"
+    document = diagnose(folder, "--plots", plots)
+    assert document["verdict"] == "unknown-structure"
+    assert "frequency" in document["remaining"]["depends_on"]
+    assert {"remains.png", "remains_spectrum.png"} <= {path.name for path in plots.iterdir()}
+
+
+def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) -> None:
+    folder, curve = hide(["uneven_grease"]), tmp_path / "curve.py"
+    document = diagnose(folder, "--stand-in", curve, "--plots", tmp_path / "plots")
+    before, stand_in = document["rungs"][-1]["validate_rms"], document["stand_in"]
+    joints = stand_in["joints"]
+    assert all(stand_in["validate_rms"][joint - 1] < 0.5 * before[joint - 1] for joint in joints)
+    assert document["remaining"]["depends_on"] == ["position", "velocity"]
+    assert {"remains.png", "remains_curves.png"} <= {path.name for path in (tmp_path / "plots").iterdir()}
+    assert not (tmp_path / "plots" / "remains_spectrum.png").exists()
+    assert stand_in["gain_ci95"][0] > 0.5
+    curve_options = (
+        "--with",
+        "rod_inertia",
+        "--with",
+        f"curve:{','.join(map(str, joints))}",
+        "--effect-file",
+        curve,
+        "--method",
+        "ls",
+    )
+    model = tmp_path / "m.json"
+    fitted = run(
+        "fit", folder / TRAIN, "--validate", folder / VALIDATE, *curve_options, "-o", model, "--plots", tmp_path / "p"
+    )
+    assert fitted.exit_code == 0, fitted.output
+    scales = [entry for entry in json.loads(model.read_text())["parameters"] if entry["name"].startswith("curve.a")]
+    assert [scale["value"] for scale in scales] == pytest.approx([1.0] * len(joints), abs=0.1)
+
+
+def test_no_curve_is_learned_from_noise(hide: Hide, tmp_path: Path) -> None:
+    curve = tmp_path / "curve.py"
+    document = diagnose(hide([]), "--stand-in", curve, "--plots", tmp_path / "plots")
+    assert document["stand_in"] is None
+    assert not curve.exists()
+
+
+def test_document_has_the_specified_fields(hide: Hide) -> None:
+    document = diagnose(hide(["cogging"]))
+    assert document["schema"] == 1
+    assert {
+        "verdict",
+        "bandwidth_hz",
+        "noise_rms",
+        "rungs",
+        "findings",
+        "rejected",
+        "remaining",
+        "next_motion",
+    } <= set(document)
+    assert document["rungs"][0]["added"] is None
+    for step in document["rungs"]:
+        assert {"added", "effects", "train_rms", "validate_rms", "parameters"} <= set(step)
+        for value in step["parameters"].values():
+            assert {"value", "unit", "ci95"} <= set(value)
+    assert {entry["status"] for entry in document["rejected"]} <= {
+        "not-supported",
+        "not-tested",
+        "not-observable",
+        "absorbed",
+    }
+    named = {entry["effect"] for entry in (*document["findings"], *document["rejected"])}
+    from ident.dynamics.effects.library import names
+
+    assert named == set(names())
+    assert {"effect": "amplifier_deadband", "status": "not-observable"}.items() <= next(
+        entry for entry in document["rejected"] if entry["effect"] == "amplifier_deadband"
+    ).items()
+
+
+def test_phase_segments_are_held_out_without_another_recording(hide: Hide) -> None:
+    document = diagnose(hide(["cogging"]), validate=False)
+    assert "phase segments" in document["held_out"]
+    assert new_effects(document) == ["cogging"]
+    assert document["next_motion"]["command"].startswith("ident design")
+
+
+def test_the_recommended_motion_can_be_designed(hide: Hide, tmp_path: Path) -> None:
+    document = diagnose(hide(["arm_mass_mismatch"], size=0.01), validate=False)
+    (finding,) = (finding for finding in document["findings"] if finding["effect"] != "rod_inertia")
+    assert finding["confusable_with"]
+    command = shlex.split(document["next_motion"]["command"])
+    assert command[0] == "ident"
+    assert command[-2:] == ["-o", "next.toml"]
+    result = run(*command[1:-1], tmp_path / "next.toml", "--json", "--harmonics", 1)
+    assert result.exit_code == 0, result.output
+    designed = json.loads(result.stdout)
+    assert set(designed["after"]["told_apart"]) == {finding["effect"], *finding["confusable_with"]}
+    assert (tmp_path / "next.toml").exists()
+
+
+def test_applied_model_predicts_as_well_from_its_file(hide: Hide, tmp_path: Path) -> None:
+    folder = hide(["presliding_hysteresis"])
+    model = tmp_path / "better.model.json"
+    document = diagnose(folder, "--apply", "-o", model)
+    compared = run("compare", model, folder / VALIDATE, "--json", "--plots", tmp_path / "plots")
+    rms = [joint["rms"] for joint in json.loads(compared.stdout)["joints"]]
+    # compare also scores rows at standstill, which diagnose leaves out.
+    np.testing.assert_allclose(rms, document["rungs"][-1]["validate_rms"], rtol=0.3)
+    again = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--model", model, "--json", "--force")
+    extended = json.loads(again.stdout)
+    assert extended["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
+    assert extended["verdict"] == "adequate"
+    assert all(finding["in_model"] for finding in extended["findings"])
+
+
+def test_tables_and_pictures_are_written(hide: Hide, tmp_path: Path) -> None:
+    folder = hide(["cogging"])
+    shown = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--plots", tmp_path / "d")
+    assert "missing-effect" in shown.stdout
+    assert "Usual causes" in shown.stdout
+    assert {path.name for path in (tmp_path / "d").iterdir()} >= {"ladder.png", "finding_1_rod_inertia.png"}
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--out", "m.json"], "--apply expected"),
+        (["--model", "none.json"], "does not exist"),
+        (["--effect-file", "none.py"], "Python file"),
+    ],
+)
+def test_bad_input_is_refused(hide: Hide, options: list[str], message: str) -> None:
+    result = run("diagnose", hide(["cogging"]) / TRAIN, "--force", *options)
+    assert isinstance(result.exception, BadInput)
+    assert message in str(result.exception)

@@ -1,0 +1,47 @@
+"""The document of a diagnosis on the console and in the report."""
+
+import io
+
+from rich.console import Console
+
+from ident.diagnosis.document import Document, FindingEntry, ParameterValue, Remaining, StepEntry, labels
+from ident.dynamics.effects.base import INFINITE_TIME
+from ident.output.console import diagnosis
+from ident.output.report.sections import parameter_values
+
+ADDED = ParameterValue(value=7.25, unit="s", ci95=None, meaning="when it is added", lower=0.0, upper=INFINITE_TIME)
+REMOVED = ParameterValue(
+    value=INFINITE_TIME, unit="s", ci95=None, meaning="when it is taken off again", lower=None, upper=INFINITE_TIME
+)
+PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
+
+
+def test_infinite_instant_is_printed_as_never() -> None:
+    finding = FindingEntry(
+        effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
+        looks="", causes="", remedy="",
+    )  # fmt: skip
+    step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
+    document = Document(
+        schema=1, verdict="missing-effect", sentence="", bandwidth_hz=30.0, noise_rms=(0.1,), torque_rms=(5.0,),
+        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(step,),
+        findings=(finding,), rejected=(),
+        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
+    )  # fmt: skip
+    output = io.StringIO()
+    diagnosis.show(document, Console(file=output, width=120))
+    assert "payload_change.t_c = 7.25 s  when it is added" in output.getvalue()
+    assert "95 % intervals" in output.getvalue()
+    assert "payload_change.t_e = never  when it is taken off again" in output.getvalue()
+    assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
+    assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
+
+
+def test_label_names_the_effects_added_and_removed() -> None:
+    base, mandatory = (), ("rod_inertia",)
+    assert labels([base, mandatory, (*mandatory, "cogging")]) == ["base model", "+ rod_inertia", "+ cogging"]
+    assert labels([base, (*mandatory, "cogging")]) == ["base model", "+ rod_inertia + cogging"]
+    assert labels([mandatory, (*mandatory, "backlash")]) == ["base model with rod_inertia", "+ backlash"]
+    assert labels([("cogging",), ("cogging", "cogging")])[1] == "+ cogging", "another line of the spectrum"
+    assert labels([("joint_spring",), ("backlash",)])[1] == "+ backlash − joint_spring"
+    assert labels([mandatory, mandatory])[1] == "the same effects, refitted"
