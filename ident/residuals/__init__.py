@@ -1,1 +1,1 @@
-"""Where a model fails: its residual by joint, phase, window, over what it may depend on, and by frequency."""
+"""Analysis of a model's residual: by joint, phase and window, over possible influences, and by frequency."""

@@ -1,4 +1,4 @@
-"""All that is known about where a model fails, gathered, and as JSON."""
+"""Complete analysis of a model's residual, and its JSON document."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import CycleStatistics
-from ident.identification.model import Model
+from ident.identification.model import ModelFile
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
 from ident.residuals.curves import BinnedCurve, binned_curves
@@ -18,28 +18,28 @@ from recordings.recording import Floats
 
 SCHEMA = 1
 WINDOWS = 6
-"""Windows that are shown."""
+"""Number of windows that are shown."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointAnalysis:
-    """One joint, all recordings together."""
+    """Residual analysis of one joint over all recordings."""
 
     unit: str
-    """Of its effort."""
+    """Unit of its effort."""
     summary: phases.JointResidual
     split: CycleStatistics | None
-    """Noise floor and what repeats; None where no motion is repeated."""
+    """Noise floor and repeating part; None if no motion is repeated."""
     curves: tuple[BinnedCurve, ...]
     spectrum: Spectrum
 
 
 @dataclass(frozen=True, eq=False)
 class ResidualAnalysis:
-    """A model against recordings."""
+    """Residual analysis of a model on recordings."""
 
-    model: Model | None
-    """None for one on its way, of which there is no file yet."""
+    model: ModelFile | None
+    """None if the model has not been saved to a file yet."""
     predictions: tuple[Prediction, ...]
     joints: tuple[JointAnalysis, ...]
     windows: tuple[Window, ...]
@@ -47,12 +47,12 @@ class ResidualAnalysis:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """What stands out, in words."""
+        """Sentences on the notable residuals."""
         return phases.sentences([joint.summary for joint in self.joints])
 
 
-def analyse(model: Model | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
-    """Look at the residuals of `predictions`, which are those of `model`."""
+def analyse(model: ModelFile | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
+    """Analyse the residuals of the `predictions` of `model`."""
     datasets = [prediction.dataset for prediction in predictions]
     splits = cycle_statistics.of_residuals(datasets, [prediction.residual for prediction in predictions])
     summaries = phases.joint_residuals(datasets, [prediction.computed for prediction in predictions])
@@ -71,7 +71,7 @@ def analyse(model: Model | None, predictions: Sequence[Prediction]) -> ResidualA
 
 
 def as_json(analysis: ResidualAnalysis) -> dict[str, Any]:
-    """The document that `ident compare --json` prints, as docs/compare.md describes it; its keys are stable."""
+    """Return the document that `ident compare --json` prints, see docs/compare.md; its keys are stable."""
     datasets = [prediction.dataset for prediction in analysis.predictions]
     assert analysis.model is not None
     return {
@@ -111,14 +111,14 @@ def _curve(curve: BinnedCurve) -> dict[str, Any]:
     }
 
 
-def _spectrum(found: Spectrum) -> dict[str, Any]:
-    densities = {"residual": found.residual, "torque": found.torque, "noise": found.noise}
+def _spectrum(spectrum: Spectrum) -> dict[str, Any]:
+    densities = {"residual": spectrum.residual, "torque": spectrum.torque, "noise": spectrum.noise}
     return {
-        "frequency_hz": _numbers(found.frequency),
+        "frequency_hz": _numbers(spectrum.frequency),
         **{name: None if density is None else _numbers(density) for name, density in densities.items()},
     }
 
 
 def _numbers(x: Floats) -> list[float | None]:
-    """JSON knows no NaN."""
+    """Replace NaN by None, because JSON has no NaN."""
     return [float(value) if np.isfinite(value) else None for value in x]

@@ -1,4 +1,4 @@
-"""The residual as a function of what it may depend on: mean and band in bins."""
+"""Residual as a function of possible influences: mean and confidence band in bins."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -14,17 +14,17 @@ AXES: tuple[CurveAxis, ...] = ("velocity", "position", "load", "time", "cycle")
 
 BINS = 24
 MIN_SAMPLES = 10
-"""In a bin; others are left out."""
+"""Bins with fewer samples are omitted."""
 MAX_VISIT = 0.5
-"""A stay in a bin counts as one observation, a longer one as several of this duration [s]."""
+"""A visit of a bin counts as one observation, a longer visit as several of this duration [s]."""
 MIN_VISITS = 2
-"""In a bin, as equal ones; fewer tell nothing of how much visits scatter."""
+"""Minimum effective number of visits of a bin for a confidence interval."""
 LEVEL = 0.95
 
 
 @dataclass(frozen=True, eq=False)
 class BinnedCurve:
-    """Residual of one joint in b bins of one quantity, in ascending order."""
+    """Residual of one joint in b bins of one quantity, in ascending order of the quantity."""
 
     axis: CurveAxis
     unit: str
@@ -33,17 +33,17 @@ class BinnedCurve:
     mean: Floats
     """(b,) mean residual [N m or N]."""
     half_width: Floats
-    """(b,) of its 95 % confidence interval; NaN where the bin was not visited often enough."""
+    """(b,) half width of the 95 % confidence interval of the mean; NaN if the bin has too few visits."""
     rms: Floats
-    """(b,) of the residual [N m or N]."""
+    """(b,) RMS of the residual [N m or N]."""
     samples: Ints
-    """(b,)"""
+    """(b,) number of samples."""
     explained: float
-    """Share of the mean square that the curve of means accounts for, less what chance alone would give: 0 to 1."""
+    """Share of the mean square explained by the bin means, minus the share expected by chance: 0 to 1."""
 
 
 def binned_curves(predictions: Sequence[Prediction], joint: int) -> tuple[BinnedCurve, ...]:
-    """Curves of one joint (0 to dof - 1) over all AXES that there are, all recordings together."""
+    """Curves of one joint (0 to dof - 1) over all available AXES, for all recordings together."""
     return tuple(_curve(axis, predictions, joint) for axis in AXES if axis != "cycle" or _cycles(predictions) > 1)
 
 
@@ -65,14 +65,16 @@ def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> Bi
         "time": "s",
         "cycle": "",
     }[axis]
-    return BinnedCurve(axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0))
+    return BinnedCurve(
+        axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0)
+    )
 
 
 def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
-    """(6, b) of each bin of `values` (m,): centre; mean of the `residual` (m,), its standard error, half the width of
-    its interval; RMS; samples.
+    """Statistics (6, b) of the `residual` (m,) in each bin of `values` (m,); NaN where there is none.
 
-    Rows are those of the `predictions`, one after the other; NaN where there is none.
+    The rows are: centre, mean, its standard error, half width of its interval, RMS, samples. The m samples are those
+    of the `predictions`, one after the other.
     """
     usable = np.isfinite(residual) & np.isfinite(values)
     bins = np.full(len(values), -1)
@@ -84,7 +86,10 @@ def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions:
 
 
 def _values(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
-    """Of each prediction (m,). The load is the computed torque: the measured one contains the residual."""
+    """Yield the quantity (m,) of each prediction.
+
+    The load is the computed torque, because the measured torque contains the residual.
+    """
     cycles = 0
     for prediction in predictions:
         dataset = prediction.dataset
@@ -101,9 +106,9 @@ def _values(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> I
 
 
 def _bins(values: Floats, axis: CurveAxis, period: float) -> Ints:
-    """(n,) number of the bin of each value: equal in width, or one for each cycle.
+    """(n,) number of the bin of each value. Bins are equal in width, or one for each cycle.
 
-    Bins of time are no shorter than the `period` [s] of the motion, which would show in them again.
+    Bins of time are not shorter than the `period` [s] of the motion; otherwise the motion itself would show.
     """
     if axis == "cycle":
         return values.astype(np.int64)
@@ -114,7 +119,7 @@ def _bins(values: Floats, axis: CurveAxis, period: float) -> Ints:
 
 
 def _visits(bins: Ints, predictions: Sequence[Prediction]) -> Ints:
-    """(n,) number of the uninterrupted stay in one bin that a sample belongs to."""
+    """(n,) number of the uninterrupted visit of one bin that a sample belongs to."""
     begins = np.concatenate([[True], np.diff(bins) != 0])
     first = 0
     for prediction in predictions:
@@ -127,10 +132,10 @@ def _visits(bins: Ints, predictions: Sequence[Prediction]) -> Ints:
 
 
 def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, ...]:
-    """Of one bin: centre, mean, standard error and half width of the mean's interval, RMS, samples.
+    """Statistics of one bin: centre, mean, standard error and half width of the mean's interval, RMS, samples.
 
-    Samples within one visit are correlated, so that it is visits that count as observations; visits of unequal length
-    count as fewer equal ones.
+    Samples within one visit are correlated, so visits count as observations. Visits of unequal length count as fewer
+    visits of equal length.
     """
     from scipy.stats import t
 

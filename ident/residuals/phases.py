@@ -1,4 +1,4 @@
-"""Plain words on where a model fails: which joint, and in which phase of its motion."""
+"""Residual by joint and by phase of the motion, described in sentences."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -23,11 +23,11 @@ HINTS = {
 SLOW_SHARE = 0.05
 """A joint is slow below this share of its RMS speed."""
 REVERSAL_PERIODS = 1.5
-"""A reversal is near within so many periods of the analysis bandwidth: so far the low-pass smears it."""
+"""Samples within so many periods of the analysis bandwidth are near a reversal: the low-pass smears it so far."""
 NOTABLE_FACTOR = 1.5
-"""A residual that is larger than elsewhere by this factor is worth a sentence."""
+"""A residual larger than elsewhere by this factor is reported."""
 MIN_TIME_SHARE = 0.02
-"""A phase that takes less of the time than this is not judged."""
+"""A phase with a smaller share of the time is not evaluated."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Phase:
     error_share: float
     """Share of the residual's sum of squares, 0 to 1."""
     times_elsewhere: float
-    """RMS residual in this phase over that in all others; 1 where there are none, or nothing is left in them."""
+    """RMS residual in this phase over that in all others; 1 if there are no others or their residual is zero."""
 
 
 @dataclass(frozen=True)
@@ -54,19 +54,19 @@ class JointResidual:
     share: float
     """RMS residual over RMS torque."""
     phases: Mapping[str, Phase]
-    """By name, those that occur."""
+    """Occurring phases by name."""
 
 
 def fit_sentences(result: Identification) -> tuple[str, ...]:
-    """Sentences on where a fitted model fails: on its validation recording if there is one, else on the training data."""
-    trained = joint_residuals(result.train, [result.fit.torque(dataset) for dataset in result.train])
+    """Describe the residual of a fitted model on the validation data, or on the training data if there is none."""
+    training = joint_residuals(result.train, [result.fit.torque(dataset) for dataset in result.train])
     if result.validation is None:
-        return sentences(trained)
-    return sentences(joint_residuals([result.validation], [result.fit.torque(result.validation)]), trained)
+        return sentences(training)
+    return sentences(joint_residuals([result.validation], [result.fit.torque(result.validation)]), training)
 
 
 def joint_residuals(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[JointResidual, ...]:
-    """The residual of each joint over all `datasets`, given the torque (m, dof) [N m] computed for each."""
+    """Residual of each joint over all `datasets`, given the computed torque (m, dof) [N m] of each data set."""
     residual = np.concatenate([dataset.torque - torque for dataset, torque in zip(datasets, computed, strict=True)])
     torque = np.concatenate([dataset.torque for dataset in datasets])
     phase = np.concatenate([phases(dataset) for dataset in datasets])
@@ -74,7 +74,7 @@ def joint_residuals(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> 
 
 
 def phases(dataset: Dataset) -> NDArray[np.str_]:
-    """(m, dof) phase of each joint's motion: near a reversal, standing still, accelerating, or else cruising."""
+    """(m, dof) phase of each joint's motion: near a reversal, standstill, acceleration, or else cruise."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
     velocity, acceleration = (np.nan_to_num(x) for x in (dataset.motion.velocity, dataset.motion.acceleration))
@@ -94,15 +94,15 @@ def phases(dataset: Dataset) -> NDArray[np.str_]:
 
 
 def sentences(evaluated: Sequence[JointResidual], training: Sequence[JointResidual] = ()) -> tuple[str, ...]:
-    """What stands out in the residuals `judged`, in words; what to look at is a hint, no finding.
+    """Describe the notable residuals among `evaluated`. The suggested causes are hints, not findings.
 
-    `trained` are the residuals of the data that the fit saw, where those judged are of another recording.
+    training: residuals of the training data, if `evaluated` is of another recording.
     """
     shares = ", ".join(f"joint {joint.number} {100 * joint.share:.1f}" for joint in evaluated)
-    standing_out = [*_worst_joint(evaluated), *_worst_phases(evaluated), *_transfer(evaluated, training)]
+    notable = [*_worst_joint(evaluated), *_worst_phases(evaluated), *_transfer(evaluated, training)]
     return (
         f"Residual, in percent of the torque: {shares}.",
-        *(standing_out or ["No joint and no phase of the motion stands out."]),
+        *(notable or ["No joint and no phase of the motion stands out."]),
     )
 
 
@@ -110,13 +110,13 @@ def _worst_joint(joints: Sequence[JointResidual]) -> Iterator[str]:
     worst = max(joints, key=lambda joint: joint.share)
     others = [joint.share for joint in joints if joint is not worst]
     if others and worst.share > NOTABLE_FACTOR * float(np.median(others)):
-        yield f"Joint {worst.number} leaves most: look at what is particular to it."
+        yield f"Joint {worst.number} has the largest residual: look at its differences from the other joints."
 
 
 def _worst_phases(joints: Sequence[JointResidual]) -> Iterator[str]:
     for joint in joints:
-        judged = {name: phase for name, phase in joint.phases.items() if phase.time_share >= MIN_TIME_SHARE}
-        name, phase = max(judged.items(), key=lambda item: item[1].times_elsewhere, default=("", None))
+        evaluated = {name: phase for name, phase in joint.phases.items() if phase.time_share >= MIN_TIME_SHARE}
+        name, phase = max(evaluated.items(), key=lambda item: item[1].times_elsewhere, default=("", None))
         if phase and phase.times_elsewhere > NOTABLE_FACTOR:
             yield (
                 f"Joint {joint.number}: {phase.times_elsewhere:.1f} times larger in phase '{name}' than elsewhere "
@@ -125,12 +125,12 @@ def _worst_phases(joints: Sequence[JointResidual]) -> Iterator[str]:
             )
 
 
-def _transfer(judged: Sequence[JointResidual], trained: Sequence[JointResidual]) -> Iterator[str]:
-    growth = [one.share / other.share for one, other in zip(judged, trained, strict=False) if other.share]
+def _transfer(evaluated: Sequence[JointResidual], training: Sequence[JointResidual]) -> Iterator[str]:
+    growth = [new.share / old.share for new, old in zip(evaluated, training, strict=False) if old.share]
     if growth and float(np.median(growth)) > NOTABLE_FACTOR:
         yield (
-            f"Against the training data the residual has grown {np.median(growth):.1f} times: the parameters do not "
-            "carry over to this motion, as when a physical effect is missing."
+            f"The residual is {np.median(growth):.1f} times that of the training data: the parameters are not valid "
+            "for this motion. A missing physical effect is a possible cause."
         )
 
 

@@ -1,4 +1,4 @@
-"""The residual by frequency, beside the torque it is left of and the noise that no model could explain."""
+"""Power spectral density of the residual, the measured torque and the noise."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -25,26 +25,26 @@ class Spectrum:
     torque: Floats
     """(f,) of the measured torque."""
     noise: Floats | None
-    """(f,) of what does not repeat with the motion; None where nothing repeats."""
+    """(f,) of the part that does not repeat with the motion; None if no motion is repeated."""
 
 
 def spectrum(predictions: Sequence[Prediction], joint: int) -> Spectrum:
-    """Averaged over all stretches without gaps of all recordings, the longer ones counting more."""
+    """Average over all stretches without gaps of all recordings, weighted by their length."""
     dataset = predictions[0].dataset
-    torques = [run for one in predictions for run in _runs(one.dataset.torque[:, joint])]
-    residuals = [run for one in predictions for run in _runs(one.residual[:, joint])]
+    torques = [stretch for prediction in predictions for stretch in _stretches(prediction.dataset.torque[:, joint])]
+    residuals = [stretch for prediction in predictions for stretch in _stretches(prediction.residual[:, joint])]
     noises = list(_noise(predictions, joint))
-    longest = min(max(map(len, runs)) for runs in (torques, residuals, noises) if runs)
+    longest = min(max(map(len, signals)) for signals in (torques, residuals, noises) if signals)
     segment = min(round(dataset.rate / RESOLUTION), longest)
     frequency = np.arange(segment // 2 + 1) * dataset.rate / segment
     shown = frequency <= dataset.bandwidth
-    residual, torque = (_mean_density(runs, dataset.rate, segment)[shown] for runs in (residuals, torques))
+    residual, torque = (_mean_density(signals, dataset.rate, segment)[shown] for signals in (residuals, torques))
     noise = _mean_density(noises, dataset.rate, segment)[shown] if noises else None
     return Spectrum(frequency[shown], residual, torque, noise)
 
 
 def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
-    """What differs between repetitions, without gaps, scaled to the noise of a single one."""
+    """Yield the differences between repetitions without gaps, scaled to the noise of a single repetition."""
     for prediction in predictions:
         table = cycle_statistics.by_cycle(prediction.dataset, prediction.residual[:, [joint]])[:, :, 0]
         known = np.isfinite(table).sum(axis=0)
@@ -54,17 +54,19 @@ def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
             mean = np.nansum(table, axis=0) / np.where(known > 1, known, np.nan)
             deviation = (table - mean) * np.sqrt(known / (known - 1))
         for cycle in deviation:
-            yield from _runs(cycle)
+            yield from _stretches(cycle)
 
 
-def _runs(x: Floats) -> list[Floats]:
-    """The stretches of `x` (m,) without gaps."""
+def _stretches(x: Floats) -> list[Floats]:
+    """Stretches of `x` (m,) without gaps."""
     return [x[stretch] for stretch in contiguous_slices(np.isfinite(x))]
 
 
-def _mean_density(runs: Sequence[Floats], rate: float, segment: int) -> Floats:
+def _mean_density(signals: Sequence[Floats], rate: float, segment: int) -> Floats:
     from scipy.signal import welch
 
-    long_enough = [run for run in runs if len(run) >= segment]
-    densities = [welch(run, rate, nperseg=segment, detrend=False)[1] for run in long_enough]
-    return np.asarray(np.average(densities, axis=0, weights=[len(run) for run in long_enough]), dtype=np.float64)
+    long_enough = [stretch for stretch in signals if len(stretch) >= segment]
+    densities = [welch(stretch, rate, nperseg=segment, detrend=False)[1] for stretch in long_enough]
+    return np.asarray(
+        np.average(densities, axis=0, weights=[len(stretch) for stretch in long_enough]), dtype=np.float64
+    )

@@ -1,4 +1,4 @@
-"""The stretches of a recording in which a model fails most."""
+"""Time windows of a recording with the largest residual."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,49 +12,49 @@ from recordings.recording import Floats
 DURATION = 0.25
 """[s]"""
 MIN_KNOWN_SHARE = 0.8
-"""A window with a smaller share of usable samples is not judged."""
+"""A window with a smaller share of usable samples is not evaluated."""
 
 
 @dataclass(frozen=True)
 class Window:
-    """A stretch of one recording in which the residual of one joint is large."""
+    """A time window of one recording in which the residual of one joint is large."""
 
     recording: str
     joint: int
-    """From 1."""
+    """Numbered from 1."""
     start: float
     end: float
-    """[s] from the recording's first SYNC."""
+    """[s] since the recording's first SYNC."""
     rms: float
     """[N m or N]"""
     mean: float
     """[N m or N]"""
     times_overall: float
-    """RMS in the window over that of the joint in all recordings."""
+    """RMS in the window over the RMS of the joint in all recordings."""
     phase: str
-    """What the joint does most of the time."""
+    """Most frequent phase of the joint's motion in the window."""
     cycle: int | None
-    """Repetition of the motion, from 1."""
+    """Repetition of the motion, numbered from 1."""
 
 
 def worst_windows(predictions: Sequence[Prediction], count: int) -> tuple[Window, ...]:
-    """The `count` windows that stand out most from their joint's RMS, worst first.
+    """Return the `count` windows with the largest RMS relative to their joint's RMS, worst first.
 
-    Those of one joint do not overlap; nor is the same part of a repeated motion named twice.
+    Windows of one joint do not overlap, and no two of them are in the same part of a repeated motion.
     """
     square = np.concatenate([prediction.residual**2 for prediction in predictions])
     overall = np.sqrt(np.nanmean(square, axis=0))
-    found = [
+    windows = [
         window
         for prediction in predictions
         for joint in range(len(overall))
         if overall[joint] > 0
-        for window in _of_joint(prediction, joint, float(overall[joint]), count)
+        for window in _joint_windows(prediction, joint, float(overall[joint]), count)
     ]
-    return tuple(sorted(found, key=lambda window: -window.times_overall)[:count])
+    return tuple(sorted(windows, key=lambda window: -window.times_overall)[:count])
 
 
-def _of_joint(prediction: Prediction, joint: int, overall: float, count: int) -> list[Window]:
+def _joint_windows(prediction: Prediction, joint: int, overall: float, count: int) -> list[Window]:
     dataset, residual = prediction.dataset, prediction.residual[:, joint]
     length = max(1, round(DURATION * dataset.rate))
     rms = _moving_rms(residual, length)
@@ -85,7 +85,7 @@ def _of_joint(prediction: Prediction, joint: int, overall: float, count: int) ->
 
 
 def _moving_rms(residual: Floats, length: int) -> Floats:
-    """(m - length + 1,) RMS of the known samples from each one on; NaN where too few are known."""
+    """(m - length + 1,) RMS of the known samples in the window from each sample on; NaN if too few are known."""
     known = np.isfinite(residual)
     square = np.where(known, residual, 0.0) ** 2
     totals = np.cumsum(np.stack([known, square], axis=1), axis=0)
