@@ -1,12 +1,13 @@
-"""Which low-pass suits a recording, read from the spectra of its position and torque.
+"""Choose the cut-off of the low-pass from the spectra of position and torque.
 
-Differentiating twice amplifies the noise of the position (encoder steps, mostly) with the square of the frequency, so
-its share of the torque, once multiplied by the inertia, grows with the cut-off to the power of 2.5. The cut-off is
+Differentiating twice amplifies the noise of the position (mainly encoder quantization) with the square of the
+frequency. Multiplied by the inertia, its share of the torque grows with the cut-off to the power of 2.5. The cut-off
+is
 
-- as high as is needed to keep most of the torque's own power, and USUAL at least: friction at reversals shows
-  itself over a wide band;
-- no higher than where the propagated noise of the position reaches TOLERATED of the torque;
-- no higher than the rate permits, with room for the filter's edge.
+- high enough to keep most of the torque's power, and at least DEFAULT_CUTOFF, because friction at reversals is
+  broadband;
+- not above the frequency at which the propagated noise of the position reaches MAX_NOISE_SHARE of the torque;
+- not above what the sampling rate permits, including the transition band of the filter.
 """
 
 from collections.abc import Sequence
@@ -24,49 +25,49 @@ from recordings.recording import Floats
 DEFAULT_CUTOFF = 30.0
 """[Hz]"""
 MAX_NOISE_SHARE = 0.02
-"""Noise of the position, propagated to torque, over the torque (both RMS within the band)."""
+"""Maximum of the position noise propagated to torque, relative to the torque (both RMS within the band)."""
 POWER_SHARE = 0.95
-"""Share of the torque's power that is to be kept."""
+"""Share of the torque's power to keep."""
 MIN_CUTOFF = 1.0
 """[Hz]"""
 
 _RESOLUTION = 0.5
-"""Of the spectra [Hz]."""
+"""Resolution of the spectra [Hz]."""
 _EMPTY = 0.35
-"""Above this share of the rate, spectra are taken to hold noise only."""
+"""Above this share of the rate, the spectra are assumed to contain only noise."""
 _CLEAR = 10.0
-"""Where a spectrum is so many times the noise, it is the motion's."""
+"""A spectrum that exceeds the noise by this factor is attributed to the motion."""
 
 Reason = Literal["given", "usual", "signal", "encoder", "rate"]
 
 
 @dataclass(frozen=True)
 class Cutoff:
-    """A low-pass and what decided on it."""
+    """Cut-off of a low-pass and the reason for it."""
 
     hz: float
     reason: Reason
-    """given: the user; usual: nothing speaks against it; signal: the torque reaches beyond that; encoder: the
-    position is too coarse for more; rate: the recording is too slow for more."""
+    """given: by the user; usual: DEFAULT_CUTOFF; signal: raised, as the torque has power above DEFAULT_CUTOFF;
+    encoder: lowered because of position noise; rate: lowered because of the sampling rate."""
 
     def sentence(self) -> str:
-        """In words."""
+        """Describe the choice in words."""
         if self.reason == "given":
             return f"{self.hz:g} Hz, as given"
         why = {
-            "usual": "the usual one; neither encoder nor rate asks for less",
-            "signal": "most of the torque's power lies below",
-            "encoder": "above it the noise of the position would show in the torque",
-            "rate": "the recording's rate permits no more",
+            "usual": "the default; neither encoder noise nor sampling rate requires a lower one",
+            "signal": "most of the torque's power lies below it",
+            "encoder": "above it the position noise would be visible in the torque",
+            "rate": "the sampling rate permits no higher one",
         }
         return f"{self.hz:g} Hz, chosen from the spectra: {why[self.reason]}"
 
 
 def given_or_chosen(hz: float | None, samples: Samples) -> Cutoff:
-    """The cut-off `hz` that the user gave, or the one that suits the `samples`.
+    """Return the cut-off `hz` given by the user, or choose one from the spectra of `samples`.
 
     Raises:
-        BadInput: the one given is not within reach of the rate.
+        BadInput: the given cut-off is not above 0 or exceeds a fifth of the rate.
     """
     if hz is None:
         return choose(samples.position, samples.torque, samples.rate)
@@ -78,26 +79,26 @@ def given_or_chosen(hz: float | None, samples: Samples) -> Cutoff:
     return Cutoff(hz, "given")
 
 
-def choose(position: Floats, torque: Floats, rate: float, tolerated: float = MAX_NOISE_SHARE) -> Cutoff:
-    """The low-pass for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides.
+def choose(position: Floats, torque: Floats, rate: float, max_noise_share: float = MAX_NOISE_SHARE) -> Cutoff:
+    """Choose the cut-off for `position` (n, dof) and `torque` (n, dof) at `rate` [Hz]; the strictest joint decides.
 
-    tolerated: propagated noise of the position, over the torque.
+    max_noise_share: maximum of the propagated position noise relative to the torque.
     """
-    return choose_from_spectra(spectra(position, torque, rate), rate, tolerated)
+    return choose_from_spectra(spectra(position, torque, rate), rate, max_noise_share)
 
 
 def spectra(position: Floats, torque: Floats, rate: float) -> list["Spectra"]:
-    """Of each joint of `position` (n, dof) and `torque` (n, dof) at `rate` [Hz] that has a long enough stretch."""
+    """Spectra of `position` (n, dof) and `torque` (n, dof) at `rate` [Hz], of joints with enough gapless data."""
     joints = range(position.shape[1])
-    found = (Spectra.of(position[:, joint], torque[:, joint], rate) for joint in joints)
-    return [one for one in found if one is not None]
+    candidates = (Spectra.of(position[:, joint], torque[:, joint], rate) for joint in joints)
+    return [spectrum for spectrum in candidates if spectrum is not None]
 
 
-def choose_from_spectra(joints: Sequence["Spectra"], rate: float, tolerated: float = MAX_NOISE_SHARE) -> Cutoff:
-    """The low-pass that suits all `joints` at `rate` [Hz]; `tolerated` as of `choose`."""
+def choose_from_spectra(joints: Sequence["Spectra"], rate: float, max_noise_share: float = MAX_NOISE_SHARE) -> Cutoff:
+    """Choose the cut-off for all `joints` at `rate` [Hz]; `max_noise_share` as in `choose`."""
     highest = _permitted(rate)
-    wanted = max([DEFAULT_CUTOFF, *(one.signal_bandwidth() for one in joints)])
-    encoder = max(MIN_CUTOFF, min((one.noise_limit(tolerated) for one in joints), default=np.inf))
+    wanted = max([DEFAULT_CUTOFF, *(joint.signal_bandwidth() for joint in joints)])
+    encoder = max(MIN_CUTOFF, min((joint.noise_limit(max_noise_share) for joint in joints), default=np.inf))
     hz = _round_down(min(wanted, encoder, highest))
     if wanted <= min(encoder, highest):
         return Cutoff(hz, "signal" if wanted > DEFAULT_CUTOFF else "usual")
@@ -106,7 +107,7 @@ def choose_from_spectra(joints: Sequence["Spectra"], rate: float, tolerated: flo
 
 @dataclass(frozen=True, eq=False)
 class Spectra:
-    """Power spectral densities of one joint over frequency (m,), without its mean."""
+    """Power spectral densities of one joint over frequency (m,), after removal of the mean."""
 
     frequency: Floats
     """[Hz]"""
@@ -115,58 +116,68 @@ class Spectra:
     torque: Floats
     """[(N m)^2/Hz]"""
     cross_spectrum: Floats
-    """Cross spectrum of torque and acceleration, real part."""
+    """Real part of the cross-spectral density of torque and acceleration."""
     rate: float
     """[Hz]"""
     averages: int
-    """Independent spectra, about, whose mean they are."""
+    """Approximate number of independent spectra that were averaged."""
 
     @classmethod
     def of(cls, position: Floats, torque: Floats, rate: float) -> "Spectra | None":
-        """Of the longest stretch without a gap of `position` (n,) and `torque` (n,); None if that is too short."""
+        """Estimate the spectra from the longest gapless stretch of `position` (n,) and `torque` (n,).
+
+        Returns None if that stretch is too short.
+        """
         from scipy.signal import csd, welch
 
-        known = contiguous_slices(np.isfinite(position) & np.isfinite(torque))
-        whole = max(known, key=lambda one: one.stop - one.start, default=slice(0, 0))
+        gapless = contiguous_slices(np.isfinite(position) & np.isfinite(torque))
+        longest = max(gapless, key=lambda stretch: stretch.stop - stretch.start, default=slice(0, 0))
         segment = int(rate / _RESOLUTION)
-        acceleration = np.diff(position[whole], 2) * rate**2
-        torque = torque[whole][1:-1]
+        acceleration = np.diff(position[longest], 2) * rate**2
+        torque = torque[longest][1:-1]
         if len(torque) < segment:
             return None
         averaged = max(1, round(1.5 * len(torque) / segment))
-        frequency, own = welch(acceleration, rate, nperseg=segment)
-        frequency, drive = welch(torque, rate, nperseg=segment)
+        frequency, acceleration_density = welch(acceleration, rate, nperseg=segment)
+        frequency, torque_density = welch(torque, rate, nperseg=segment)
         _, common = csd(acceleration, torque, rate, nperseg=segment)
-        # Differences fall behind the derivative towards half the rate.
+        # Finite differences attenuate the derivative towards half the rate.
         shortfall = np.sinc(frequency / rate) ** 2
-        return cls(frequency, own / shortfall**2, drive, np.real(common) / shortfall, rate, averaged)
+        return cls(
+            frequency,
+            acceleration_density / shortfall**2,
+            torque_density,
+            np.real(common) / shortfall,
+            rate,
+            averaged,
+        )
 
     @cached_property
     def position_noise(self) -> float:
-        """Density of the position's noise, taken to be white [rad^2/Hz]."""
+        """Density of the position noise, assumed white [rad^2/Hz]."""
         return self._floor(self.acceleration[1:] / self._omega[1:] ** 4)
 
     @cached_property
     def torque_noise(self) -> float:
-        """Density of the torque's noise, taken to be white [(N m)^2/Hz]."""
+        """Density of the torque noise, assumed white [(N m)^2/Hz]."""
         return self._floor(self.torque[1:])
 
     @cached_property
     def inertia(self) -> float:
-        """Torque per acceleration where the acceleration is clear of noise, roughly [kg m^2]."""
+        """Approximate inertia [kg m^2]: torque per acceleration where the acceleration clearly exceeds the noise."""
         clear = self.acceleration > _CLEAR * self.position_noise * self._omega**4
         power = self.acceleration[clear].sum()
         return float(abs(self.cross_spectrum[clear].sum()) / power) if power else 0.0
 
     def signal_bandwidth(self) -> float:
-        """The frequency [Hz] below which KEPT of the torque's power above its noise lies."""
+        """Frequency [Hz] below which POWER_SHARE of the torque's power lies, after subtraction of its noise."""
         signal = np.cumsum(np.maximum(self.torque - self.torque_noise, 0.0))
         return float(self.frequency[np.searchsorted(signal, POWER_SHARE * signal[-1])])
 
-    def noise_limit(self, tolerated: float = MAX_NOISE_SHARE) -> float:
-        """The frequency [Hz] up to which the propagated noise of the position stays below what is `tolerated`."""
+    def noise_limit(self, max_noise_share: float = MAX_NOISE_SHARE) -> float:
+        """Highest frequency [Hz] at which propagated position noise is below `max_noise_share` of the torque."""
         noise = np.cumsum(self.inertia**2 * self.position_noise * self._omega**4)
-        small = noise <= tolerated**2 * np.cumsum(self.torque)
+        small = noise <= max_noise_share**2 * np.cumsum(self.torque)
         return float(self.frequency[np.flatnonzero(small)[-1]])
 
     @property
@@ -176,16 +187,16 @@ class Spectra:
 
     def _floor(self, density: Floats) -> float:
         empty = density[self.frequency[1:] > _EMPTY * self.rate]
-        # The median of the chi-square distribution that averaged spectra have (Wilson and Hilferty), over its mean.
+        # Ratio of median to mean of the chi-square distribution of averaged spectra (Wilson and Hilferty).
         return float(np.median(empty) / (1 - 1 / (9 * self.averages)) ** 3)
 
 
 def _permitted(rate: float) -> float:
-    """A tenth of the rate, which leaves room for the derivatives; slow recordings must do with a fifth."""
+    """Highest cut-off [Hz]: a tenth of the rate, for accurate derivatives; for slow recordings up to a fifth."""
     return max(rate / 10, min(DEFAULT_CUTOFF, rate / 5))
 
 
 def _round_down(hz: float) -> float:
-    """To two digits: a cut-off is no measurement."""
+    """Round down to two significant digits."""
     unit = 10.0 ** (np.floor(np.log10(hz)) - 1)
     return float(np.floor(hz / unit * (1 + 1e-12)) * unit)

@@ -1,12 +1,12 @@
-"""The noise of the measured torque, and weights that follow from it.
+"""Noise of the measured torque, and the weights that follow from it.
 
-The noise is in the measured voltage. Through the map torque = gain v |v| it becomes 2 gain |v| times as large in the
-torque, so samples are not equally good. At v = 0 something is left all the same: the map's curvature, encoder steps,
-noise in the motion. Hence the model of each joint
+The measured voltage is noisy. The map torque = gain v |v| amplifies its noise by 2 gain |v|, so the samples differ in
+precision. At v = 0 the noise does not vanish, because of the curvature of the map, encoder quantization and noise of
+the motion. Hence the model of each joint
 
     variance of the torque = (volts * sensitivity)^2 + floor^2,
 
-with the sensitivity [N m/V] at each sample (`Dataset.volt_sensitivity`), and the two numbers estimated from the data.
+with the sensitivity [N m/V] of each sample (`Dataset.volt_sensitivity`); volts and floor are estimated from the data.
 """
 
 from collections.abc import Sequence
@@ -21,63 +21,63 @@ from ident.data.dataset import Dataset
 from ident.data.samples import drive_signal
 from recordings.recording import Floats
 
-_LEAST_SHARE = 1e-3
-"""No standard deviation is taken to be below this share of the joint's largest: no sample may decide alone."""
+_MIN_SHARE = 1e-3
+"""Lower limit of a standard deviation relative to the joint's largest, so that no single sample dominates."""
 _TINY = 1e-24
-"""[(N m)^2]; makes the inverse finite where there is no noise at all."""
+"""Added variance [(N m)^2] that keeps weights finite without any noise."""
 _MEDIAN_OF_NORMAL = 0.6745
 """Median of the absolute value of a standard normal variable."""
 
 
 @dataclass(frozen=True)
 class Noise:
-    """Noise of one joint within the analysis bandwidth."""
+    """Noise of one joint within the bandwidth of the analysis."""
 
     volts: float
-    """Standard deviation in the voltage [V]."""
+    """Standard deviation of the voltage [V]."""
     floor: float
-    """Standard deviation in the torque where the voltage is zero [N m]."""
+    """Standard deviation of the torque at zero voltage [N m]."""
     source: Literal["repetition", "band above the signal"]
 
     def torque_std(self, sensitivity: Floats) -> Floats:
-        """Standard deviation [N m] of torque samples with this `sensitivity` [N m/V]."""
+        """Standard deviation [N m] of torque samples with the `sensitivity` [N m/V]."""
         std: Floats = np.hypot(self.volts * sensitivity, self.floor)
         return std
 
 
 def estimate(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[Noise, ...]:
-    """The noise of each joint, given the `residuals` (m, dof) [N m] of a fit to `datasets`.
+    """Estimate the noise of each joint from the `residuals` (m, dof) [N m] of a fit to `datasets`.
 
-    From what differs between repetitions of the motion, if it is repeated; else from the voltage above the bandwidth
-    of the analysis, taken as white, and then without a floor but that of the map's curvature.
+    The estimate uses the differences between cycles, if the motion is repeated. Otherwise it uses the voltage above
+    the bandwidth of the analysis, assuming white noise; the floor then covers only the curvature of the map.
     """
     dof = datasets[0].torque.shape[1]
-    pairs = [_repeated(dataset, residual) for dataset, residual in zip(datasets, residuals, strict=True)]
+    pairs = [_between_cycles(dataset, residual) for dataset, residual in zip(datasets, residuals, strict=True)]
     square, sensitivity = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
     return tuple(
-        _from_repetition(square[:, joint], sensitivity[:, joint]) or _from_band_above(datasets, joint)
+        _from_cycles(square[:, joint], sensitivity[:, joint]) or _from_band_above(datasets, joint)
         for joint in range(dof)
     )
 
 
 def residual_std(dataset: Dataset, residual: Floats, noise: Sequence[Noise]) -> Floats:
-    """Standard deviation (m, dof) [N m] of what a fit leaves at each sample; its inverse is the sample's weight.
+    """Standard deviation (m, dof) [N m] of the residual at each sample; its inverse is the weight of the sample.
 
-    What a model lacks does not shrink with the voltage as the noise does; so the part of `residual` (m, dof) [N m]
-    that is not `noise` is spread over all samples. Without it, samples near v = 0 would be trusted to a precision
-    that the model does not have.
+    Model errors do not decrease with the voltage as noise does. So the part of `residual` (m, dof) [N m] that exceeds
+    the `noise` is added to all samples. Without it, samples near v = 0 would get weights beyond the precision of the
+    model.
     """
     columns = []
-    for joint, own in enumerate(noise):
-        variance = own.torque_std(dataset.volt_sensitivity[:, joint]) ** 2
+    for joint, joint_noise in enumerate(noise):
+        variance = joint_noise.torque_std(dataset.volt_sensitivity[:, joint]) ** 2
         usable = np.isfinite(residual[:, joint])
         variance = variance + max(float(np.mean(residual[usable, joint] ** 2 - variance[usable])), 0.0)
-        columns.append(np.sqrt(np.maximum(variance, _LEAST_SHARE**2 * variance[usable].max() + _TINY)))
+        columns.append(np.sqrt(np.maximum(variance, _MIN_SHARE**2 * variance[usable].max() + _TINY)))
     return np.stack(columns, axis=1)
 
 
-def _repeated(dataset: Dataset, residual: Floats) -> tuple[Floats, Floats]:
-    """(p, dof) variance [(N m)^2] between repetitions, and squared sensitivity, at each phase; NaN if in one only."""
+def _between_cycles(dataset: Dataset, residual: Floats) -> tuple[Floats, Floats]:
+    """(p, dof) variance [(N m)^2] between cycles and squared sensitivity at each phase; NaN with a single cycle."""
     x = cycle_statistics.by_cycle(dataset, residual)
     squared = cycle_statistics.by_cycle(dataset, dataset.volt_sensitivity**2)
     count = np.isfinite(x).sum(axis=0)
@@ -88,10 +88,10 @@ def _repeated(dataset: Dataset, residual: Floats) -> tuple[Floats, Floats]:
     return variance, sensitivity
 
 
-def _from_repetition(variance: Floats, squared: Floats) -> Noise | None:
-    """Split the `variance` (p,) at each phase into a part that grows with the `squared` sensitivity and a constant.
+def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
+    """Split the `variance` (p,) at each phase into a part proportional to the `squared` sensitivity and a constant.
 
-    Least squares with weights, since an estimated variance scatters in proportion to itself; neither part negative.
+    Nonnegative weighted least squares is used, since the scatter of an estimated variance is proportional to it.
     """
     from scipy.optimize import nnls
 
@@ -110,12 +110,12 @@ def _from_repetition(variance: Floats, squared: Floats) -> Noise | None:
 
 
 def _from_band_above(datasets: Sequence[Dataset], joint: int) -> Noise:
-    """White noise in the voltage, seen above twice the bandwidth (or a quarter of the rate), reckoned into the band.
+    """Estimate white voltage noise from the band above twice the bandwidth (or above a quarter of the rate).
 
-    From the median of its size: where the joint reverses, Coulomb friction lets the voltage itself reach up there.
-    And from where there is least of it: ripple at high harmonics of the motion is no noise.
+    The median is robust against voltage steps due to Coulomb friction at reversals. Of several bands the quietest one
+    counts, since ripple at high harmonics of the motion is not noise.
     """
-    levels = [_least_above(drive_signal(data.recording)[:, joint], data) for data in datasets]
+    levels = [_quietest_level(drive_signal(data.recording)[:, joint], data) for data in datasets]
     shares = [min(2 * data.bandwidth / data.recording.run.rate, 1.0) for data in datasets]
     volts, share = float(np.mean(levels)), float(np.mean(shares))
     torque = datasets[0].recording.rig.torque
@@ -124,14 +124,14 @@ def _from_band_above(datasets: Sequence[Dataset], joint: int) -> Noise:
     return Noise(float(np.sqrt(share)) * volts, float(curvature), "band above the signal")
 
 
-def _least_above(signal: Floats, dataset: Dataset) -> float:
-    """Standard deviation of white noise of which there is as much as of `signal` (n,) in the quietest band above."""
+def _quietest_level(signal: Floats, dataset: Dataset) -> float:
+    """Standard deviation of white noise with the level of `signal` (n,) in the quietest band above the bandwidth."""
     rate = dataset.recording.run.rate
-    edge, found = min(2 * dataset.bandwidth, rate / 4), []
+    edge, levels = min(2 * dataset.bandwidth, rate / 4), []
     while edge <= rate / 4:
         taps = -filters.low_pass(edge, rate)
         taps[len(taps) // 2] += 1
         above = np.abs(filters.convolve(signal, taps))
-        found.append(float(np.nanmedian(above)) / float(np.linalg.norm(taps)) / _MEDIAN_OF_NORMAL)
+        levels.append(float(np.nanmedian(above)) / float(np.linalg.norm(taps)) / _MEDIAN_OF_NORMAL)
         edge *= 2
-    return min(found)
+    return min(levels)

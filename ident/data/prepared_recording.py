@@ -1,4 +1,4 @@
-"""One recording, prepared once, from which the torque of any model is computed again and again."""
+"""A recording that is preprocessed once, so that the torque of many models can be predicted from it."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ from recordings.rig import Rig
 
 @dataclass(frozen=True, eq=False)
 class CorrectedMotion:
-    """What the machine did, as its encoders and its rig file say once they are corrected: n instants."""
+    """Motion (n instants) and mechanism after correction of encoder and geometry errors."""
 
     rig: Rig
     motion: Motion
@@ -32,21 +32,26 @@ class CorrectedMotion:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    def effect_inputs(self, course: "PreparedRecording", load: Floats) -> EffectInputs:
-        """What effects see of it, with the `load` of a composition (k or k + 1,)."""
-        parameters, m_d = load[: len(self.mechanism.parameters)], float(load[len(self.mechanism.parameters) :].sum())
+    def effect_inputs(self, prepared: "PreparedRecording", load_parameters: Floats) -> EffectInputs:
+        """Inputs of effects, with the load parameters (k or k + 1,) of a model structure."""
+        parameters, m_d = (
+            load_parameters[: len(self.mechanism.parameters)],
+            float(load_parameters[len(self.mechanism.parameters) :].sum()),
+        )
         rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
-        known = np.where(rigid, parameters, 0.0)
+        rigid_parameters = np.where(rigid, parameters, 0.0)
 
         def rigid_at(motion: Motion) -> Floats:
             regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
-            torque: Floats = regressor @ known
+            torque: Floats = regressor @ rigid_parameters
             return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
 
-        by_name = {one.name: float(x) for one, x in zip(self.mechanism.parameters, parameters, strict=True)}
+        by_name = {
+            parameter.name: float(x) for parameter, x in zip(self.mechanism.parameters, parameters, strict=True)
+        }
         by_name["m_d"] = m_d
-        rate, bandwidth = course.samples.rate, course.preprocessed.bandwidth
-        return EffectInputs(self.rig, rate, course.time, self.motion, rigid_at, bandwidth, by_name)
+        rate, bandwidth = prepared.samples.rate, prepared.preprocessed.bandwidth
+        return EffectInputs(self.rig, rate, prepared.time, self.motion, rigid_at, bandwidth, by_name)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,39 +63,41 @@ class PreparedRecording:
     dataset: Dataset
     method: str
     as_recorded: CorrectedMotion
-    """As the recording and its rig file have it."""
+    """Motion and mechanism without corrections, from the recording and its rig file."""
     start: float = 0.0
-    """On the clock that effects see [s]: not 0 for a part of a longer recording."""
+    """Start on the time axis of effects [s]; not 0 for an excerpt of a longer recording."""
 
     @property
     def recording(self) -> Recording:
-        """Where all of it is from."""
+        """The underlying recording."""
         return self.dataset.recording
 
     @cached_property
     def time(self) -> Floats:
-        """(n,) of the motion's instants [s]."""
+        """(n,) time of the instants [s]."""
         seconds: Floats = self.start + self.preprocessed.instants / self.samples.rate
         return seconds
 
     @cached_property
     def usable(self) -> Bools:
-        """(m, dof) which rows count."""
+        """(m, dof) True for usable rows."""
         return np.isfinite(self.dataset.torque)
 
     def condition(self, x: Floats) -> Floats:
-        """`x` (n, ...) filtered and decimated as the torque was: (m, ...)."""
+        """Filter and decimate `x` (n, ...) in the same way as the torque: (m, ...)."""
         return self.preprocessed.condition(x)
 
-    def corrected_motion(self, rig: Rig, position: Callable[[Floats], Floats]) -> CorrectedMotion:
-        """The path if the rig were `rig`, and the encoders' angles what `position` makes of those recorded."""
-        samples = replace(self.samples, position=position(self.samples.position))
+    def corrected_motion(self, rig: Rig, correct: Callable[[Floats], Floats]) -> CorrectedMotion:
+        """Motion and mechanism for a corrected `rig` and positions corrected by `correct`."""
+        samples = replace(self.samples, position=correct(self.samples.position))
         motion = preprocessing.load(self.method)(samples, self.preprocessed.bandwidth).motion
         return CorrectedMotion(rig, motion, mechanisms.create(rig))
 
 
 def prepare(recording: Recording, method: str, cutoff: float | None, start: float = 0.0) -> PreparedRecording:
-    """Preprocess `recording`, which begins at `start` [s], by `method` at `cutoff` [Hz], or the method's own.
+    """Preprocess `recording`, which begins at `start` [s], by `method`.
+
+    cutoff: [Hz]; None: chosen by the method.
 
     Raises:
         BadInput: as `ident.data.dataset.build`.
@@ -98,9 +105,11 @@ def prepare(recording: Recording, method: str, cutoff: float | None, start: floa
     samples = sample(recording)
     mechanism = mechanisms.create(recording.rig)
     try:
-        prepared = preprocessing.load(method)(samples, cutoff)
-        dataset = assemble(recording, samples, prepared, mechanism)
+        preprocessed = preprocessing.load(method)(samples, cutoff)
+        dataset = assemble(recording, samples, preprocessed, mechanism)
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
     dataset = replace(dataset, time=dataset.time + start)
-    return PreparedRecording(samples, prepared, dataset, method, CorrectedMotion(recording.rig, prepared.motion, mechanism), start)
+    return PreparedRecording(
+        samples, preprocessed, dataset, method, CorrectedMotion(recording.rig, preprocessed.motion, mechanism), start
+    )

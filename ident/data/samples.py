@@ -1,4 +1,4 @@
-"""The measured signals of a recording on an even grid of instants, with its gaps, as every later stage needs them."""
+"""Resample the measured signals of a recording to a uniform grid of instants; gaps stay gaps."""
 
 from dataclasses import dataclass
 
@@ -10,64 +10,63 @@ from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY
 
 MIN_TRAVEL = 1e-3
-"""A joint that moves less than this is held still [rad or m]."""
+"""A joint with less travel than this is considered at rest [rad or m]."""
 MAX_LATENESS = 0.1
-"""A sample that is further than this from its SYNC, in sample periods, is not of an even grid."""
+"""Maximum distance of a sample from its SYNC on a uniform grid, in sample periods."""
 MIN_RATE = 5.0
-"""Slower recordings show no dynamics of a drive; mostly their time is in another unit [Hz]."""
+"""Minimum sampling rate [Hz]. In slower recordings, time is usually in another unit."""
 MAX_STEP = 2.0
-"""Samples further apart than this, in sample periods, have a gap between them."""
+"""Samples further apart than this, in sample periods, are separated by a gap."""
 MAX_DELAYED_STEP = 1.6
-"""Likewise where one is due in every period, but measured somewhat later than its instant."""
+"""The same limit for a uniform grid whose values are measured with a delay."""
 REST_SHARE = 0.01
-"""A motion begins when a joint has left its place by this share of its travel."""
+"""A motion begins when a joint has moved by this share of its travel."""
 
 
 @dataclass(frozen=True, eq=False)
 class Samples:
-    """n instants of dof joints. NaN is a gap."""
+    """n instants of dof joints. NaN marks a gap."""
 
     rate: float
     """Instants per second [Hz]."""
     position: Floats
     """(n, dof) [rad or m]."""
     drive: Floats
-    """(n, dof) what was measured of the drives: voltage [V], or else the effort itself."""
+    """(n, dof) measured signal of the drives: voltage [V], or effort [N m or N]."""
     torque: Floats
     """(n, dof) [N m or N]."""
     slope: Floats
-    """(n, dof) derivative of the torque by `drive`."""
+    """(n, dof) derivative of the torque with respect to `drive`."""
     repeat: Ints
-    """(n,) repetition of the motion; -1 outside of all."""
+    """(n,) index of the cycle; -1 outside of the repeated motion."""
     phase: Floats
-    """(n,) time since the repetition began [s]; NaN outside of all."""
+    """(n,) time since the beginning of the cycle [s]; NaN outside of the repeated motion."""
     selected: Bools
-    """(n,) False while approaching and stopping, or at rest before and after a motion that is not marked."""
+    """(n,) False during approach and stop, or at rest before and after a motion without marked cycles."""
 
 
 def sample(recording: Recording) -> Samples:
-    """The signals of `recording`, on the grid of its SYNCs, or on a grid of the median step if its steps are uneven.
+    """Resample `recording` to the grid of its SYNCs, or to the median step if its steps are not uniform.
 
-    Uneven samples are joined by cubic splines, but nothing is invented in a gap.
+    Non-uniform samples are interpolated by cubic splines, except across gaps.
 
     Raises:
-        BadInput: the recording holds nothing that could be fitted: a joint at rest, a drive that gives nothing, time
-            that runs backwards, less than LEAST_RATE samples per second, a run that was interrupted before its
-            motion.
+        BadInput: the recording is not usable: a joint at rest, a constant drive signal, decreasing time, less than
+            MIN_RATE samples per second, or a run that was interrupted before its motion.
     """
-    _refuse_incomplete(recording)
+    _check_complete(recording)
     drive, is_torque = drive_signal(recording), holds_torque(recording)
-    _refuse_useless(recording, drive)
-    _refuse_backwards(recording)
+    _check_motion_and_drive(recording, drive)
+    _check_increasing_time(recording)
     rate, index, even = _grid(recording)
-    _refuse_slow(recording, rate)
+    _check_rate(recording, rate)
     position = _on_grid(recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, even=even)
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
-    late = _steady(_delay(recording, VOLTAGE_DELAY))
-    # The torque follows from every voltage as it was measured: its map is not linear, and voltages ripple.
-    drive, torque, slope = (_on_grid(recording, x, late, rate, index, even=even) for x in (drive, torque, slope))
-    repeat, phase = _repetitions(recording, index, rate)
+    delay = _median_delay(_delay(recording, VOLTAGE_DELAY))
+    # The torque is computed before interpolation, since its map is nonlinear and voltages ripple.
+    drive, torque, slope = (_on_grid(recording, x, delay, rate, index, even=even) for x in (drive, torque, slope))
+    repeat, phase = _cycles(recording, index, rate)
     return Samples(
         rate=rate,
         position=position,
@@ -81,26 +80,26 @@ def sample(recording: Recording) -> Samples:
 
 
 def holds_torque(recording: Recording) -> bool:
-    """True where the effort itself was measured, and no voltage."""
+    """Whether the recording contains measured effort and no voltage."""
     return recording.effort is not None and not np.isfinite(recording.voltage).any()
 
 
 def drive_signal(recording: Recording) -> Floats:
-    """(n, dof) what was measured of the drives: voltage [V], or else the effort itself [N m or N]."""
+    """(n, dof) measured signal of the drives: voltage [V], or effort [N m or N]."""
     effort = recording.effort if holds_torque(recording) else None
     return recording.voltage if effort is None else effort
 
 
-def _refuse_incomplete(recording: Recording) -> None:
+def _check_complete(recording: Recording) -> None:
     if not recording.complete and not (recording.repeat >= 0).any():
         raise BadInput(
             f"{recording.path.name}: a repeated motion expected, but the run was interrupted before it; record again"
         )
 
 
-def _refuse_useless(recording: Recording, drive: Floats) -> None:
+def _check_motion_and_drive(recording: Recording, drive: Floats) -> None:
     name, rig = recording.path.name, recording.rig
-    # What moves on the way to the start does not count where the motion itself is known.
+    # The approach does not count as motion where cycles are marked.
     motion = recording.repeat >= 0 if (recording.repeat >= 0).any() else slice(None)
     kind, units = ("effort", rig.effort_units) if holds_torque(recording) else ("voltage", ("V",) * rig.dof)
     for joint, (position, signal) in enumerate(
@@ -110,14 +109,14 @@ def _refuse_useless(recording: Recording, drive: Floats) -> None:
         if not len(position) or np.ptp(position) < MIN_TRAVEL:
             raise BadInput(f"{name}: joint {joint} should move, but its position is constant; record a motion")
         if not len(signal) or np.ptp(signal) == 0:
-            found = f"{signal[0]:g} {units[joint - 1]} throughout" if len(signal) else "never received"
+            value = f"{signal[0]:g} {units[joint - 1]} throughout" if len(signal) else "never received"
             raise BadInput(
                 f"{name}: {'an' if kind == 'effort' else 'a'} {kind} that drives the motion expected, but that of "
-                f"joint {joint} is {found}; check the {kind} object in the rig file, or the column that was imported"
+                f"joint {joint} is {value}; check the {kind} object in the rig file, or the column that was imported"
             )
 
 
-def _refuse_backwards(recording: Recording) -> None:
+def _check_increasing_time(recording: Recording) -> None:
     step = np.diff(recording.time)
     if (step <= 0).any():
         at = int(np.argmax(step <= 0))
@@ -127,7 +126,7 @@ def _refuse_backwards(recording: Recording) -> None:
         )
 
 
-def _refuse_slow(recording: Recording, rate: float) -> None:
+def _check_rate(recording: Recording, rate: float) -> None:
     if rate < MIN_RATE:
         raise BadInput(
             f"{recording.path.name}: at least {MIN_RATE:g} samples per second expected, {rate:.3g} found in "
@@ -136,7 +135,7 @@ def _refuse_slow(recording: Recording, rate: float) -> None:
 
 
 def _grid(recording: Recording) -> tuple[float, Ints, bool]:
-    """Instants per second [Hz], the instant next to each sample, and whether the samples are there in truth."""
+    """Rate of the grid [Hz], the nearest instant of each sample, and whether the samples lie on the grid."""
     rate = recording.run.rate
     index = np.rint(recording.time * rate).astype(np.int64)
     if _is_even(recording, index):
@@ -147,20 +146,20 @@ def _grid(recording: Recording) -> tuple[float, Ints, bool]:
 
 
 def _delay(recording: Recording, name: str) -> Floats | None:
-    """(n, dof) how much later than its SYNC each value was measured [s]; None: with it.
+    """(n, dof) delay of each measured value after its SYNC [s]; None: no delay.
 
-    Drives that share a line are read one after the other.
+    Drives on a shared line are read one after the other.
     """
     columns = [recording.extra.get(f"{name}_{i}") for i in range(1, recording.rig.dof + 1)]
-    found = [column for column in columns if column is not None]
-    return np.stack(found, axis=1) if found and len(found) == len(columns) else None
+    delays = [column for column in columns if column is not None]
+    return np.stack(delays, axis=1) if delays and len(delays) == len(columns) else None
 
 
-def _steady(delay: Floats | None) -> Floats | None:
-    """The usual delay of each joint for all its values.
+def _median_delay(delay: Floats | None) -> Floats | None:
+    """Replace the delays of each joint by their median.
 
-    Voltages ripple with the targets from cycle to cycle, and so do their delays, with the drive whose status is read
-    too. Taken as they are, the two together would give slow errors, which no low-pass takes out again.
+    Voltage ripple and delays both vary with the SYNC cycle. Interpolation with the individual delays would produce
+    slow errors, which a low-pass does not remove.
     """
     return None if delay is None else np.broadcast_to(np.nanmedian(delay, axis=0), delay.shape)
 
@@ -168,37 +167,37 @@ def _steady(delay: Floats | None) -> Floats | None:
 def _on_grid(
     recording: Recording, x: Floats, delay: Floats | None, rate: float, index: Ints, *, even: bool
 ) -> Floats:
-    """`x` (n, dof) at every instant of the grid."""
+    """Resample `x` (n, dof) to the grid."""
     if even and delay is None:
-        return _on_every_instant(x, index)
+        return _fill_gaps(x, index)
     time = np.broadcast_to(recording.time[:, None], x.shape)
     if delay is not None:
         time = time + delay
     instants = np.arange(index[-1] + 1) / rate
     longest = (MAX_DELAYED_STEP if even else MAX_STEP) / rate
-    columns = [_interpolated(own, signal, instants, longest) for own, signal in zip(time.T, x.T, strict=True)]
+    columns = [_interpolate(t, signal, instants, longest) for t, signal in zip(time.T, x.T, strict=True)]
     return np.stack(columns, axis=1)
 
 
 def _is_even(recording: Recording, index: Ints) -> bool:
-    """Whether every sample is on time for the SYNC `index` (n,), and no two for the same."""
+    """Whether every sample is close to its SYNC `index` (n,), with at most one sample per SYNC."""
     off = np.abs(recording.time * recording.run.rate - index)
     return bool((np.diff(index) >= 1).all() and off.max() <= MAX_LATENESS)
 
 
-def _on_every_instant(x: Floats, index: Ints) -> Floats:
-    """`x` (n, ...) at the instants `index`; NaN where there is no sample: a SYNC that nobody answered to."""
+def _fill_gaps(x: Floats, index: Ints) -> Floats:
+    """Place `x` (n, ...) at the instants `index`; NaN at instants without a sample (an unanswered SYNC)."""
     if len(index) == index[-1] + 1:
-        return x  # no copy: they are large, and nobody changes them
+        return x  # no copy: the arrays are large and are not modified
     full: Floats = np.full((index[-1] + 1, *x.shape[1:]), np.nan)
     full[index] = x
     return full
 
 
-def _interpolated(time: Floats, signal: Floats, grid: Floats, longest: float) -> Floats:
-    """`signal` (n,) at the instants `grid` [s], by a cubic spline through the known samples; NaN in gaps.
+def _interpolate(time: Floats, signal: Floats, grid: Floats, longest: float) -> Floats:
+    """Interpolate `signal` (n,) at the instants `grid` [s] by a cubic spline through the known samples; NaN in gaps.
 
-    Two samples further apart than `longest` [s] have a gap between them.
+    Two samples further apart than `longest` [s] are separated by a gap.
     """
     from scipy.interpolate import CubicSpline
 
@@ -211,36 +210,36 @@ def _interpolated(time: Floats, signal: Floats, grid: Floats, longest: float) ->
     return np.where(gap | outside, np.nan, values)
 
 
-def _repetitions(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:
-    """Of every instant: its repetition, -1 where none, and how far into it the motion is [s], NaN where none.
+def _cycles(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:
+    """Cycle (n,) of every instant, -1 outside of cycles, and its phase (n,) [s], NaN outside of cycles.
 
-    The motion waits while the host misses SYNCs (it resumes where it stood); where samples were lost otherwise, it
-    went on. Which of the two it was, shows in what fills the period: the samples, or the SYNCs.
+    If the host misses SYNCs, the motion pauses and resumes; if samples are lost otherwise, it continues. In the first
+    case the number of samples equals the period, in the second case the number of SYNCs does.
     """
     repeat: Ints = np.full(index[-1] + 1, -1, np.int64)
     phase: Floats = np.full(len(repeat), np.nan)
     period = round(recording.run.period * rate)
     first = end = 0
     for number in np.unique(recording.repeat[recording.repeat >= 0]):
-        own = index[recording.repeat == number]
-        waited = len(own) == period
-        # A repetition that begins in a hole began a period after the last one did.
-        first = int(own[0] if waited or end == 0 else min(max(end, first + period), own[0]))
-        end = int(own[-1]) + 1
-        every = np.arange(first, end)
-        repeat[every] = number
-        phase[every] = (np.searchsorted(own, every) if waited else every - first) / rate
+        cycle_index = index[recording.repeat == number]
+        paused = len(cycle_index) == period
+        # A cycle that begins in a gap began one period after the previous one.
+        first = int(cycle_index[0] if paused or end == 0 else min(max(end, first + period), cycle_index[0]))
+        end = int(cycle_index[-1]) + 1
+        instants = np.arange(first, end)
+        repeat[instants] = number
+        phase[instants] = (np.searchsorted(cycle_index, instants) if paused else instants - first) / rate
     return repeat, phase
 
 
 def _in_motion(position: Floats) -> Bools:
-    """(n,) True from where the first joint has left the place it began at, until the last is where it ends."""
-    away = REST_SHARE * (np.nanmax(position, axis=0) - np.nanmin(position, axis=0))
+    """(n,) True from the first departure of a joint from its start until the last arrival of a joint at its end."""
+    threshold = REST_SHARE * (np.nanmax(position, axis=0) - np.nanmin(position, axis=0))
     known = np.isfinite(position)
     first = position[known.argmax(axis=0), np.arange(position.shape[1])]
     last = position[len(position) - 1 - known[::-1].argmax(axis=0), np.arange(position.shape[1])]
-    left = (np.abs(position - first) > away).any(axis=1)
-    to_go = (np.abs(position - last) > away).any(axis=1)
+    departed = (np.abs(position - first) > threshold).any(axis=1)
+    not_arrived = (np.abs(position - last) > threshold).any(axis=1)
     moving = np.zeros(len(position), bool)
-    moving[int(left.argmax()) : len(position) - int(to_go[::-1].argmax())] = True
+    moving[int(departed.argmax()) : len(position) - int(not_arrived[::-1].argmax())] = True
     return moving

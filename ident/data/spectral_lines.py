@@ -1,7 +1,7 @@
-"""Vibrations of a frequency of their own: lines in the spectrum of what differs between repetitions of the motion.
+"""Find vibrations that are not synchronous with the motion: lines in the spectrum of the differences between cycles.
 
-A fan, a pump or a shaking floor does not keep time with the motion, so it differs from one repetition to the next and
-would pass for noise; but noise has no lines.
+Vibrations of a fan, a pump or the floor differ from cycle to cycle and would be counted as noise; but the spectrum of
+noise has no lines.
 """
 
 from collections.abc import Sequence
@@ -13,15 +13,15 @@ from ident.data.dataset import Dataset
 from recordings.recording import Floats
 
 MIN_FREQUENCY = 1.0
-"""Slower than this is no vibration [Hz]."""
-_CHANCE = 1e-6
-"""Probability that the highest peak of noise is as high."""
-_STEEP = 1.5
-"""Noise whose level changes with the frequency has higher peaks than one that is level."""
+"""Lowest frequency of a vibration [Hz]."""
+_FALSE_ALARM = 1e-6
+"""Probability that the highest peak of noise exceeds the threshold."""
+_COLOURED = 1.5
+"""Factor on the threshold, as coloured noise has higher peaks than white noise."""
 _PADDING = 4
-"""Of the spectrum, so that no line falls between two of its frequencies."""
+"""Zero-padding factor of the spectrum, so that no line falls between two frequencies."""
 _AROUND = 2.0
-"""Noise is what the spectrum is within this distance of a line [Hz]."""
+"""Half-width of the window for the noise level around a frequency [Hz]."""
 
 
 @dataclass(frozen=True)
@@ -35,56 +35,56 @@ class SpectralLine:
 
 
 def strongest_lines(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[SpectralLine | None, ...]:
-    """The strongest line of each joint in `residuals` (m, dof), if it stands out of the noise in any recording."""
+    """Find the strongest line of each joint in `residuals` (m, dof) over all recordings; None if not significant."""
     dof = residuals[0].shape[1]
-    found = []
+    strongest = []
     for joint in range(dof):
         pairs = zip(datasets, residuals, strict=True)
-        of_each = [one for data, left in pairs if (one := _line(data, left[:, joint]))]
-        found.append(max(of_each, key=lambda one: one.mean_square, default=None))
-    return tuple(found)
+        candidates = [line for data, residual in pairs if (line := _strongest_line(data, residual[:, joint]))]
+        strongest.append(max(candidates, key=lambda line: line.mean_square, default=None))
+    return tuple(strongest)
 
 
-def _line(dataset: Dataset, residual: Floats) -> SpectralLine | None:
-    """Of one joint of one recording."""
-    differing, kept = _differing(dataset, residual)
-    known = np.isfinite(differing)
+def _strongest_line(dataset: Dataset, residual: Floats) -> SpectralLine | None:
+    """Find the strongest line of one joint in one recording."""
+    deviation, correction = _deviation(dataset, residual)
+    known = np.isfinite(deviation)
     count = int(known.sum())
     if count < 64:
         return None
-    size = _PADDING * (1 << int(np.ceil(np.log2(len(differing)))))
-    power = np.abs(np.fft.rfft(np.where(known, differing, 0.0), size)) ** 2 / count
+    size = _PADDING * (1 << int(np.ceil(np.log2(len(deviation)))))
+    power = np.abs(np.fft.rfft(np.where(known, deviation, 0.0), size)) ** 2 / count
     frequency = np.fft.rfftfreq(size, 1 / dataset.rate).astype(np.float64)
     inside = (frequency > MIN_FREQUENCY) & (frequency < dataset.bandwidth)
     if not inside.any() or not power[inside].any():
         return None
-    # What was taken off lies at the motion's own frequencies, and makes the level seem lower.
-    level = np.maximum(kept * _smooth(power, frequency), 1e-9 * power[inside].max())
+    # The subtracted mean cycle lowers the level at the harmonics of the motion.
+    level = np.maximum(correction * _noise_level(power, frequency), 1e-9 * power[inside].max())
     peak = int(np.argmax(np.where(inside, power / level, 0.0)))
     noise = level[peak]
     independent = dataset.bandwidth * count / dataset.rate
-    if power[peak] / noise < _STEEP * np.log(independent / _CHANCE):
+    if power[peak] / noise < _COLOURED * np.log(independent / _FALSE_ALARM):
         return None
     # A sine of amplitude A gives a peak of A^2 count / 4, and has the mean square A^2 / 2.
-    return SpectralLine(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * kept)
+    return SpectralLine(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * correction)
 
 
-def _differing(dataset: Dataset, residual: Floats) -> tuple[Floats, float]:
-    """`residual` (m,) less its mean over the repetitions at each phase; and the factor that makes up for that."""
+def _deviation(dataset: Dataset, residual: Floats) -> tuple[Floats, float]:
+    """Deviation of `residual` (m,) from its mean cycle, and the factor C / (C - 1) that corrects its variance."""
     inside = (dataset.repeat >= 0) & np.isfinite(residual)
     cycles = len(np.unique(dataset.repeat[inside]))
     if cycles < 2:
         return np.where(np.isfinite(residual), residual - np.nanmean(residual), np.nan), 1.0
-    place = np.rint(dataset.phase[inside] * dataset.rate).astype(int)
-    count = np.bincount(place)
-    mean = np.bincount(place, residual[inside]) / np.maximum(count, 1)
-    left = np.full(len(residual), np.nan)
-    left[inside] = residual[inside] - mean[place]
-    return left, cycles / (cycles - 1)
+    phase = np.rint(dataset.phase[inside] * dataset.rate).astype(int)
+    count = np.bincount(phase)
+    mean = np.bincount(phase, residual[inside]) / np.maximum(count, 1)
+    deviation = np.full(len(residual), np.nan)
+    deviation[inside] = residual[inside] - mean[phase]
+    return deviation, cycles / (cycles - 1)
 
 
-def _smooth(power: Floats, frequency: Floats) -> Floats:
-    """Level of the noise, from the median around each frequency; that of an exponential distribution is ln 2."""
+def _noise_level(power: Floats, frequency: Floats) -> Floats:
+    """Level of the noise from the running median, which is ln 2 of the mean for an exponential distribution."""
     from scipy.ndimage import median_filter
 
     width = max(int(2 * _AROUND / (frequency[1] - frequency[0])), 3)

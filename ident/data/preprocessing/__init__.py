@@ -1,6 +1,6 @@
-"""From samples to motion and torque fit for identification. One method is one file here, named as users type it.
+"""Preprocessing methods: samples to motion and torque for identification. Each method is a module of that name.
 
-A method's module holds `prepare(samples, cutoff) -> Prepared`; the cut-off [Hz] is None for the method's own choice.
+The module defines `prepare(samples, cutoff) -> Preprocessed`; with a cut-off [Hz] of None, the method chooses one.
 """
 
 from collections.abc import Callable
@@ -22,40 +22,44 @@ Filter = Callable[[Floats], Floats]
 
 @dataclass(frozen=True, eq=False)
 class Preprocessed:
-    """Motion and torque of one recording. NaN marks what is not known: gaps, ends, and what a filter made of them."""
+    """Motion and torque of one recording. NaN marks gaps, ends and samples whose filter window reaches them."""
 
     motion: Motion
-    """n instants: what regressor columns are computed from, before `condition`."""
+    """n instants: the motion from which regressor columns are computed before `condition`."""
     instants: Ints
-    """(n,) which samples these are."""
+    """(n,) indices of the samples."""
     condition: Filter
-    """Filters and decimates columns (n, ...) computed from the motion as the torque was: (m, ...)."""
+    """Filters and decimates columns (n, ...) in the same way as the torque: (m, ...)."""
     torque: Floats
     """(m, dof) conditioned torque [N m]."""
     sensitivity: Floats
-    """(m, dof) noise of the conditioned torque per noise of the equally conditioned voltage [N m/V]."""
+    """(m, dof) noise of the conditioned torque per noise of the voltage conditioned in the same way [N m/V]."""
     decimation: int
-    """One conditioned sample for so many of the instants."""
+    """Instants per conditioned sample."""
     half_width: int | None
-    """So many instants to either side have a say in a conditioned sample; None: all instants have."""
+    """Half-width of the filter in instants; None: every instant influences every conditioned sample."""
     rate: float
     """Conditioned samples per second [Hz]."""
     bandwidth: float
-    """Highest frequency that is left, -3 dB, zero-phase [Hz]."""
+    """Bandwidth (-3 dB) of the zero-phase filter [Hz]."""
     cutoff: Cutoff | None = None
-    """How the bandwidth was chosen; None where the method has no choice."""
+    """How the bandwidth was chosen; None if the method has no cut-off."""
 
 
 def load(name: str) -> Preprocess:
-    """The method `name`. Raises BadInput where there is none."""
+    """Load the method `name`.
+
+    Raises:
+        BadInput: there is no such method.
+    """
     return cast(Preprocess, plugins.load(__name__, name).prepare)
 
 
 def sensitivity(slope: Floats, taps: Floats, step: int = 1) -> Floats:
-    """`Prepared.sensitivity` (m, dof) of a filter with `taps`, from `Samples.slope` (n, dof).
+    """`Preprocessed.sensitivity` (m, dof) of a filter with `taps`, from `Samples.slope` (n, dof).
 
-    Where noise samples are alike and independent, the variance of their filtered sum adds up with the squares of the
-    taps; so the mean of slope^2 is taken with them.
+    For independent, identically distributed noise, the variance of the filtered sum weights slope^2 with the squared
+    taps.
     """
     power = taps**2
     mean: Floats = np.sqrt(np.maximum(convolve(slope**2, power / power.sum(), step), 0.0))

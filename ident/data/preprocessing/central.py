@@ -1,6 +1,6 @@
 """The paper's preprocessing (Section 2): central differences on the raw angles, nothing filtered.
 
-It amplifies the encoder's noise by 1/dt^2; it is here to reproduce the paper.
+This amplifies encoder noise by 1/dt^2. The method exists to reproduce the paper.
 """
 
 import numpy as np
@@ -14,7 +14,7 @@ from recordings.recording import Floats
 
 
 def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
-    """Three-point differences of the position; the torque as it is.
+    """Differentiate the position by three-point differences; the torque is unchanged.
 
     Raises:
         BadInput: a cut-off was given; this method has no filter.
@@ -28,7 +28,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     return Preprocessed(
         motion=Motion(samples.position, velocity, acceleration, np.sign(velocity)),
         instants=np.arange(len(velocity)),
-        condition=_as_it_is,
+        condition=_identity,
         torque=samples.torque,
         sensitivity=samples.slope,
         decimation=1,
@@ -38,5 +38,5 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
     )
 
 
-def _as_it_is(x: Floats) -> Floats:
+def _identity(x: Floats) -> Floats:
     return x

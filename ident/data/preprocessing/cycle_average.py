@@ -1,7 +1,7 @@
-"""Cycle averaging: the mean cycle of a motion that repeats, by Fourier differentiation.
+"""Cycle averaging: Fourier differentiation of the mean cycle of a repeated motion.
 
-Of c cycles, noise that differs between them shrinks by the root of c, and a sample lost in some is known from the
-others. What changes from cycle to cycle is averaged away: to see it, choose another method.
+Averaging c cycles reduces noise by the square root of c and fills samples that are missing in some cycles. It also
+removes changes from cycle to cycle; choose another method to see them.
 """
 
 import numpy as np
@@ -14,10 +14,10 @@ from recordings.recording import Floats, Ints
 
 
 def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
-    """Differentiate the mean cycle as a Fourier series, up to `cutoff` [Hz] or one read from the spectra.
+    """Differentiate the mean cycle as a Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
 
     Raises:
-        BadInput: no whole cycles, a phase that no cycle knows, or a cut-off that is not within reach of the rate.
+        BadInput: no whole cycles, a phase without samples in any cycle, or a cut-off too high for the rate.
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     cycles = fourier.whole_cycles(samples)
@@ -26,10 +26,10 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
 
 
 def _mean(signal: Floats, cycles: Ints) -> Floats:
-    """(p, dof) mean of `signal` (n, dof) over `cycles` (c, p)."""
+    """Mean (p, dof) of `signal` (n, dof) over `cycles` (c, p)."""
     values = signal[cycles]
     known = np.isfinite(values).sum(axis=0)
     if (known == 0).any():
-        raise BadInput("each phase of the motion known in one cycle at least expected, gaps found; choose parallel")
+        raise BadInput("samples at every phase in at least one cycle expected, gaps found; choose parallel")
     mean: Floats = np.nansum(values, axis=0) / known
     return mean

@@ -1,7 +1,7 @@
-"""Fourier differentiation: a motion that repeats is a Fourier series, whose derivatives are exact.
+"""Fourier differentiation: a periodic motion is a Fourier series, which is differentiated exactly.
 
-Over all whole cycles together, torque, motion and columns lose everything above the cut-off at once, by a filter that
-has neither slope nor ends. What does not repeat is kept: harmonics of all the cycles' duration together are there.
+The series spans all whole cycles together. Torque, motion and columns pass an ideal low-pass without transition band
+or end effects. Differences between cycles are kept, as the fundamental period is the duration of all cycles.
 """
 
 from functools import partial
@@ -17,15 +17,15 @@ from ident.dynamics.motion import Motion
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 
-_FINER = 3.0
-"""The motion keeps harmonics up to so many times the cut-off, for columns that are not linear in it."""
+_MOTION_BANDWIDTH_RATIO = 3.0
+"""Ratio of the motion's bandwidth to the cut-off, for columns that are nonlinear in the motion."""
 
 
 def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
-    """Differentiate all whole cycles as one Fourier series, up to `cutoff` [Hz] or one read from the spectra.
+    """Differentiate all whole cycles as one Fourier series, up to `cutoff` [Hz] or a cut-off chosen from the spectra.
 
     Raises:
-        BadInput: no whole cycles, gaps in them, or a cut-off that is not within reach of the rate.
+        BadInput: no whole cycles, gaps in the cycles, or a cut-off too high for the rate.
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     instants = whole_cycles(samples).ravel()
@@ -38,30 +38,30 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
 
 
 def whole_cycles(samples: Samples) -> Ints:
-    """(c, p) the samples of each of the c repetitions.
+    """Indices (c, p) of the samples of the c cycles.
 
     Raises:
-        BadInput: there are none, or they do not follow each other.
+        BadInput: there are no cycles, or they differ in length, or they are not consecutive.
     """
-    found = [np.flatnonzero(samples.repeat == number) for number in range(int(samples.repeat.max()) + 1)]
-    lengths = {len(one) for one in found}
-    if not found or len(lengths) > 1 or (np.diff(np.concatenate(found)) != 1).any():
+    cycles = [np.flatnonzero(samples.repeat == number) for number in range(int(samples.repeat.max()) + 1)]
+    lengths = {len(cycle) for cycle in cycles}
+    if not cycles or len(lengths) > 1 or (np.diff(np.concatenate(cycles)) != 1).any():
         raise BadInput(
             "whole cycles of one length, one after the other, expected for Fourier differentiation, "
             f"cycles of {', '.join(map(str, sorted(lengths))) or 'no'} samples found; choose parallel"
         )
-    return np.stack(found)
+    return np.stack(cycles)
 
 
 def of_one_period(
     position: Floats, torque: Floats, slope: Floats, instants: Ints, rate: float, cutoff: Cutoff
 ) -> Preprocessed:
-    """Motion and torque of signals (n, dof) that are one period of a periodic motion, without gaps."""
+    """Motion and torque from gapless signals (n, dof) that span one period."""
     low_pass = partial(_low_pass, cutoff=cutoff.hz, rate=rate)
-    smooth, velocity, acceleration = _derivatives(position, rate, _FINER * cutoff.hz)
-    around = np.concatenate([velocity[-1:], velocity, velocity[:1]])
+    smooth, velocity, acceleration = _derivatives(position, rate, _MOTION_BANDWIDTH_RATIO * cutoff.hz)
+    extended = np.concatenate([velocity[-1:], velocity, velocity[:1]])
     return Preprocessed(
-        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(around)[1:-1]),
+        motion=Motion(smooth, velocity, acceleration, filters.mean_sign(extended)[1:-1]),
         instants=instants,
         condition=low_pass,
         torque=low_pass(torque),
@@ -75,14 +75,14 @@ def of_one_period(
 
 
 def _low_pass(x: Floats, cutoff: float, rate: float) -> Floats:
-    """`x` (n, ...) without its harmonics above `cutoff` [Hz]. NaN anywhere in a column spoils the column."""
+    """Remove the harmonics of `x` (n, ...) above `cutoff` [Hz]. A column that contains NaN becomes NaN."""
     spectrum = np.fft.rfft(x, axis=0)
     spectrum[np.fft.rfftfreq(len(x), 1 / rate) > cutoff] = 0
     return np.fft.irfft(spectrum, len(x), axis=0)
 
 
 def _derivatives(position: Floats, rate: float, highest: float) -> tuple[Floats, Floats, Floats]:
-    """The Fourier series of `position` (n, dof) up to `highest` [Hz], and its first and second derivative."""
+    """Fourier series of `position` (n, dof) up to `highest` [Hz], with its first and second derivative."""
     frequency = np.fft.rfftfreq(len(position), 1 / rate)[:, None]
     spectrum = np.where(frequency <= min(highest, 0.45 * rate), np.fft.rfft(position, axis=0), 0)
     omega = 2j * np.pi * frequency

@@ -1,9 +1,9 @@
-"""Parallel filtering: torque and regressor columns go through the same zero-phase low-pass, then are decimated.
+"""Parallel filtering: torque and regressor columns pass the same zero-phase low-pass and are then decimated.
 
-Because both sides of the equation pass the same linear filter, its shape does not bias the parameters. What is not
-linear in the motion needs care before it: derivatives and reversal instants are taken from a position that is
-filtered so lightly that the motion is untouched (the same sgn from the analysis filter's output looks like
-Stribeck friction), and sgn is averaged over the sample in which the joint reverses.
+As both sides of the equation pass the same linear filter, its shape does not bias the parameters. Columns that are
+nonlinear in the motion are computed before it, from a position that is filtered too lightly to change the motion.
+(The sgn of a velocity behind the analysis filter would look like Stribeck friction.) At reversals, sgn is averaged
+over the sample.
 """
 
 from functools import partial
@@ -19,15 +19,16 @@ from recordings.recording import Floats
 
 
 def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
-    """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or one read from the spectra.
+    """Filter the position lightly for the motion, and the torque at `cutoff` [Hz] or a cut-off chosen from the
+    spectra.
 
     Raises:
-        BadInput: the cut-off is not within reach of the recording's rate.
+        BadInput: the cut-off is too high for the recording's rate.
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     rate = samples.rate
     taps = filters.low_pass(chosen.hz, rate)
-    # Past twice the cut-off the filter leaves less than a thousandth: a quarter of the new rate loses nothing.
+    # Above twice the cut-off less than a thousandth passes the filter, so a rate of four times the cut-off suffices.
     step = max(1, int(rate // (4 * chosen.hz)))
     return Preprocessed(
         motion=motion(samples.position, rate, min(3 * chosen.hz, rate / 4)),
@@ -44,7 +45,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
 
 
 def motion(position: Floats, rate: float, cutoff: float) -> Motion:
-    """Motion (n, dof) from `position` (n, dof) after a low-pass at `cutoff` [Hz]."""
+    """Differentiate `position` (n, dof) after a low-pass at `cutoff` [Hz]."""
     smooth = filters.convolve(position, filters.low_pass(cutoff, rate))
     velocity = filters.first_derivative(smooth, rate)
     acceleration = filters.second_derivative(smooth, rate)

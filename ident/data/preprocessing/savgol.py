@@ -1,8 +1,7 @@
-"""Savitzky-Golay: a cubic through each sample's neighbours gives position, velocity and acceleration at once.
+"""Savitzky-Golay filtering: a cubic fitted around each sample gives position, velocity and acceleration.
 
-As in `parallel`, the motion comes from a light filter (a short window); torque and columns are then smoothed alike,
-by a long one. Cubics keep more of what is just above the cut-off than the low-pass of `parallel`, so nothing is
-decimated.
+As in `parallel`, the motion is filtered lightly (a short window), and torque and columns pass the same smoothing
+filter (a long window). The transition band is wider than that of `parallel`, so nothing is decimated.
 """
 
 from functools import partial
@@ -17,25 +16,27 @@ from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
 ORDER = 3
-LIGHTER = 3.0
-"""The cut-off of the motion over that of the torque."""
+MOTION_CUTOFF_RATIO = 3.0
+"""Ratio of the motion's cut-off to the torque's cut-off."""
 _LENGTH_TIMES_CUTOFF = 1.07
-"""Of cubics: a window of n samples is 3 dB down at 1.07 / n of the rate."""
+"""A cubic fitted to a window of n samples attenuates by 3 dB at 1.07 / n of the rate."""
 
 
 def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
-    """Fit cubics to windows that smooth by 3 dB at `cutoff` [Hz], or at one read from the spectra.
+    """Fit cubics with an attenuation of 3 dB at `cutoff` [Hz], or at a cut-off chosen from the spectra.
 
     Raises:
-        BadInput: the cut-off is not within reach of the recording's rate.
+        BadInput: the cut-off is too high for the recording's rate.
     """
     chosen = choice.given_or_chosen(cutoff, samples)
     rate = samples.rate
-    value, slope, bend = (filters.convolve(samples.position, taps(LIGHTER * chosen.hz, rate, k)) for k in range(3))
+    position, velocity, acceleration = (
+        filters.convolve(samples.position, taps(MOTION_CUTOFF_RATIO * chosen.hz, rate, k)) for k in range(3)
+    )
     smoothing = taps(chosen.hz, rate)
     return Preprocessed(
-        motion=Motion(value, slope, bend, filters.mean_sign(slope)),
-        instants=np.arange(len(value)),
+        motion=Motion(position, velocity, acceleration, filters.mean_sign(velocity)),
+        instants=np.arange(len(position)),
         condition=partial(filters.convolve, taps=smoothing),
         torque=filters.convolve(samples.torque, smoothing),
         sensitivity=sensitivity(samples.slope, smoothing),
@@ -48,7 +49,7 @@ def prepare(samples: Samples, cutoff: float | None) -> Preprocessed:
 
 
 def taps(cutoff: float, rate: float, derivative: int = 0) -> Floats:
-    """The filter that gives the `derivative` (0, 1 or 2) of the cubic at the middle of its window."""
+    """Taps of the filter that computes the `derivative` (0, 1 or 2) of the cubic at the centre of its window."""
     from scipy.signal import savgol_coeffs
 
     length = max(ORDER + 2, 2 * round((_LENGTH_TIMES_CUTOFF * rate / cutoff - 1) / 2) + 1)

@@ -141,7 +141,7 @@ def test_fourier_methods_refuse_what_no_cycle_knows() -> None:
     made.torque[[50, 250]] = np.nan
     with pytest.raises(BadInput, match="choose cycle_average or parallel"):
         preprocessing.load("fourier")(made, 5.0)
-    with pytest.raises(BadInput, match="known in one cycle at least"):
+    with pytest.raises(BadInput, match="at every phase in at least one cycle"):
         preprocessing.load("cycle_average")(made, 5.0)
 
 
