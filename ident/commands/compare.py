@@ -41,7 +41,7 @@ def command(
     from rich.console import Console
 
     from ident.dynamics.effects.library import library
-    from ident.identification import model, prediction
+    from ident.identification import model_file, prediction
     from ident.output.console import residuals as console_table
     from ident.output.plots import residuals as pictures
     from ident.output.plots.folder import staged_folder

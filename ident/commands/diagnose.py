@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from ident.diagnosis.diagnosis import Diagnosis
-    from ident.identification.model import Model
+    from ident.identification.model_file import ModelFile
 
 FILE = click.Path(path_type=Path)
 
@@ -113,7 +113,7 @@ def command(
     from ident.diagnosis import answer
     from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
     from ident.dynamics.effects.library import library
-    from ident.identification import model
+    from ident.identification import model_file
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
     from ident.output.plots import diagnosis as pictures
@@ -172,7 +172,7 @@ def _check_options(apply: bool, out: Path | None, validate: Sequence[Path], stan
         raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
 
 
-def _improved(diagnosis: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> Model:
+def _improved(diagnosis: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> ModelFile:
     """Return the last model of the selection with its linear parameters fitted to all recordings."""
     from ident.estimation import estimators
     from ident.identification import identify

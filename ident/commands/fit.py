@@ -147,7 +147,7 @@ def _check_beside_paper(**given: object) -> None:
 
 def _write(result: Identification, out: Path, plots: Path) -> None:
     """Write model and pictures, or nothing."""
-    from ident.identification import model
+    from ident.identification import model_file
     from ident.output.plots.fit import draw
     from ident.output.plots.folder import staged_folder
 

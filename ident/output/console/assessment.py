@@ -6,7 +6,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from ident.identification.model import FittedParameter, Model
+from ident.identification.model_file import FittedParameter, ModelFile
 from ident.uncertainty.assessment import Assessment, JointFloor
 
 NOTABLE_CORRELATION = 0.7
@@ -15,7 +15,7 @@ MAX_PAIRS = 5
 """Number of pairs that the summary lists at most."""
 
 
-def show(model: Model, console: Console, details: bool) -> None:
+def show(model: ModelFile, console: Console, details: bool) -> None:
     """Print the errors of the parameters of `model`; with `details`, also as tables."""
     if model.trust is None:
         return
@@ -34,7 +34,7 @@ def half_width(parameter: FittedParameter) -> str:
     return "" if parameter.ci95 is None else _two_digits((parameter.ci95[1] - parameter.ci95[0]) / 2)
 
 
-def length_sensitivity(model: Model) -> str:
+def length_sensitivity(model: ModelFile) -> str:
     """Change of the parameters when L2 is 10 mm longer, as the end of a sentence."""
     changes = {p.name: p.per_length_step / abs(p.value) for p in model.parameters if p.per_length_step and p.value}
     if not changes:
@@ -44,7 +44,7 @@ def length_sensitivity(model: Model) -> str:
     return "; 10 mm more change " + " and ".join(f"{name} by {100 * changes[name]:+.2g} %" for name in named)
 
 
-def summary_lines(model: Model, trust: Assessment) -> Iterator[str]:
+def summary_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
     """Yield the sentences of the summary."""
     yield _interval_line(trust)
     yield _noise_line(model, trust)
@@ -76,7 +76,7 @@ def _interval_line(trust: Assessment) -> str:
     )
 
 
-def _noise_line(model: Model, trust: Assessment) -> str:
+def _noise_line(model: ModelFile, trust: Assessment) -> str:
     unit, drive = model.effort_units[0], trust.noise[0].unit
     signal = f"{', '.join(_two_digits(joint.volts) for joint in trust.noise)} {drive}"
     if trust.floor is None:
@@ -98,7 +98,7 @@ def _trend_lines(trust: Assessment) -> Iterator[str]:
             )
 
 
-def _identifiability_line(model: Model, trust: Assessment) -> str:
+def _identifiability_line(model: ModelFile, trust: Assessment) -> str:
     identifiable = [parameter.name for parameter in model.parameters if parameter.status == "identifiable"]
     remaining = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
@@ -109,7 +109,7 @@ def _identifiability_line(model: Model, trust: Assessment) -> str:
     return f"Condition number {trust.condition_number:.3g}; {'; '.join([f'{subject} identifiable', *exceptions])}."
 
 
-def _correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
+def _correlation_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
     pairs = sorted(
         (
             (rho, model.parameters[i].name, model.parameters[j].name)
@@ -126,7 +126,7 @@ def _correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
     yield from _offset_correlation_lines(model, trust)
 
 
-def _offset_correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
+def _offset_correlation_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
     """Yield the correlation of Coulomb friction and offset per joint: motion in one direction only confounds them."""
     index = {parameter.name: i for i, parameter in enumerate(model.parameters)}
     for name, i in index.items():
@@ -136,7 +136,7 @@ def _offset_correlation_lines(model: Model, trust: Assessment) -> Iterator[str]:
             yield f"Coulomb friction {name} and {model.parameters[offset].name}: errors correlate by {rho:+.2f}."
 
 
-def _cutoff_lines(model: Model, trust: Assessment) -> Iterator[str]:
+def _cutoff_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
     for i, hz in enumerate(trust.cutoffs):
         changes = {p.name: p.per_cutoff[i] / p.std for p in model.parameters if p.std}
         if changes:
@@ -144,7 +144,7 @@ def _cutoff_lines(model: Model, trust: Assessment) -> Iterator[str]:
             yield f"At a cut-off of {hz:.3g} Hz, {largest} changes most, by {changes[largest]:+.1f} standard errors."
 
 
-def _parameter_table(model: Model, trust: Assessment) -> Table:
+def _parameter_table(model: ModelFile, trust: Assessment) -> Table:
     table = Table(title="Parameters in detail", title_justify="left")
     moves = ["L2", *(f"{hz:.3g} Hz" for hz in trust.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
@@ -164,7 +164,7 @@ def _parameter_table(model: Model, trust: Assessment) -> Table:
     return table
 
 
-def _correlation_table(model: Model, trust: Assessment) -> Table:
+def _correlation_table(model: ModelFile, trust: Assessment) -> Table:
     table = Table(title="Correlation of the errors, in percent", title_justify="left")
     table.add_column("")
     for parameter in model.parameters:
@@ -174,7 +174,7 @@ def _correlation_table(model: Model, trust: Assessment) -> Table:
     return table
 
 
-def _noise_floor_table(model: Model, floor: tuple[JointFloor, ...]) -> Table:
+def _noise_floor_table(model: ModelFile, floor: tuple[JointFloor, ...]) -> Table:
     table = Table(title=f"Residual, RMS [{model.effort_units[0]}]", title_justify="left")
     for heading in ("joint", "repetitions", "total", "noise", "repeatable", "p-value"):
         table.add_column(heading, justify="right")

@@ -8,7 +8,7 @@ from rich.table import Table
 from ident.dynamics.effects.base import is_infinite
 from ident.estimation.linearized_model import LinearizedModel
 from ident.identification.identify import Identification
-from ident.identification.model import Agreement, JointGoodnessOfFit, Model
+from ident.identification.model_file import Agreement, JointGoodnessOfFit, ModelFile
 from ident.output.console import assessment
 from ident.residuals.phases import fit_sentences
 from ident.uncertainty.time_delay import Delay
@@ -66,7 +66,7 @@ def warnings(result: Identification) -> list[str]:
     return lines
 
 
-def _parameter_table(model: Model) -> Table:
+def _parameter_table(model: ModelFile) -> Table:
     label = ", relative" if model.relative else ""
     of_paper = model.mechanism == "delta" and model.form is None
     equation = " of Eq. (26)" if of_paper and not model.effects else " of Eq. (38)" if model.form else ""
@@ -105,7 +105,7 @@ def shape_parameter_lines(mechanism: LinearizedModel) -> Iterator[str]:
         yield f"Found by a search before the fit, without intervals: {', '.join(values)}."
 
 
-def _method_lines(model: Model) -> Iterator[str]:
+def _method_lines(model: ModelFile) -> Iterator[str]:
     """Yield the estimator's diagnostics: certificate, iterations, rank."""
     method, proof = model.method, model.method.certified
     if proof:
@@ -124,7 +124,7 @@ def _format_value(value: float) -> str:
     return f"{value:.4f}" if abs(value) >= 0.1 else f"{value:.4g}"
 
 
-def _agreement_table(model: Model) -> Table:
+def _agreement_table(model: ModelFile) -> Table:
     compared = "fitted model" if model.train.nominal is None else "fitted model | Table 1 in Eq. (1)"
     table = Table(title=f"Agreement with the measured torque: {compared}", title_justify="left")
     table.add_column("data")

@@ -27,18 +27,18 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
         x, label = axis_values(finding.term.effect.axis, datasets, diagnosis.selection.computed, joint)
         theme.noise_band(figure, float(diagnosis.selection.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
-        for residuals, ink, name in (
+        for residuals, line_colour, name in (
             (finding.residuals_without, theme.MEASURED, "without"),
             (finding.residuals_with, colour, "with"),
         ):
             bins = bin_means(x, np.concatenate([array[:, joint] for array in residuals]))
-            _samples(figure, bins.x, bins.y, ink, column)
+            _samples(figure, bins.x, bins.y, line_colour, column)
             mean = go.Scatter(
                 x=bins.centre,
                 y=bins.mean,
                 mode="lines",
                 name=name,
-                line={"color": ink, "width": 2.4},
+                line={"color": line_colour, "width": 2.4},
                 showlegend=False,
             )
             figure.add_trace(mean, row=1, col=column)
@@ -80,12 +80,12 @@ def effect_contribution(
         bins = bin_means(x, residual)
         _samples(figure, bins.x, bins.y, theme.MEASURED, joint + 1)
         finite = np.isfinite(residual)
-        for y, ink, name in (
+        for means, line_colour, name in (
             (bins, theme.MEASURED, "residual"),
-            (bin_means(x[finite], explained[finite]), None, "taken"),
+            (bin_means(x[finite], explained[finite]), None, "explained"),
         ):
-            line = {"color": ink or theme.joint_colour(joint), "width": 2.4}
-            mean = go.Scatter(x=y.centre, y=y.mean, mode="lines", name=name, line=line, showlegend=False)
+            line = {"color": line_colour or theme.joint_colour(joint), "width": 2.4}
+            mean = go.Scatter(x=means.centre, y=means.mean, mode="lines", name=name, line=line, showlegend=False)
             figure.add_trace(mean, row=1, col=joint + 1)
         figure.update_xaxes(title_text=label, row=1, col=joint + 1)
     theme.legend_entry(figure, "residual and its mean", line={"color": theme.MEASURED, "width": 2.4})

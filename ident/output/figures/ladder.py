@@ -34,11 +34,11 @@ def rms_bars(
     for joint in range(dof):
         colour = theme.joint_colour(joint)
         unit = units[joint]
-        sides = [
+        series = [
             ("training", [step.train_rms[joint] for step in steps], theme.with_opacity(colour, theme.FAINT_OPACITY)),
             ("held out", [step.validate_rms[joint] for step in steps], colour),
         ]
-        for label, values, fill in sides:
+        for label, values, fill in series:
             bar = go.Bar(
                 x=values,
                 y=list(range(len(names))),
@@ -76,9 +76,9 @@ def candidates(diagnosis: Diagnosis) -> go.Figure:
     added = {finding.term.name for finding in diagnosis.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
     labels = [f"<b>{theme.escaped(name)}</b>" if name in added else theme.escaped(name) for name in names]
-    sides = [("before the first step", first, theme.JOINTS[0]), ("after the last step", last, theme.JOINTS[3])]
-    for label, gains, colour in sides:
-        shares = [100 * max(gains.get(name, 0.0), 0.0) for name in names]
+    series = [("before the first step", first, theme.JOINTS[0]), ("after the last step", last, theme.JOINTS[3])]
+    for label, reductions, colour in series:
+        shares = [100 * max(reductions.get(name, 0.0), 0.0) for name in names]
         dots = go.Scatter(
             x=shares,
             y=labels,

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.identification.model import FittedParameter, Model
+from ident.identification.model_file import FittedParameter, ModelFile
 from ident.output.figures import theme
 
 _IDENTIFIABLE = {"identifiable": "identifiable", "weak": "weakly identifiable", "not": "not identifiable"}
@@ -13,7 +13,7 @@ _TICKS = [step * 10.0**exponent for exponent in range(-3, 5) for step in (1, 2, 
 _COLOURS = {"identifiable": theme.JOINTS[0], "weak": theme.JOINTS[3], "not": theme.JOINTS[1]}
 
 
-def precision(models: Mapping[str, Model]) -> go.Figure:
+def precision(models: Mapping[str, ModelFile]) -> go.Figure:
     """Draw half the width of each parameter's 95 % interval, in percent of its value, on a logarithmic axis."""
     names = list(dict.fromkeys(parameter.name for model in models.values() for parameter in model.parameters))
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 22 * len(names))
@@ -50,7 +50,7 @@ def relative_half_width(parameter: FittedParameter) -> float | None:
     return 50 * (parameter.ci95[1] - parameter.ci95[0]) / abs(parameter.value)
 
 
-def correlation(model: Model) -> go.Figure:
+def correlation(model: ModelFile) -> go.Figure:
     """Draw the correlation of the parameters' errors; near -1 or 1 only a combination of two is known."""
     names = [theme.escaped(parameter.name) for parameter in model.parameters]
     rows = model.trust.correlation if model.trust else ()

@@ -84,10 +84,12 @@ def curves(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
 
 
 def curve_grid(
-    analyses: Mapping[str, Sequence[Sequence[BinnedCurve]]], units: Sequence[str], floor: Sequence[float | None]
+    curves_by_model: Mapping[str, Sequence[Sequence[BinnedCurve]]],
+    units: Sequence[str],
+    floor: Sequence[float | None],
 ) -> go.Figure:
     """Draw curves by model and joint; `units` of the efforts and noise `floor` per joint."""
-    first, *_ = analyses.values()
+    first, *_ = curves_by_model.values()
     rows, columns = len(first), max(map(len, first))
     figure = theme.subplots(
         rows,
@@ -103,8 +105,8 @@ def curve_grid(
         for column, curve in enumerate(first[joint], start=1):
             theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
             _interval_band(figure, curve, joint, column)
-            for number, (name, per_joint) in enumerate(analyses.items()):
-                label = theme.escaped(name) if len(analyses) > 1 else "mean residual, with its 95 % band"
+            for number, (name, per_joint) in enumerate(curves_by_model.items()):
+                label = theme.escaped(name) if len(curves_by_model) > 1 else "mean residual, with its 95 % band"
                 legend = joint == 0 and column == 1
                 _mean_trace(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
             if joint == rows - 1:
@@ -112,7 +114,7 @@ def curve_grid(
             if curve.axis == "cycle":
                 figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
         # The wide bands of bins with few samples must not set the scale.
-        per_model = (curve for per_joint in analyses.values() for curve in per_joint[joint])
+        per_model = (curve for per_joint in curves_by_model.values() for curve in per_joint[joint])
         limit = (
             AXIS_RANGE * max((float(curve.rms.max()) for curve in per_model if len(curve.rms)), default=1.0) or 1.0
         )

@@ -10,8 +10,8 @@ from ident.diagnosis import answer
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, diagnose
 from ident.diagnosis.document import Document
 from ident.dynamics.effects.library import library
-from ident.identification import model, prediction
-from ident.identification.model import Model, RecordingSource
+from ident.identification import model_file, prediction
+from ident.identification.model_file import ModelFile, RecordingSource
 from ident.residuals import analysis
 from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Recording
@@ -35,7 +35,7 @@ class ReportContents:
     """Data that the report shows; models by the names they have in it."""
 
     request: ReportRequest
-    models: Mapping[str, Model]
+    models: Mapping[str, ModelFile]
     digests: Mapping[str, str]
     """SHA-256 of the model files."""
     analyses: Mapping[str, ResidualAnalysis]

@@ -16,7 +16,7 @@ from click.testing import CliRunner, Result
 from ident.cli import program
 from ident.data.dataset import build
 from ident.dynamics import mechanisms
-from ident.identification import model
+from ident.identification import model_file
 from ident.identification.goodness_of_fit import goodness_of_fit
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -1,6 +1,6 @@
 """Section with the parameters and their uncertainty."""
 
-from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.output.console import assessment
 from ident.output.figures import parameters
 from ident.output.figures.theme import number
@@ -46,7 +46,7 @@ def _table(contents: ReportContents) -> ReportTable:
     return ReportTable(head, tuple(rows), caption, words=(0, len(head) - 1))
 
 
-def _assessment(index: int, name: str, model: Model) -> list[ReportBlock]:
+def _assessment(index: int, name: str, model: ModelFile) -> list[ReportBlock]:
     if model.trust is None:
         return []
     title = f"Assessment of {name}"

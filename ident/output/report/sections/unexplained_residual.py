@@ -27,9 +27,9 @@ def remaining(contents: ReportContents) -> ReportSection | None:
     )
     blocks: list[ReportBlock] = [
         Text(sentences),
-        Plot("remainder", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
+        Plot("unexplained", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
         Plot(
-            "left",
+            "unexplained-curves",
             unexplained_residual.residual_curves(diagnosis, document),
             "Residual of the last model over the quantities that it may depend on.",
         ),

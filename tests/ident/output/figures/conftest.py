@@ -10,7 +10,7 @@ import pytest
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify, prediction
-from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.residuals.analysis import ResidualAnalysis, analyse
 from recordings.recording import Recording
 
@@ -29,14 +29,14 @@ def late(make: Callable[..., Recording], tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.fixture(scope="session")
-def model(late: Recording, write: Callable[[Recording], Path]) -> Model:
+def model(late: Recording, write: Callable[[Recording], Path]) -> ModelFile:
     write(late)
     options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", None)
     return identify.identify([late.path], None, options, lambda *_: None).model
 
 
 @pytest.fixture(scope="session")
-def analysis(model: Model, late: Recording) -> ResidualAnalysis:
+def analysis(model: ModelFile, late: Recording) -> ResidualAnalysis:
     result = analyse(model, prediction.predict(model, [late.path], library()))
     return replace(
         result,

@@ -7,7 +7,7 @@ import plotly.graph_objects as go
 import pytest
 
 from ident.data.dataset import first_cycle
-from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
 from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Recording
@@ -98,7 +98,7 @@ def test_motion_and_timing_show_gap_and_lateness(late: Recording) -> None:
     assert not quality.has_timing(replace(late, position=late.command, lateness=np.zeros_like(late.lateness)))
 
 
-def test_parameters_show_half_width_in_percent(model: Model) -> None:
+def test_parameters_show_half_width_in_percent(model: ModelFile) -> None:
     figure = parameters.precision({"a": model})
     shown = {name: x for trace in figure.data for name, x in zip(trace.y, trace.x, strict=True)}
     first = model.parameters[0]
