@@ -112,7 +112,7 @@ def _voltage(axis: CanopenAxis) -> CheckResult:
         return CheckResult(axis.name, what, "16 bits, readable", "no such object", "problem")
     if voltage.kind == "dc_link":
         return CheckResult(
-            axis.name, what, "the motor's voltage", "the DC link's: it does not follow the torque", "problem"
+            axis.name, what, "the motor's voltage", "the DC link voltage, which does not follow the torque", "problem"
         )
     return CheckResult(axis.name, what, "16 bits, readable", f"{actual * voltage.scale:g} V", "fine")
 

@@ -244,7 +244,7 @@ class CanopenDrives:
         try:
             self._send_nmt(0x80)
         except RunFailed as error:
-            self._report("error", "bus", f"while taking the power: {error}")
+            self._report("error", "bus", f"while switching power off: {error}")
         for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
             for axis in self._axes:
                 self._write_controlword_by_sdo(axis, command)
@@ -259,7 +259,7 @@ class CanopenDrives:
             while axis.power in (Power.ON, Power.STOPPING) and time.monotonic() < deadline:
                 self._read_state(axis)
         except RunFailed as error:
-            self._report("error", axis.name, f"while taking the power: {error}")
+            self._report("error", axis.name, f"while switching power off: {error}")
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""

@@ -62,9 +62,7 @@ class KernelSync:
             self._socket = socket.socket(socket.AF_CAN, socket.SOCK_DGRAM, socket.CAN_BCM)
             self._socket.connect((channel,))
         except (AttributeError, OSError) as error:
-            raise BadInput(
-                f"the kernel does not time SYNC on '{channel}': {error}; set bus.sync = \"host\""
-            ) from None
+            raise BadInput(f"the kernel cannot send SYNC on '{channel}': {error}; set bus.sync = \"host\"") from None
         link.cyclic[SYNC_ID] = self._on_sync_frame
 
     def wait(self, dispatch: Callable[[int, bytes], None], timeout: float) -> int | None:

@@ -30,7 +30,7 @@ class _Sender:
         self._link.send(can_id, bytes(data))
 
 
-class _PumpedClient(SdoClient):  # type: ignore[misc]
+class _PollingClient(SdoClient):  # type: ignore[misc]
     """canopen's client, reading its responses from the link instead of receiving them from another thread."""
 
     def __init__(self, node_id: int, link: Link, on_other_frame: Callable[[int, bytes], None]) -> None:
@@ -84,7 +84,7 @@ class Sdo:
         """`name` of the drive in errors; `on_other_frame` receives the other frames that arrive meanwhile."""
         # canopen logs every abort and timeout that it also raises.
         logging.getLogger("canopen").setLevel(logging.CRITICAL)
-        self._client: Any = _PumpedClient(node_id, link, on_other_frame)
+        self._client: Any = _PollingClient(node_id, link, on_other_frame)
         self._name = name
 
     def count_answers(self) -> int:

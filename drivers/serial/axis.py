@@ -170,11 +170,11 @@ class SerialAxis:
         this interval is taken, so that delays of the host before and after count by half.
         """
         command = self.get(register)
-        asked = time.perf_counter_ns()
+        sent = time.perf_counter_ns()
         value = yield from ask_integer(command)
         latest = time.perf_counter_ns() - self._wire_time(f"v {value}")
         # The command may have waited for the line.
-        earliest = max(asked + self._wire_time(command), latest - round(1e9 * self._bus.reply_timeout))
+        earliest = max(sent + self._wire_time(command), latest - round(1e9 * self._bus.reply_timeout))
         return value, self._epoch + (earliest + latest) // 2
 
     def _wire_time(self, text: str) -> int:
@@ -251,7 +251,7 @@ class SerialAxis:
             yield from tell(self.set(self._bus.registers.watchdog, 0))
 
     def _read_status(self) -> Script:
-        """Read the status."""
+        """Update power, motion and fault from the status register."""
         names, bits = self._bus.registers, self._bus.status
         status = yield from ask_integer(self.get(names.status))
         self._moving = bool(status & bits.moving)

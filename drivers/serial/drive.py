@@ -215,7 +215,7 @@ class SerialDrives:
         """See `Amplifiers`: one drive after the other, each with the timeout of the configuration."""
         for axis in self._axes:
             axis.power = Power.UNKNOWN
-        self._each("while taking the power", lambda axis: axis.switch_off(_STOP_TIMEOUT))
+        self._each("while switching power off", lambda axis: axis.switch_off(_STOP_TIMEOUT))
         return tuple(axis.power for axis in self._axes)
 
     def close(self) -> None:

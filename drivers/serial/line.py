@@ -182,15 +182,15 @@ class SerialLine:
         try:
             return self._port.read(4096).replace(b"\n", b"")
         except (serial.SerialException, OSError) as error:
-            raise self._lose(error) from None
+            raise self._lost_error(error) from None
 
     def _write(self, data: bytes) -> None:
         try:
             self._port.write(data)
         except (serial.SerialException, OSError) as error:
-            raise self._lose(error) from None
+            raise self._lost_error(error) from None
 
-    def _lose(self, error: Exception) -> LineLost:
+    def _lost_error(self, error: Exception) -> LineLost:
         self.lost = True
         return LineLost(f"serial port {self.name} is lost ({error}); check cable and adapter")
 

@@ -43,7 +43,7 @@ class Machine:
         self._variable_friction = any(joint.variable_friction for joint in self._joints)
         self._masses = [effect.added_mass for effect in effects if overrides(effect, "added_mass")]
         self._drags = [effect.drag for effect in effects if overrides(effect, "drag")]
-        self._now = JointState()
+        self._state = JointState()
         self.reset(config.park)
 
     def reset(self, platform: Sequence[float]) -> None:
@@ -129,24 +129,24 @@ class Machine:
             self._load_platform()
         if self._drags:
             self._drag_platform()
-        now, presliding = self._now, self._presliding
+        state, presliding = self._state, self._presliding
         first, second, third = self._joints
         self.plant.step(
             (
-                first.step(setpoint[0], now, presliding[0]),
-                second.step(setpoint[1], now, presliding[1]),
-                third.step(setpoint[2], now, presliding[2]),
+                first.step(setpoint[0], state, presliding[0]),
+                second.step(setpoint[1], state, presliding[1]),
+                third.step(setpoint[2], state, presliding[2]),
             )
         )
         self._steps += 1
 
     def _sense(self) -> None:
-        now, plant = self._now, self.plant
-        now.t, now.q, now.v = self.time, plant.motor_angles(), plant.motor_speeds()
+        state, plant = self._state, self.plant
+        state.t, state.q, state.v = self.time, plant.motor_angles(), plant.motor_speeds()
         if self._load_matters:
-            now.load = plant.rigid_torque()
+            state.load = plant.rigid_torque()
         if self._acceleration_matters:
-            now.a = plant.motor_accelerations()
+            state.a = plant.motor_accelerations()
 
     def _load_platform(self) -> None:
         mass = sum(added(self.time) for added in self._masses)
@@ -161,7 +161,7 @@ class Machine:
         self.plant.push([-resistance * component for component in velocity])
 
     def _set_friction(self) -> None:
-        levels = [joint.friction(brake, self._now) for joint, brake in zip(self._joints, self.brake, strict=True)]
+        levels = [joint.friction(brake, self._state) for joint, brake in zip(self._joints, self.brake, strict=True)]
         friction = [dry for dry, _ in levels]
         self._presliding = [presliding_level for _, presliding_level in levels]
         if friction != self._friction:

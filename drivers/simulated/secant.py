@@ -11,7 +11,7 @@ _MAX_LOG_STEP = math.log(10)
 def solve(
     size: Callable[[float], float], target_size: float, *, start: float, largest: float, tolerance: float
 ) -> tuple[float, float] | None:
-    """Strength up to `largest` whose `size` is nearest to `wanted`, and that size; None: never finite.
+    """Strength up to `largest` whose `size` is nearest to `target_size`, and that size; None: never finite.
 
     `size` is roughly increasing, and infinite where the strength is impossible. Secant steps on the logarithms of
     strength and size, where most laws are straight lines, safeguarded by a bracket.

@@ -30,7 +30,7 @@ _MARGIN = 0.15
 """Motion after the repetitions, for the low-pass filter [s]."""
 _SIZE_TOLERANCE = 0.01
 """Relative tolerance of a requested size."""
-_UNSTABLE_ACCELERATION = 0.3
+_UNSTABLE_CHANGE = 0.3
 """Change of the acceleration by an effect, relative to it, above which the loop counts as unstable."""
 
 
@@ -57,7 +57,7 @@ class EffectSizer:
         return self._runs[effect.cycles].size(effect)
 
     def nearest(self, effect: HiddenEffect, target_size: float) -> tuple[HiddenEffect, float]:
-        """The effect with the strength, of the same sign, whose size is nearest to `wanted`; and that size.
+        """The effect with the strength, of the same sign, whose size is nearest to `target_size`; and that size.
 
         Raises:
             BadInput: as `size`, or the robot cannot follow the trajectory with any strength tried.
@@ -102,9 +102,7 @@ class _TrajectoryRun:
         middle = (self._window.start + self._window.stop) / 2 * self._dt
         joints = [joint - 1 for joint in effect.joints]
         fit, bare = self._residual_with((effect.at(middle),)), self._bare
-        if fit is None or _rms(fit.acceleration - bare.acceleration) > _UNSTABLE_ACCELERATION * _rms(
-            bare.acceleration
-        ):
+        if fit is None or _rms(fit.acceleration - bare.acceleration) > _UNSTABLE_CHANGE * _rms(bare.acceleration):
             return math.inf
         return _rms((fit.residual - bare.residual)[:, joints]) / _rms(bare.torque[:, joints])
 
@@ -157,7 +155,7 @@ def _resolve(sizer: EffectSizer, spec: EffectSpec, effect: HiddenEffect) -> Effe
     effect, size = sizer.nearest(effect, spec.size)
     if abs(size / spec.size - 1) > 2 * _SIZE_TOLERANCE:
         raise BadInput(
-            f"effect {spec.name}: a size of {spec.size:g} cannot be had on joints {list(spec.joints)}, "
+            f"effect {spec.name}: a size of {spec.size:g} is not possible on joints {list(spec.joints)}, "
             f"{size:.3g} is the nearest; change the size or the other parameters"
         )
     return effect.spec()

@@ -8,7 +8,7 @@ class ActuationDelay(HiddenEffect):
 
     variables = ("velocity", "acceleration")
 
-    delay: float = parameter(0.001, "s", "from voltage to torque", ge=0, le=0.01)
+    delay: float = parameter(0.001, "s", "delay from voltage to torque", ge=0, le=0.01)
 
     def lag(self) -> float:
         return self.delay

@@ -10,7 +10,7 @@ class AsymmetricViscous(HiddenEffect):
 
     variables = ("velocity",)
 
-    a: float = parameter(0.2, "N m s/rad", "half of what the two directions' coefficients differ by", ge=-3, le=3)
+    a: float = parameter(0.2, "N m s/rad", "half of the difference of the two directions' coefficients", ge=-3, le=3)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -10,7 +10,7 @@ class EncoderZeroOffset(HiddenEffect):
 
     variables = ("position",)
 
-    c: float = parameter(0.01, "rad", "what it reads too much", ge=-0.3, le=0.3)
+    c: float = parameter(0.01, "rad", "reading minus true angle", ge=-0.3, le=0.3)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -12,11 +12,11 @@ class GeometryError(HiddenEffect):
     variables = ("position", "velocity", "acceleration")
     whole_robot = True
 
-    error: float = parameter(0.01, "m", "what the length is too long", ge=-0.1, le=0.1)
-    L1: float = parameter(0.0, "1", "share of the error that the arms have", ge=-1, le=1)
-    L2: float = parameter(1.0, "1", "that the forearms have", ge=-1, le=1)
-    R: float = parameter(0.0, "1", "that the base's radius has", ge=-1, le=1)
-    r: float = parameter(0.0, "1", "that the platform's radius has", ge=-1, le=1)
+    error: float = parameter(0.01, "m", "true length minus the rig's", ge=-0.1, le=0.1)
+    L1: float = parameter(0.0, "1", "share of the arms in the error", ge=-1, le=1)
+    L2: float = parameter(1.0, "1", "share of the rods", ge=-1, le=1)
+    R: float = parameter(0.0, "1", "share of the base radius", ge=-1, le=1)
+    r: float = parameter(0.0, "1", "share of the platform radius", ge=-1, le=1)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

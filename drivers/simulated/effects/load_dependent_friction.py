@@ -8,7 +8,7 @@ class LoadDependentFriction(HiddenEffect):
 
     variables = ("load", "velocity")
 
-    a: float = parameter(0.05, "1", "share lost", ge=0, le=0.5)
+    a: float = parameter(0.05, "1", "fraction of the torque that is lost", ge=0, le=0.5)
 
     def friction(self, i: int, state: JointState) -> float:
         return self.a * abs(state.load[i])

@@ -13,9 +13,9 @@ class PayloadChange(HiddenEffect):
     variables = ("time", "position", "acceleration")
     whole_robot = True
 
-    dm: float = parameter(0.2, "kg", "mass picked up", ge=0, le=3)
-    t_c: float = parameter(5.0, "s", "when, on the machine's clock", ge=0, le=1e6)
-    t_e: float = parameter(1e6, "s", "when it is put down again", ge=0, le=1e6)
+    dm: float = parameter(0.2, "kg", "mass of the payload", ge=0, le=3)
+    t_c: float = parameter(5.0, "s", "time of picking up, on the machine's clock", ge=0, le=1e6)
+    t_e: float = parameter(1e6, "s", "time of putting down", ge=0, le=1e6)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

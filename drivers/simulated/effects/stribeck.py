@@ -12,8 +12,8 @@ class Stribeck(HiddenEffect):
 
     variables = ("velocity",)
 
-    a: float = parameter(0.5, "N m", "dry friction at standstill beyond the Coulomb level", ge=0, le=8)
-    v_s: float = parameter(0.3, "rad/s", "speed at which most of it is gone", ge=1e-3, le=3)
+    a: float = parameter(0.5, "N m", "static friction minus the Coulomb level", ge=0, le=8)
+    v_s: float = parameter(0.3, "rad/s", "Stribeck velocity", ge=1e-3, le=3)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -13,7 +13,7 @@ class ThermalDrift(HiddenEffect):
     variables = ("time", "velocity")
     cycles = 5
 
-    b: float = parameter(0.4, "N m", "dry friction of the cold machine beyond that of the warm one", ge=0, le=20)
+    b: float = parameter(0.4, "N m", "dry friction of the cold machine minus that of the warm one", ge=0, le=20)
     viscous: float = parameter(0.4, "s/rad", "viscous part over dry part", ge=0, le=5)
     T: float = parameter(15.0, "s", "time constant of warming, from power-on", ge=0.1, le=1e4)
 

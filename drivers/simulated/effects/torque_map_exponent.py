@@ -10,7 +10,7 @@ class TorqueMapExponent(HiddenEffect):
 
     variables = ("load",)
 
-    excess: float = parameter(0.1, "1", "p less the rig's", ge=-0.8, le=0.8)
+    excess: float = parameter(0.1, "1", "p minus the rig's", ge=-0.8, le=0.8)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -14,7 +14,7 @@ class CablePull(HiddenEffect):
 
     a: float = parameter(0.5, "N m", "pull at the angle q_0", ge=0, le=30)
     q_0: float = parameter(0.2, "rad", "angle at which the pull is a", ge=-1.5, le=1.5)
-    w: float = parameter(0.08, "rad", "over which it grows e times", ge=0.02, le=1)
+    w: float = parameter(0.08, "rad", "angle over which it grows by the factor e", ge=0.02, le=1)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""A damaged place on the gear."""
+"""A worn spot of the gear."""
 
 import math
 
@@ -12,8 +12,8 @@ class WornSpot(HiddenEffect):
 
     variables = ("position", "velocity")
 
-    a: float = parameter(1.0, "N m", "further dry friction in the middle of the spot", ge=0, le=30)
-    q_0: float = parameter(-0.2, "rad", "where the spot is", ge=-1.5, le=1.5)
+    a: float = parameter(1.0, "N m", "additional dry friction in the middle of the spot", ge=0, le=30)
+    q_0: float = parameter(-0.2, "rad", "position of the spot", ge=-1.5, le=1.5)
     w: float = parameter(0.1, "rad", "half of its width", ge=0.01, le=1)
 
     @classmethod

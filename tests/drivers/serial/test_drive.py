@@ -238,7 +238,7 @@ def test_power_off_waits_for_each_drive() -> None:
     amplifiers, port, log = drives([*script, ("3 g r0xa4", "v 4")])
     assert amplifiers.power_off() == (Power.OFF, Power.UNKNOWN, Power.FAULT)
     port.assert_finished()
-    assert log == [("error", "joint 2 ('2' on line)", "while taking the power: no reply in time")]
+    assert log == [("error", "joint 2 ('2' on line)", "while switching power off: no reply in time")]
 
 
 # Three lines

@@ -119,5 +119,5 @@ def test_bad_size_is_explained(spec: EffectSpec, complaint: str) -> None:
 @pytest.mark.parametrize("name", ["backlash", "joint_elasticity"])
 def test_size_out_of_reach_is_explained(name: str) -> None:
     huge = EffectSpec(name=name, joints=(1,), size=0.5)
-    with pytest.raises(BadInput, match=r"a size of 0.5 cannot be had on joints \[1\]"):
+    with pytest.raises(BadInput, match=r"a size of 0.5 is not possible on joints \[1\]"):
         resolve(RIG, SimConfig(effects=(huge,)))
