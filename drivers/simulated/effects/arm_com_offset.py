@@ -11,9 +11,7 @@ class ArmComOffset(HiddenEffect):
 
     variables = ("position",)
 
-    a: float = parameter(
-        0.5, "N m", "weight of the arm times its lever arm, negative above the line", ge=-8, le=8
-    )
+    a: float = parameter(0.5, "N m", "weight of the arm times its lever arm, negative above the line", ge=-8, le=8)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

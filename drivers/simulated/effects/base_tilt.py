@@ -15,9 +15,7 @@ class BaseTilt(HiddenEffect):
     whole_robot = True
 
     angle: float = parameter(0.03, "rad", "angle between the base's normal and the vertical", ge=0, le=0.5)
-    direction: float = parameter(
-        0.6, "rad", "of horizontal gravity, from x towards y", ge=-math.pi, le=math.pi
-    )
+    direction: float = parameter(0.6, "rad", "of horizontal gravity, from x towards y", ge=-math.pi, le=math.pi)
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:

@@ -79,9 +79,9 @@ def test_check_compares_and_writes_nothing() -> None:
         faulty = [status(1, FAULT), ("1 g r0xa4", "v 4")] if node == 1 else [status(node, OFF)]
         script += [*faulty, *((f"{node} g {name}", f"v {value}") for name, value in actual.items())]
     amplifiers, port, _ = drives(script)
-    findings = amplifiers.check()
+    results = amplifiers.check()
     port.assert_finished()
-    noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in findings if f.verdict == "will be written"]
+    noteworthy = [(f.where[:7], f.what[:5], f.expected, f.found) for f in results if f.verdict == "will be written"]
     assert noteworthy[0] == ("joint 1", "state", "off", "fault: short circuit (0x0004)")
     assert ("joint 1", "r0xcf", "15000", "7") in noteworthy
     assert ("joint 2", "r0xb8", "1700", "1400") in noteworthy
