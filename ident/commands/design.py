@@ -48,7 +48,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
 @click.option(
     "--criterion",
     type=click.Choice(["d", "e"]),
-    help="Minimise d: the joint uncertainty of all parameters; e: the largest uncertainty of any.  [default: d]",
+    help="d: minimise the uncertainty of all parameters together; e: the largest uncertainty of any.  [default: d]",
 )
 @click.option(
     "--with",
@@ -71,7 +71,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, pairs: Pairs) -> Pair
     "joints",
     type=click.IntRange(min=1),
     multiple=True,
-    help="Joint on which one of the two effects is. May be repeated.  [default: any]",
+    help="Joint on which the effect is, whether A or B. May be repeated.  [default: any]",
 )
 @click.option(
     "--recording",

@@ -13,7 +13,7 @@ MAX_CANDIDATES = 14
 
 
 def ladder(document: Document) -> go.Figure:
-    """Draw training and held-out RMS of each step per joint, with the noise floor as a line."""
+    """Draw training and held-out RMS of each step of the selection per joint, with the noise floor as a line."""
     names = [theme.escaped(label) for label in document.labels]
     return rms_bars(names, document.rungs, document.noise_rms, document.effort_units)
 
@@ -21,7 +21,7 @@ def ladder(document: Document) -> go.Figure:
 def rms_bars(
     names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]
 ) -> go.Figure:
-    """Draw the same for models `steps` called `names`; `noise` and `units` per joint."""
+    """Draw training and held-out RMS of models `steps` called `names`; `noise` and `units` are per joint."""
     dof = len(units)
     figure = theme.subplots(
         1,
