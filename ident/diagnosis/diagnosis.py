@@ -21,7 +21,7 @@ from ident.diagnosis.stepwise_selection import Selector
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
-from ident.identification.model import ModelFile
+from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from recordings.errors import BadInput
 from recordings.reader import read

@@ -53,9 +53,9 @@ class EffectContribution:
             return predictor.prepared.condition(columns @ candidate.coefficients)
         total = np.zeros_like(computed)
         count = candidate.scale.shape[1]
-        for number, coefficient in enumerate(candidate.coefficients):
-            joints = term.joints if term.effect.whole_robot else term.joints[number // count : number // count + 1]
-            local = np.where(np.arange(count) == number % count, candidate.scale[number // count], 0.0)
+        for index, coefficient in enumerate(candidate.coefficients):
+            joints = term.joints if term.effect.whole_robot else term.joints[index // count : index // count + 1]
+            local = np.where(np.arange(count) == index % count, candidate.scale[index // count], 0.0)
             extended = structure.with_term(Term(term.name, term.effect, joints))
             torque = predictor.torque(extended, np.concatenate([x, local, candidate.shapes]), self._rigid)
             total += coefficient * (torque - computed)

@@ -47,32 +47,34 @@ def measure_improvement(
     # An effect may be undefined in more rows than the model without it: compare where both are defined.
     pairs = zip(rows, before, after, strict=True)
     rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
-    first, second = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
-    fall = first - second
-    count = len(fall)
+    mean_before, mean_after = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
+    reduction = mean_before - mean_after
+    count = len(reduction)
     if count < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
-    spread = float(fall.std(ddof=1)) / np.sqrt(count)
-    excess = first - 1.0
+    spread = float(reduction.std(ddof=1)) / np.sqrt(count)
+    excess = mean_before - 1.0
     samples = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
-    shares = _share(fall[samples].mean(axis=1), excess[samples].mean(axis=1))
+    shares = _share(reduction[samples].mean(axis=1), excess[samples].mean(axis=1))
     low, high = np.percentile(shares, [2.5, 97.5])
-    share = _share(fall.mean(), excess.mean())
-    t = float(fall.mean() / spread) if spread else 0.0
-    return Improvement(float(share), (float(low), float(high)), t, float(fall.mean()), float(second.mean()) - 1.0)
+    share = _share(reduction.mean(), excess.mean())
+    t = float(reduction.mean() / spread) if spread else 0.0
+    return Improvement(
+        float(share), (float(low), float(high)), t, float(reduction.mean()), float(mean_after.mean()) - 1.0
+    )
 
 
-def _share(fall: Floats, excess: Floats) -> Floats:
-    return np.where(excess > 0, np.clip(fall / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
+def _share(reduction: Floats, excess: Floats) -> Floats:
+    return np.where(excess > 0, np.clip(reduction / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
 
 
 def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
     means = []
-    for dataset, known, residual in zip(split.datasets, rows, residuals, strict=True):
-        squares = np.where(known, (residual / scale) ** 2, 0.0).sum(axis=1)
-        number = np.floor(dataset.time / BLOCK_SECONDS).astype(int)
-        count = np.bincount(number, known.sum(axis=1))
-        sums = np.bincount(number, squares)
+    for dataset, selected, residual in zip(split.datasets, rows, residuals, strict=True):
+        squares = np.where(selected, (residual / scale) ** 2, 0.0).sum(axis=1)
+        block = np.floor(dataset.time / BLOCK_SECONDS).astype(int)
+        count = np.bincount(block, selected.sum(axis=1))
+        sums = np.bincount(block, squares)
         means.append(sums[count > 0] / count[count > 0])
     return np.concatenate(means)

@@ -111,8 +111,8 @@ def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
         model = _fit_with_curves(split, final, curves)
     if not curves:
         return None
-    held_out = measure_improvement(split, final.residuals, model.residuals, noise_floor.rms)
-    return NonparametricFit(tuple(curves), tuple(used), model, held_out)
+    improvement = measure_improvement(split, final.residuals, model.residuals, noise_floor.rms)
+    return NonparametricFit(tuple(curves), tuple(used), model, improvement)
 
 
 def _fit_with_curves(split: SplitData, final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:

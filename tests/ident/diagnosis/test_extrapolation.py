@@ -18,7 +18,7 @@ def _warnings(
 ) -> list[str]:
     """Warnings for a test motion with `reach` times the training torque of joint 2.
 
-    large_error: by the torque of joint 2, the rows with errors of 5 noise floors; still: a joint without training rows.
+    large_error: rows with errors of 5 noise floors, by the torque of joint 2; still: joint without training rows.
     """
     recording = SimpleNamespace(rig=simulated_rig())
     wave = np.stack([np.sin(2 * np.pi * (0.5 + 0.1 * joint) * _TIME) for joint in range(3)], axis=1)

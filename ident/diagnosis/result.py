@@ -1,0 +1,68 @@
+"""The result of a diagnosis as a user receives it: the document, and the model with all effects found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from ident.diagnosis.answer import to_document
+from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
+from ident.diagnosis.document import Document, FindingEntry, Verdict
+from ident.dynamics.effects.library import library
+from ident.estimation import estimators
+from ident.identification.identify import FitOptions, identify
+from ident.identification.model import Model
+
+
+@dataclass(frozen=True, eq=False)
+class DiagnosisResult:
+    """A diagnosis of recordings."""
+
+    document: Document
+    """What `ident diagnose --json` prints."""
+    diagnosis: Diagnosis
+    """Models, residuals and data behind the document."""
+    files: tuple[Path, ...]
+    validate: tuple[Path, ...]
+    options: DiagnosisOptions
+
+    @property
+    def verdict(self) -> Verdict:
+        """adequate, missing-effect, unknown-structure or undetermined."""
+        return self.document.verdict
+
+    @property
+    def findings(self) -> tuple[FindingEntry, ...]:
+        """The effects found, in the order in which they were added."""
+        return self.document.findings
+
+    def as_json(self) -> dict[str, Any]:
+        """The document as `ident diagnose --json` prints it."""
+        return self.document.as_json()
+
+    def apply(self) -> Model:
+        """Fit the linear parameters of the last model, which has all effects found, to all rows.
+
+        Raises:
+            BadInput: a recording cannot be read any more.
+        """
+        solution = self.diagnosis.selection.steps[-1].model.solution
+        bandwidth = self.diagnosis.split.datasets[0].bandwidth
+        options = FitOptions("ls", estimators.settings("ls", {}), 0, self.options.preprocessing, bandwidth)
+        held_out = self.validate[0] if self.validate else None
+        identification = identify(self.files, held_out, options, lambda *_: None, (solution.structure, solution.x))
+        return Model(identification.model, self.diagnosis.library, identification)
+
+
+def diagnosed(
+    files: Sequence[Path],
+    validate: Sequence[Path],
+    effect_files: Sequence[Path],
+    options: DiagnosisOptions,
+    progress: StatusCallback,
+    model: Model | None,
+) -> DiagnosisResult:
+    """Diagnose the recordings `files`, see `ident.diagnose`."""
+    effects = library(effect_files)
+    diagnosis = diagnose(files, validate, effects, options, progress, model.file if model else None)
+    return DiagnosisResult(to_document(diagnosis), diagnosis, tuple(files), tuple(validate), options)
