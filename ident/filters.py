@@ -1,7 +1,7 @@
-"""Zero-phase filters and differentiation that respect gaps.
+"""Zero-phase FIR filters and differentiation of signals with gaps.
 
-All filters are symmetric and finite: an output is the weighted sum of the inputs within half a filter's length,
-so a gap (NaN), or the end of the recording, spoils exactly the outputs whose weights reach it, and nothing else.
+All filters are symmetric and finite. An output is NaN exactly where the taps reach a gap (NaN) or an end of the
+recording.
 """
 
 import numpy as np
@@ -11,16 +11,16 @@ from recordings.recording import Bools, Floats
 _STOPBAND = 6.0
 """Kaiser's beta: about 63 dB of attenuation."""
 
-# Central differences of order eight, right half of an odd and of an even stencil. At 30 Hz and 500 samples a
-# second their error is below 1e-6, that of the three-point ones above 1 %.
+# Central differences of order eight: right halves of an odd and of an even stencil. At 30 Hz and 500 samples a
+# second their error is below 1e-6; that of three-point differences is above 1 %.
 _FIRST = (4 / 5, -1 / 5, 4 / 105, -1 / 280)
 _SECOND = (8 / 5, -1 / 5, 8 / 315, -1 / 560)
 
 
 def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
-    """Weighted sums of `x` (n, ...) along time, centred on the samples 0, step, 2 step, ...: (ceil(n / step), ...).
+    """Convolve `x` (n, ...) along time with `taps`, centred on samples 0, step, 2 step, ...: (ceil(n / step), ...).
 
-    `taps` is odd in number and given in the order of convolution. NaN where the taps reach a gap or an end.
+    The number of `taps` is odd. NaN where the taps reach a gap or an end.
     """
     from scipy.signal import upfirdn
 
@@ -34,15 +34,15 @@ def convolve(x: Floats, taps: Floats, step: int = 1) -> Floats:
 
 
 def contiguous_slices(known: Bools) -> list[slice]:
-    """The stretches of samples that are `known` (n,), without a gap, in order."""
+    """Return the slices of consecutive samples that are `known` (n,), in order."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], known, [False]]).astype(np.int8)))
     return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
 def low_pass(cutoff: float, rate: float) -> Floats:
-    """Taps of a low-pass that is 3 dB down at `cutoff` [Hz] as a whole, for `rate` samples a second.
+    """Compute the taps of a low-pass with -3 dB at `cutoff` [Hz], for `rate` samples per second.
 
-    A sinc under a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
+    A sinc with a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
     """
     from scipy.optimize import brentq
 
@@ -56,29 +56,29 @@ def low_pass(cutoff: float, rate: float) -> Floats:
 
 
 def _windowed_sinc(corner: float, half: int) -> Floats:
-    """`corner` in cycles per sample."""
+    """Taps of a windowed sinc with the `corner` in cycles per sample."""
     taps = np.sinc(2 * corner * np.arange(-half, half + 1)) * np.kaiser(2 * half + 1, _STOPBAND)
     normalised: Floats = taps / taps.sum()
     return normalised
 
 
 def first_derivative(x: Floats, rate: float) -> Floats:
-    """Time derivative of `x` (n, ...), by central differences of order eight."""
+    """Compute the time derivative of `x` (n, ...) by central differences of order eight."""
     right = np.array(_FIRST)
     return convolve(x, np.concatenate([right[::-1], [0.0], -right]) * rate)
 
 
 def second_derivative(x: Floats, rate: float) -> Floats:
-    """Second time derivative of `x` (n, ...), by central differences of order eight."""
+    """Compute the second time derivative of `x` (n, ...) by central differences of order eight."""
     right = np.array(_SECOND)
     return convolve(x, np.concatenate([right[::-1], [-2 * right.sum()], right]) * rate**2)
 
 
 def mean_sign(velocity: Floats) -> Floats:
-    """sgn of `velocity` (n, dof), averaged over the interval of half a sample to either side of each instant.
+    """Average sgn of `velocity` (n, dof) over half a sample to either side of each instant.
 
-    Between samples the velocity is taken as linear. Over a straight line from a to b the mean of sgn is
-    (|b| - |a|) / (b - a), because sgn is the derivative of the absolute value.
+    The velocity is interpolated linearly. Over a straight line from a to b the mean of sgn is (|b| - |a|) / (b - a),
+    because sgn is the derivative of the absolute value.
     """
     between = (velocity[1:] + velocity[:-1]) / 2
     unknown = np.full_like(velocity[:1], np.nan)

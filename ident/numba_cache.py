@@ -1,4 +1,4 @@
-"""Compilation of the few loops that numpy cannot express, by numba, kept on disk for the next run."""
+"""Compilation by numba of the few loops that numpy cannot express, cached on disk."""
 
 import warnings
 from collections.abc import Callable
@@ -6,28 +6,30 @@ from typing import Any
 
 import numba
 
-_KNOWN: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
+_COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
 
 def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """`function` compiled on its first call, with numba's `options`; the same one each time."""
+    """Return `function` compiled with numba's `options` on its first call; the same object each time."""
     key = function, str(options)
-    if key in _KNOWN:
-        return _KNOWN[key]
+    if key in _COMPILED:
+        return _COMPILED[key]
     if options.get("parallel"):
         _start_threads()
     try:
-        kept: Callable[..., Any] = numba.njit(cache=True, **options)(function)
+        jitted: Callable[..., Any] = numba.njit(cache=True, **options)(function)
     except RuntimeError:
-        # Neither the package's folder nor the user's cache can be written: compile anew in every process.
-        kept = numba.njit(**options)(function)
-    _KNOWN[key] = kept
-    return kept
+        # Neither the package's folder nor the user's cache is writable: compile in every process.
+        jitted = numba.njit(**options)(function)
+    _COMPILED[key] = jitted
+    return jitted
 
 
 def _start_threads() -> None:
-    """Quietly: without /dev/shm numba warns that processes may get in each other's way as they start their threads,
-    but those that we fork start none."""
+    """Start numba's threads without its warning where /dev/shm is missing.
+
+    The warning is about processes that start threads at the same time; our forked processes start none.
+    """
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "Could not obtain multiprocessing lock")
         numba.get_num_threads()

@@ -1,4 +1,4 @@
-"""Methods found by file name: one method is one module of a package, named as the user types it."""
+"""Plugins found by file name: each is one module of a package, named as the user types it."""
 
 import importlib
 import importlib.util
@@ -9,7 +9,7 @@ from recordings.errors import BadInput
 
 
 def names(package: str) -> tuple[str, ...]:
-    """Names of the modules in `package` (say "ident.estimation.estimators"), none of which is imported."""
+    """Return the names of the modules in `package` (say "ident.estimation.estimators") without importing them."""
     spec = importlib.util.find_spec(package)
     folders = spec.submodule_search_locations if spec else None
     return tuple(sorted(module.name for module in pkgutil.iter_modules(folders or [])))

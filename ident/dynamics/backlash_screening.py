@@ -1,4 +1,4 @@
-"""A first look at play, compiled as this is imported: each joint by itself, with all else left as it is."""
+"""Compiled screening for backlash: each joint alone, with the motion of the other joints unchanged."""
 
 import math
 
@@ -8,74 +8,76 @@ from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 
-def _flights(load: Floats, tilt: Floats, inertia: Floats, half: float, dt: float, parts: int) -> Floats:
-    """Torque (n,) that one arm takes because of play beyond what its side of the gap asks for, `parts` steps to an
-    instant.
+def _backlash_torque(
+    load: Floats, gradient: Floats, inertia: Floats, half_gap: float, dt: float, substeps: int
+) -> Floats:
+    """Torque (n,) by which backlash changes the torque of one arm, with `substeps` steps per sample.
 
-    load: (n,) in the middle of the gap, that changes by tilt (n,) per angle by which the motor is ahead;
-    inertia: (n,) [kg m^2].
+    load: (n,) torque of the arm in the middle of the gap; gradient: (n,) its derivative by the lead of the motor;
+    inertia: (n,) [kg m^2] of the arm.
     """
     n = len(load)
-    more = np.zeros(n)
-    h, running, free = dt / parts, False, False
+    torque = np.zeros(n)
+    h, running, free = dt / substeps, False, False
     x = w = 0.0
     for k in range(n):
-        if not (math.isfinite(load[k]) and math.isfinite(tilt[k]) and math.isfinite(inertia[k])):
+        if not (math.isfinite(load[k]) and math.isfinite(gradient[k]) and math.isfinite(inertia[k])):
             running = False
             continue
         if not running:
-            x, w, free, running = math.copysign(half, load[k]), 0.0, False, True
+            x, w, free, running = math.copysign(half_gap, load[k]), 0.0, False, True
             continue
-        if not free and (load[k] + tilt[k] * x) * x >= 0 and (load[k - 1] + tilt[k - 1] * x) * x >= 0:
+        if not free and (load[k] + gradient[k] * x) * x >= 0 and (load[k - 1] + gradient[k - 1] * x) * x >= 0:
             continue
-        for part in range(1, parts + 1):
-            need = load[k - 1] + (load[k] - load[k - 1]) * part / parts + tilt[k] * x
-            free = free or need * x < 0
+        for substep in range(1, substeps + 1):
+            net_torque = load[k - 1] + (load[k] - load[k - 1]) * substep / substeps + gradient[k] * x
+            free = free or net_torque * x < 0
             if not free:
                 continue
-            more[k] -= need / parts
-            w += h * need / inertia[k]
+            torque[k] -= net_torque / substeps
+            w += h * net_torque / inertia[k]
             x += h * w
-            if abs(x) >= half:
-                more[k] += inertia[k] * w / dt
-                x, w, free = math.copysign(half, x), 0.0, False
-    return more
+            if abs(x) >= half_gap:
+                torque[k] += inertia[k] * w / dt
+                x, w, free = math.copysign(half_gap, x), 0.0, False
+    return torque
 
 
-def _falls(
+def _cost_reductions(
     load: Floats,
-    tilt: Floats,
+    gradient: Floats,
     inertia: Floats,
-    push: Floats,
-    own: Floats,
+    motor_torque: Floats,
+    joint_inertias: Floats,
     residual: Floats,
-    shares: Floats,
-    halves: Floats,
+    motor_shares: Floats,
+    half_gaps: Floats,
     dt: float,
-    parts: int,
+    substeps: int,
 ) -> Floats:
-    """(s, h, dof) fall of the sum of squares of the `residual` (n, dof) by play.
+    """Reductions (s, h, dof) of the sum of squares of the `residual` (n, dof) by backlash.
 
-    load, tilt, inertia: (n, dof) as `_flights`, of arms and motors; push (n, dof), own (dof,): torque and inertia
-    of a joint by itself, of which the motors have `shares` (s,); `halves` (h,) of the play.
+    load, gradient, inertia: (n, dof) as in `_backlash_torque`, of arms and motors together.
+    motor_torque (n, dof), joint_inertias (dof,): if a motor had all of a joint's own inertia.
+    motor_shares: (s,) shares of the motors; half_gaps: (h,) [rad or m].
     """
     n, dof = load.shape
-    fall = np.zeros((len(shares), len(halves), dof))
+    reductions = np.zeros((len(motor_shares), len(half_gaps), dof))
     for j in range(dof):
-        for s in range(len(shares)):
-            arm = load[:, j] - shares[s] * push[:, j]
-            turned = np.maximum(inertia[:, j] - shares[s] * own[j], 0.01 * inertia[:, j])
-            for h in range(len(halves)):
-                more = flights(arm, tilt[:, j], turned, halves[h], dt, parts)
-                together = size = 0.0
+        for s in range(len(motor_shares)):
+            arm_load = load[:, j] - motor_shares[s] * motor_torque[:, j]
+            arm_inertia = np.maximum(inertia[:, j] - motor_shares[s] * joint_inertias[j], 0.01 * inertia[:, j])
+            for h in range(len(half_gaps)):
+                torque = backlash_torque(arm_load, gradient[:, j], arm_inertia, half_gaps[h], dt, substeps)
+                product = square = 0.0
                 for k in range(1, n - 1):
-                    smooth = (more[k - 1] + 2 * more[k] + more[k + 1]) / 4
+                    smooth = (torque[k - 1] + 2 * torque[k] + torque[k + 1]) / 4
                     if smooth != 0.0 and math.isfinite(residual[k, j]):
-                        together += smooth * residual[k, j]
-                        size += smooth * smooth
-                fall[s, h, j] = 2 * together - size
-    return fall
+                        product += smooth * residual[k, j]
+                        square += smooth * smooth
+                reductions[s, h, j] = 2 * product - square
+    return reductions
 
 
-flights = compiled(_flights)
-falls = compiled(_falls)
+backlash_torque = compiled(_backlash_torque)
+cost_reductions = compiled(_cost_reductions)

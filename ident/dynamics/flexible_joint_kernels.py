@@ -1,9 +1,10 @@
-"""Loops of `ident.dynamics.flexible_joints`, compiled as this is imported.
+"""Compiled kernels of `ident.dynamics.flexible_joints`.
 
-All are in one file: what is kept on disk of a compiled loop is made anew when its own file changes, not when that of
-a function which it calls does.
+All are in one file: numba recompiles a cached function when its own file changes, but not when the file of a function
+changes that it calls.
 
-Throughout: `x`, `w` are angle and speed by which motors are ahead of their arms; arms move as motors - x.
+The twist of a joint, `twist` or `x`, is the angle by which the motor is ahead of the arm; `twist_rate` or `w` is its
+derivative.
 """
 
 import math
@@ -14,29 +15,47 @@ from ident.numba_cache import compiled
 from recordings.recording import Bools, Floats
 
 _TINY = 1e-9
-"""Inertia [kg m^2] that keeps what has none from dividing by nothing."""
-_SETTLING = 50
-"""Steps until a spring has found its rest."""
+"""Added to every inertia [kg m^2] so that none is zero."""
+_SETTLING_STEPS = 50
+"""Iterations to the initial static twist."""
 
 
-def _delta(  # noqa: C901 - compiled: nothing but numbers in small loops
-    numbers: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, work: Floats
+def _delta_dynamics(  # noqa: C901 - compiled: nothing but numbers in small loops
+    constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, workspace: Floats
 ) -> None:
-    """Torque (3,) and inertia (3, 3) of a delta's arms: (A3)-(A8), (15)-(16), (23), (26), uniform forearms.
+    """Torque (3,) and inertia (3, 3) of a delta's arms: (A3)-(A8), (15)-(16), (23), (26), with uniform rods.
 
-    work: (26, 3), any content.
+    workspace: (26, 3), any content.
     """
-    L1, L2, out, g = numbers[0], numbers[1], numbers[2], numbers[3]
-    m_p, T_g, m_d = numbers[4], numbers[5], numbers[6]
-    elbow, tangent, rod, rate, rows, J = work[:3], work[3:6], work[6:9], work[9:12], work[12:15], work[15:18]
-    first, second, normal, P, P_dot, P_ddot = work[18], work[19], work[20], work[21], work[22], work[23]
-    sines, cosines = work[24], work[25]
+    L1, L2, out, g = constants[0], constants[1], constants[2], constants[3]
+    m_p, T_g, m_d = constants[4], constants[5], constants[6]
+    elbow, tangent, rod, rod_rate, rows, J = (
+        workspace[:3],
+        workspace[3:6],
+        workspace[6:9],
+        workspace[9:12],
+        workspace[12:15],
+        workspace[15:18],
+    )
+    first, second, normal, P, P_dot, P_ddot = (
+        workspace[18],
+        workspace[19],
+        workspace[20],
+        workspace[21],
+        workspace[22],
+        workspace[23],
+    )
+    sines, cosines = workspace[24], workspace[25]
     for i in range(3):
-        along, across = numbers[7 + i], numbers[10 + i]
+        cos_phi, sin_phi = constants[7 + i], constants[10 + i]
         sine, cosine = math.sin(q[i]), math.cos(q[i])
         sines[i], cosines[i] = sine, cosine
-        elbow[i, 0], elbow[i, 1], elbow[i, 2] = (out + L1 * cosine) * along, (out + L1 * cosine) * across, L1 * sine
-        tangent[i, 0], tangent[i, 1], tangent[i, 2] = -L1 * sine * along, -L1 * sine * across, L1 * cosine
+        elbow[i, 0], elbow[i, 1], elbow[i, 2] = (
+            (out + L1 * cosine) * cos_phi,
+            (out + L1 * cosine) * sin_phi,
+            L1 * sine,
+        )
+        tangent[i, 0], tangent[i, 1], tangent[i, 2] = -L1 * sine * cos_phi, -L1 * sine * sin_phi, L1 * cosine
     aa = bb = cc = 0.0
     for d in range(3):
         first[d], second[d] = elbow[1, d] - elbow[0, d], elbow[2, d] - elbow[0, d]
@@ -45,60 +64,62 @@ def _delta(  # noqa: C901 - compiled: nothing but numbers in small loops
         cc += (first[d] - second[d]) ** 2
     _cross(first, second, normal)
     nn = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
-    short = L2**2 - aa * bb * cc / (4 * nn)
-    if not short >= 0.0:  # torn apart
+    height_squared = L2**2 - aa * bb * cc / (4 * nn)
+    if not height_squared >= 0.0:  # no position closes the loop
         torque[:] = np.nan
         inertia[:] = np.nan
         return
-    below = math.copysign(math.sqrt(short / nn), normal[2])
+    drop = math.copysign(math.sqrt(height_squared / nn), normal[2])
     for d in range(3):
         first[d] = aa * second[d] - bb * first[d]
     _cross(first, normal, second)
     for d in range(3):
-        P[d] = elbow[0, d] + second[d] / (2 * nn) - below * normal[d]
+        P[d] = elbow[0, d] + second[d] / (2 * nn) - drop * normal[d]
     for i in range(3):
         for d in range(3):
             rod[i, d] = P[d] - elbow[i, d]
-    for i in range(3):  # rows: of the inverse's transpose, not yet divided by the determinant
+    for i in range(3):  # rows of the transposed inverse, not yet divided by the determinant
         _cross(rod[(i + 1) % 3], rod[(i + 2) % 3], rows[i])
-    volume = rod[0, 0] * rows[0, 0] + rod[0, 1] * rows[0, 1] + rod[0, 2] * rows[0, 2]
+    determinant = rod[0, 0] * rows[0, 0] + rod[0, 1] * rows[0, 1] + rod[0, 2] * rows[0, 2]
     for i in range(3):
         leverage = rod[i, 0] * tangent[i, 0] + rod[i, 1] * tangent[i, 1] + rod[i, 2] * tangent[i, 2]
         for d in range(3):
-            rows[i, d] /= volume
+            rows[i, d] /= determinant
             J[i, d] = rows[i, d] * leverage
     for d in range(3):
         P_dot[d] = J[0, d] * v[0] + J[1, d] * v[1] + J[2, d] * v[2]
         P_ddot[d] = J[0, d] * a[0] + J[1, d] * a[1] + J[2, d] * a[2]
     for i in range(3):
         sine, cosine = sines[i], cosines[i]
-        turned = (-L1 * cosine * numbers[7 + i], -L1 * cosine * numbers[10 + i], -L1 * sine)
+        tangent_derivative = (-L1 * cosine * constants[7 + i], -L1 * cosine * constants[10 + i], -L1 * sine)
         curvature = 0.0
         for d in range(3):
-            rate[i, d] = P_dot[d] - tangent[i, d] * v[i]
-            curvature += (rate[i, d] * tangent[i, d] + rod[i, d] * turned[d] * v[i]) * v[i] - rate[i, d] * P_dot[d]
+            rod_rate[i, d] = P_dot[d] - tangent[i, d] * v[i]
+            curvature += (rod_rate[i, d] * tangent[i, d] + rod[i, d] * tangent_derivative[d] * v[i]) * v[
+                i
+            ] - rod_rate[i, d] * P_dot[d]
         for d in range(3):
             P_ddot[d] += rows[i, d] * curvature
-    P_ddot[2] += g  # from here on with what carries the weight
-    pull = first
+    P_ddot[2] += g  # from here on minus gravity
+    force = first
     for d in range(3):
-        pull[d] = (m_p + m_d) * P_ddot[d]
+        force[d] = (m_p + m_d) * P_ddot[d]
     for i in range(3):
         sine, cosine = sines[i], cosines[i]
-        turned = (-L1 * cosine * numbers[7 + i], -L1 * cosine * numbers[10 + i], -L1 * sine)
-        torque[i] = T_g * cosine + numbers[13 + i] * a[i]
+        tangent_derivative = (-L1 * cosine * constants[7 + i], -L1 * cosine * constants[10 + i], -L1 * sine)
+        torque[i] = T_g * cosine + constants[13 + i] * a[i]
         for d in range(3):
-            at = tangent[i, d] * a[i] + turned[d] * v[i] ** 2 + (g if d == 2 else 0.0)
-            torque[i] += m_d * tangent[i, d] * (2 * at + P_ddot[d]) / 6
-            pull[d] += m_d * at / 6
+            elbow_acceleration = tangent[i, d] * a[i] + tangent_derivative[d] * v[i] ** 2 + (g if d == 2 else 0.0)
+            torque[i] += m_d * tangent[i, d] * (2 * elbow_acceleration + P_ddot[d]) / 6
+            force[d] += m_d * elbow_acceleration / 6
     for i in range(3):
-        torque[i] += J[i, 0] * pull[0] + J[i, 1] * pull[1] + J[i, 2] * pull[2]
+        torque[i] += J[i, 0] * force[0] + J[i, 1] * force[1] + J[i, 2] * force[2]
         for j in range(3):
             inertia[i, j] = 0.0
             for d in range(3):
                 inertia[i, j] += (m_p + m_d) * J[i, d] * J[j, d]
                 inertia[i, j] += m_d * (tangent[i, d] * J[j, d] + J[i, d] * tangent[j, d]) / 6
-        inertia[i, i] += numbers[13 + i] + m_d * L1**2 / 3 + _TINY
+        inertia[i, i] += constants[13 + i] + m_d * L1**2 / 3 + _TINY
 
 
 def _cross(a: Floats, b: Floats, result: Floats) -> None:
@@ -107,233 +128,260 @@ def _cross(a: Floats, b: Floats, result: Floats) -> None:
     result[2] = a[0] * b[1] - a[1] * b[0]
 
 
-def _axes(numbers: Floats, q: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
+def _axes_dynamics(constants: Floats, q: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
     dof = len(q)
     inertia[:] = 0.0
     for i in range(dof):
-        weight = numbers[dof + i] * math.cos(q[i]) + numbers[2 * dof + i] * math.sin(q[i]) + numbers[3 * dof + i]
-        torque[i] = numbers[i] * a[i] + weight
-        inertia[i, i] = numbers[i] + _TINY
+        weight = (
+            constants[dof + i] * math.cos(q[i]) + constants[2 * dof + i] * math.sin(q[i]) + constants[3 * dof + i]
+        )
+        torque[i] = constants[i] * a[i] + weight
+        inertia[i, i] = constants[i] + _TINY
 
 
-def _arms(
-    delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, work: Floats
+def _arm_dynamics(
+    delta: bool,
+    constants: Floats,
+    q: Floats,
+    v: Floats,
+    a: Floats,
+    torque: Floats,
+    inertia: Floats,
+    workspace: Floats,
 ) -> None:
-    """Torque (dof,) of the arms at one instant, and inertia (dof, dof), its derivative by the acceleration."""
+    """Torque (dof,) of the arms at one instant, and its derivative by the acceleration, the inertia (dof, dof)."""
     if delta:
-        _delta(numbers, q, v, a, torque, inertia, work)
+        _delta_dynamics(constants, q, v, a, torque, inertia, workspace)
     else:
-        _axes(numbers, q, a, torque, inertia)
+        _axes_dynamics(constants, q, a, torque, inertia)
 
 
-def _solve(matrix: Floats, right: Floats, count: int) -> None:
-    """`right` becomes the solution, by elimination; the matrix (count, count) is positive definite, and spoilt."""
+def _solve(matrix: Floats, vector: Floats, count: int) -> None:
+    """Replace `vector` by the solution; the positive definite `matrix` (count, count) is overwritten."""
     for i in range(count):
         for j in range(i + 1, count):
-            part = matrix[j, i] / matrix[i, i]
-            right[j] -= part * right[i]
+            factor = matrix[j, i] / matrix[i, i]
+            vector[j] -= factor * vector[i]
             for m in range(i, count):
-                matrix[j, m] -= part * matrix[i, m]
+                matrix[j, m] -= factor * matrix[i, m]
     for i in range(count - 1, -1, -1):
         for j in range(i + 1, count):
-            right[i] -= matrix[i, j] * right[j]
-        right[i] /= matrix[i, i]
+            vector[i] -= matrix[i, j] * vector[j]
+        vector[i] /= matrix[i, i]
 
 
-def _on_springs(  # noqa: C901 - compiled: one loop
+def _elastic_torque(  # noqa: C901 - compiled: one loop
     delta: bool,
-    numbers: Floats,
+    constants: Floats,
     q: Floats,
     v: Floats,
     a: Floats,
     compliance: Floats,
-    ratio: float,
+    damping_ratio: float,
     dt: float,
-    parts: int,
+    substeps: int,
     beta: float,
 ) -> Floats:
-    """`Arms.on_springs`, by Newmark's method, `parts` steps to an instant.
+    """`FlexibleJoints.elastic_torque` (n, dof) by Newmark's method, with `substeps` steps per sample.
 
-    beta: 1/12 (Fox, Goodwin) has no error of the period to speak of, 1/4 (mean acceleration) bears any step.
-    It starts at rest on the springs; NaN where the motion is. After a gap it starts anew.
+    beta: 1/12 (Fox-Goodwin) has the smallest period error; 1/4 (average acceleration) is stable for any step.
+    The arms start in static equilibrium, at the beginning and after each gap; NaN where the motion is NaN.
     """
     n, dof = q.shape
-    soft = np.flatnonzero(compliance > 0)
-    count = len(soft)
+    flexible = np.flatnonzero(compliance > 0)
+    count = len(flexible)
     result = np.full((n, dof), np.nan)
-    torque, inertia, work = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
-    x, w, bend = np.zeros(dof), np.zeros(dof), np.zeros(dof)
-    matrix, right = np.zeros((count, count)), np.zeros(count)
+    torque, inertia, workspace = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
+    twist, twist_rate, twist_acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    matrix, vector = np.zeros((count, count)), np.zeros(count)
     position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
-    h, running = dt / parts, False
+    h, running = dt / substeps, False
     for k in range(n):
         if not (np.isfinite(q[k]).all() and np.isfinite(v[k]).all() and np.isfinite(a[k]).all()):
             running = False
             continue
         if not running:
-            w[:], bend[:] = 0.0, 0.0
-            for _ in range(_SETTLING):
-                _arms(delta, numbers, q[k] - x, v[k], a[k], torque, inertia, work)
+            twist_rate[:], twist_acceleration[:] = 0.0, 0.0
+            for _ in range(_SETTLING_STEPS):
+                _arm_dynamics(delta, constants, q[k] - twist, v[k], a[k], torque, inertia, workspace)
                 for s in range(count):
-                    i = int(soft[s])
-                    x[i] += 0.5 * (torque[i] * compliance[i] - x[i])
-            running = not np.isnan(x).any()
+                    i = int(flexible[s])
+                    twist[i] += 0.5 * (torque[i] * compliance[i] - twist[i])
+            running = not np.isnan(twist).any()
             if not running:
-                x[:] = 0.0
+                twist[:] = 0.0
                 continue
             result[k] = torque
             continue
-        for part in range(1, parts + 1):
-            back = dt - part * h
+        for substep in range(1, substeps + 1):
+            time_left = dt - substep * h
             for i in range(dof):
                 jerk = (a[k, i] - a[k - 1, i]) / dt
-                acceleration[i] = a[k, i] - jerk * back
-                speed[i] = v[k, i] - a[k, i] * back + jerk * back**2 / 2 - w[i] - h * bend[i]
-                position[i] = q[k, i] - v[k, i] * back + a[k, i] * back**2 / 2 - jerk * back**3 / 6
-                position[i] -= x[i] + h * w[i] + h * h / 2 * bend[i]
-            _arms(delta, numbers, position, speed, acceleration, torque, inertia, work)
+                acceleration[i] = a[k, i] - jerk * time_left
+                speed[i] = (
+                    v[k, i]
+                    - a[k, i] * time_left
+                    + jerk * time_left**2 / 2
+                    - twist_rate[i]
+                    - h * twist_acceleration[i]
+                )
+                position[i] = q[k, i] - v[k, i] * time_left + a[k, i] * time_left**2 / 2 - jerk * time_left**3 / 6
+                position[i] -= twist[i] + h * twist_rate[i] + h * h / 2 * twist_acceleration[i]
+            _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
             for s in range(count):
-                i = int(soft[s])
-                damping = 2 * ratio * math.sqrt(inertia[i, i] / compliance[i])
-                right[s] = torque[i] - damping * (w[i] + h / 2 * bend[i])
-                right[s] -= (x[i] + h * w[i] + h * h * (0.5 - beta) * bend[i]) / compliance[i]
+                i = int(flexible[s])
+                damping = 2 * damping_ratio * math.sqrt(inertia[i, i] / compliance[i])
+                vector[s] = torque[i] - damping * (twist_rate[i] + h / 2 * twist_acceleration[i])
+                vector[s] -= (
+                    twist[i] + h * twist_rate[i] + h * h * (0.5 - beta) * twist_acceleration[i]
+                ) / compliance[i]
                 for m in range(count):
-                    matrix[s, m] = inertia[i, soft[m]]
+                    matrix[s, m] = inertia[i, flexible[m]]
                 matrix[s, s] += h / 2 * damping + h * h * beta / compliance[i]
-            _solve(matrix, right, count)
+            _solve(matrix, vector, count)
             for s in range(count):
-                i = int(soft[s])
-                x[i] += h * w[i] + h * h * ((0.5 - beta) * bend[i] + beta * right[s])
-                w[i] += h / 2 * (bend[i] + right[s])
-                bend[i] = right[s]
+                i = int(flexible[s])
+                twist[i] += h * twist_rate[i] + h * h * ((0.5 - beta) * twist_acceleration[i] + beta * vector[s])
+                twist_rate[i] += h / 2 * (twist_acceleration[i] + vector[s])
+                twist_acceleration[i] = vector[s]
         for i in range(dof):
             result[k, i] = torque[i]
             for m in range(count):
-                result[k, i] -= inertia[i, soft[m]] * bend[soft[m]]
+                result[k, i] -= inertia[i, flexible[m]] * twist_acceleration[flexible[m]]
         if np.isnan(result[k]).any():
             running = False
-            x[:] = 0.0
+            twist[:] = 0.0
     return result
 
 
-def _forces(torque: Floats, inertia: Floats, free: Bools, bend: Floats, matrix: Floats, right: Floats) -> None:
-    """`bend`: acceleration of x of those that fly; `torque` becomes what the others are given, and 0 for those."""
-    flying = np.flatnonzero(free)
-    count = len(flying)
+def _contact_torque(
+    torque: Floats, inertia: Floats, free: Bools, gap_acceleration: Floats, matrix: Floats, vector: Floats
+) -> None:
+    """Compute the `gap_acceleration` of the `free` arms; `torque` becomes the contact torque, 0 for free arms."""
+    separated = np.flatnonzero(free)
+    count = len(separated)
     for s in range(count):
-        right[s] = torque[flying[s]]
+        vector[s] = torque[separated[s]]
         for m in range(count):
-            matrix[s, m] = inertia[flying[s], flying[m]]
-    _solve(matrix, right, count)
-    bend[:] = 0.0
+            matrix[s, m] = inertia[separated[s], separated[m]]
+    _solve(matrix, vector, count)
+    gap_acceleration[:] = 0.0
     for s in range(count):
-        bend[flying[s]] = right[s]
+        gap_acceleration[separated[s]] = vector[s]
     for i in range(len(torque)):
         for m in range(count):
-            torque[i] -= inertia[i, flying[m]] * bend[flying[m]]
+            torque[i] -= inertia[i, separated[m]] * gap_acceleration[separated[m]]
         if free[i]:
             torque[i] = 0.0
 
 
-def _firm(torque: Floats, last: Floats, x: Floats, half: Floats) -> bool:
-    """Whether the sides of the gap on which arms rest push them, and will until the next instant."""
+def _in_firm_contact(torque: Floats, previous: Floats, x: Floats, half_gap: Floats) -> bool:
+    """Return whether all arms stay in contact until the next instant, by linear extrapolation of the torque."""
     for i in range(len(x)):
-        if half[i] > 0 and min(torque[i] * x[i], (2 * torque[i] - last[i]) * x[i]) <= 0:
+        if half_gap[i] > 0 and min(torque[i] * x[i], (2 * torque[i] - previous[i]) * x[i]) <= 0:
             return False
     return True
 
 
-def _with_play(  # noqa: C901 - compiled: one loop
-    delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats, half: Floats, dt: float, parts: int
+def _backlash_torque(  # noqa: C901 - compiled: one loop
+    delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats, half_gap: Floats, dt: float, substeps: int
 ) -> Floats:
-    """`Arms.with_play`: mean over the time of each instant, `parts` steps to one.
+    """`FlexibleJoints.backlash_torque` (n, dof): the mean over each sample, with `substeps` steps per sample.
 
-    An arm is pushed by one side of the gap, or flies freely between both; teeth hit without bounce, and a joint that
-    is hit is given what that takes within one step. It starts where the load pushes it; NaN where the motion is.
+    An arm is in contact with one side of the gap or moves freely between both. Impacts are inelastic and transfer
+    momentum within one step. Arms start in contact on the side of their load; NaN where the motion is NaN.
     """
     n, dof = q.shape
     result = np.full((n, dof), np.nan)
-    torque, inertia, work = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
-    given, whole, last = np.zeros(dof), np.zeros(dof), np.zeros(dof)
-    matrix, right = np.zeros((dof, dof)), np.zeros(dof)
-    x, w, bend, blow, flown = np.zeros(dof), np.zeros(dof), np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    torque, inertia, workspace = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
+    mean_torque, rigid_torque, previous = np.zeros(dof), np.zeros(dof), np.zeros(dof)
+    matrix, vector = np.zeros((dof, dof)), np.zeros(dof)
+    x, w, gap_acceleration, rate_jump, free_share = (
+        np.zeros(dof),
+        np.zeros(dof),
+        np.zeros(dof),
+        np.zeros(dof),
+        np.zeros(dof),
+    )
     free = np.zeros(dof, dtype=np.bool_)
     position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
-    h, running = dt / parts, False
+    h, running = dt / substeps, False
     for k in range(n):
         if not (np.isfinite(q[k]).all() and np.isfinite(v[k]).all() and np.isfinite(a[k]).all()):
             running = False
             continue
         if not running:
-            _arms(delta, numbers, q[k], v[k], a[k], torque, inertia, work)
+            _arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia, workspace)
             w[:], free[:] = 0.0, False
             for i in range(dof):
-                x[i] = half[i] if torque[i] > 0 else -half[i]
+                x[i] = half_gap[i] if torque[i] > 0 else -half_gap[i]
             running = True
-        given[:] = 0.0
+        mean_torque[:] = 0.0
         if not free.any():
             for i in range(dof):
                 position[i] = q[k, i] - x[i]
-            _arms(delta, numbers, position, v[k], a[k], torque, inertia, work)
-            if _firm(torque, last, x, half):
-                result[k], last[:] = torque, torque
+            _arm_dynamics(delta, constants, position, v[k], a[k], torque, inertia, workspace)
+            if _in_firm_contact(torque, previous, x, half_gap):
+                result[k], previous[:] = torque, torque
                 continue
-        for part in range(parts):
-            aside = (part + 0.5) * h - dt / 2
+        for substep in range(substeps):
+            offset = (substep + 0.5) * h - dt / 2
             for i in range(dof):
                 acceleration[i] = a[k, i]
-                speed[i] = v[k, i] + a[k, i] * aside - w[i]
-                position[i] = q[k, i] + v[k, i] * aside + a[k, i] * aside**2 / 2 - x[i]
-            _arms(delta, numbers, position, speed, acceleration, torque, inertia, work)
-            whole[:] = torque
-            _forces(torque, inertia, free, bend, matrix, right)
+                speed[i] = v[k, i] + a[k, i] * offset - w[i]
+                position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 - x[i]
+            _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
+            rigid_torque[:] = torque
+            _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
             released = False
-            for i in range(dof):  # teeth push, they do not pull
-                flown[i] = 1.0
-                if half[i] > 0 and not free[i] and torque[i] * x[i] < 0:
-                    flown[i] = min(torque[i] / (torque[i] - last[i]), 1.0) if last[i] * torque[i] < 0 else 1.0
+            for i in range(dof):  # contact forces push, they do not pull
+                free_share[i] = 1.0
+                if half_gap[i] > 0 and not free[i] and torque[i] * x[i] < 0:
+                    free_share[i] = (
+                        min(torque[i] / (torque[i] - previous[i]), 1.0) if previous[i] * torque[i] < 0 else 1.0
+                    )
                     free[i] = released = True
             if released:
-                torque[:] = whole
-                _forces(torque, inertia, free, bend, matrix, right)
-            given += torque / parts
-            last[:] = torque
-            hits = False
+                torque[:] = rigid_torque
+                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
+            mean_torque += torque / substeps
+            previous[:] = torque
+            contact = False
             for i in range(dof):
-                blow[i] = 0.0
+                rate_jump[i] = 0.0
                 if free[i]:
-                    time = flown[i] * h
-                    way = time * (w[i] + time * bend[i] / 2)
-                    side = math.copysign(half[i], way)
-                    if (x[i] + way - side) * side >= 0:
-                        part_flown = (side - x[i]) / way if way != 0.0 else 0.0
-                        w[i] += part_flown * time * bend[i]
-                        given[i] += (1 - part_flown) * flown[i] * whole[i] / parts
-                        x[i], blow[i], free[i], hits = side, -w[i], False, True
+                    time = free_share[i] * h
+                    displacement = time * (w[i] + time * gap_acceleration[i] / 2)
+                    side = math.copysign(half_gap[i], displacement)
+                    if (x[i] + displacement - side) * side >= 0:
+                        share_to_contact = (side - x[i]) / displacement if displacement != 0.0 else 0.0
+                        w[i] += share_to_contact * time * gap_acceleration[i]
+                        mean_torque[i] += (1 - share_to_contact) * free_share[i] * rigid_torque[i] / substeps
+                        x[i], rate_jump[i], free[i], contact = side, -w[i], False, True
                     else:
-                        x[i] += way
-                        w[i] += time * bend[i]
-            if hits:
-                for i in range(dof):  # what is hit pulls at what flies, as if it were accelerated
+                        x[i] += displacement
+                        w[i] += time * gap_acceleration[i]
+            if contact:
+                for i in range(dof):  # an impact accelerates the free arms
                     torque[i] = 0.0
                     for m in range(dof):
-                        torque[i] -= inertia[i, m] * blow[m]
-                _forces(torque, inertia, free, bend, matrix, right)
-                given += torque / dt
-                w += blow + bend
-        result[k] = given
-        if np.isnan(given).any():
+                        torque[i] -= inertia[i, m] * rate_jump[m]
+                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
+                mean_torque += torque / dt
+                w += rate_jump + gap_acceleration
+        result[k] = mean_torque
+        if np.isnan(mean_torque).any():
             running = False
     return result
 
 
-def _along(delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
-    """Torque (n, dof) of the arms if they follow the motors, and the diagonal (n, dof) of their inertia."""
+def _dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats]:
+    """Torque (n, dof) of the arms if they follow the motors, and the diagonal (n, dof) of their inertia matrix."""
     n, dof = q.shape
     torques, inertias = np.full((n, dof), np.nan), np.full((n, dof), np.nan)
-    torque, inertia, work = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
+    torque, inertia, workspace = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
     for k in range(n):
-        _arms(delta, numbers, q[k], v[k], a[k], torque, inertia, work)
+        _arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia, workspace)
         torques[k] = torque
         for i in range(dof):
             inertias[k, i] = inertia[i, i]
@@ -341,12 +389,12 @@ def _along(delta: bool, numbers: Floats, q: Floats, v: Floats, a: Floats) -> tup
 
 
 _cross = compiled(_cross)
-_delta = compiled(_delta)
-_axes = compiled(_axes)
-_arms = compiled(_arms)
+_delta_dynamics = compiled(_delta_dynamics)
+_axes_dynamics = compiled(_axes_dynamics)
+_arm_dynamics = compiled(_arm_dynamics)
 _solve = compiled(_solve)
-_forces = compiled(_forces)
-_firm = compiled(_firm)
-on_springs = compiled(_on_springs)
-with_play = compiled(_with_play)
-along = compiled(_along)
+_contact_torque = compiled(_contact_torque)
+_in_firm_contact = compiled(_in_firm_contact)
+elastic_torque = compiled(_elastic_torque)
+backlash_torque = compiled(_backlash_torque)
+dynamics_along = compiled(_dynamics_along)

@@ -1,4 +1,4 @@
-"""The motion of a mechanism, as every regressor sees it."""
+"""Motion of a mechanism: the input of every regressor."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from recordings.recording import Floats
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """n instants of dof joints, evenly spaced in time; NaN where it is not known."""
+    """Motion of dof joints at n evenly spaced instants; NaN where unknown."""
 
     position: Floats
     """(n, dof) [rad]."""

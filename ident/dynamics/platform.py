@@ -1,4 +1,4 @@
-"""What the moving platform of a delta robot does when its joints move."""
+"""Motion of a delta robot's platform."""
 
 from dataclasses import dataclass
 from weakref import WeakKeyDictionary
@@ -20,19 +20,19 @@ class Platform:
     acceleration: Floats
     """(n, 3) [m/s^2]."""
     jacobian: Floats
-    """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there takes J' F at the joints."""
+    """(n, 3, 3) platform velocity per joint velocity, Eq. (16); a force F there needs J' F at the joints."""
 
 
-# The mechanism's regressor and several effects ask for the same motion's.
-_known: WeakKeyDictionary[Motion, dict[Geometry, Platform]] = WeakKeyDictionary()
+# The mechanism's regressor and several effects use the platform of the same motion.
+_cache: WeakKeyDictionary[Motion, dict[Geometry, Platform]] = WeakKeyDictionary()
 
 
 def platform(geometry: Geometry, motion: Motion) -> Platform:
-    """The platform of a robot of this `geometry`: Appendix A, Eqs. (16) and (23); remembered with the `motion`."""
-    known = _known.setdefault(motion, {})
-    if geometry not in known:
+    """Compute the platform's motion, Appendix A, Eqs. (16) and (23); cached as long as `motion` exists."""
+    cached = _cache.setdefault(motion, {})
+    if geometry not in cached:
         P, P_dot, P_ddot, J = kinematics.platform_motion(
             geometry, motion.position, motion.velocity, motion.acceleration
         )
-        known[geometry] = Platform(P, P_dot, P_ddot, J)
-    return known[geometry]
+        cached[geometry] = Platform(P, P_dot, P_ddot, J)
+    return cached[geometry]

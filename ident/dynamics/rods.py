@@ -1,4 +1,4 @@
-"""Forearms of uniform mass, which the base model has in lumps at platform and arms."""
+"""Rods (forearms) of uniform mass, which the base model lumps at platform and arms."""
 
 from weakref import WeakKeyDictionary
 
@@ -12,45 +12,45 @@ from recordings.rig import Geometry
 GRAVITY = 9.81
 """[m/s^2], downwards."""
 
-# A diagnosis asks for the same motion's as often as a model's load changes.
-_known: WeakKeyDictionary[Motion, dict[Geometry, Floats]] = WeakKeyDictionary()
+# A diagnosis needs the torque of the same motion for many models.
+_cache: WeakKeyDictionary[Motion, dict[Geometry, Floats]] = WeakKeyDictionary()
 
 
 def torque(geometry: Geometry, motion: Motion) -> Floats:
-    """Torque (n, 3) [N m] that moves and lifts one uniform rod of 1 kg in each limb; remembered with the `motion`.
+    """Torque (n, 3) [N m] that moves and lifts one uniform rod of 1 kg in each limb; cached for each `motion`.
 
     A rod whose ends accelerate with a_1 (elbow) and a_2 (platform) resists with m (2 a_1 + a_2) / 6 at the elbow and
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
     """
-    known = _known.setdefault(motion, {})
-    if geometry not in known:
-        known[geometry] = _torque(geometry, motion)
-    return known[geometry]
+    cached = _cache.setdefault(motion, {})
+    if geometry not in cached:
+        cached[geometry] = _torque(geometry, motion)
+    return cached[geometry]
 
 
 def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
-    """Torque (n, 2, 3) [N m] per unit of gravity [m/s^2] along x and along y that pulls at such rods.
+    """Torque (n, 2, 3) [N m] of such rods per unit of gravity [m/s^2] along x and along y.
 
     A rod's centre moves half as much as its elbow and half as much as the platform.
     """
     tangent, _ = _elbows(geometry, motion)
-    both: Floats = -(tangent[:, :, :2].swapaxes(1, 2) + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
-    return both
+    torque: Floats = -(tangent[:, :, :2].swapaxes(1, 2) + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
+    return torque
 
 
 def _torque(geometry: Geometry, motion: Motion) -> Floats:
-    moved, lift = platform(geometry, motion), np.array([0.0, 0.0, GRAVITY])
-    a_2 = (moved.acceleration + lift)[:, None]
+    platform_motion, lift = platform(geometry, motion), np.array([0.0, 0.0, GRAVITY])
+    a_2 = (platform_motion.acceleration + lift)[:, None]
     tangent, a_1 = _elbows(geometry, motion)
     a_1 = a_1 + lift
     at_elbow = np.einsum("njx,njx->nj", tangent, 2 * a_1 + a_2) / 6
     at_platform = ((a_1 + 2 * a_2) / 6).sum(axis=1)
-    result: Floats = at_elbow + np.einsum("nxj,nx->nj", moved.jacobian, at_platform)
-    return result
+    torque: Floats = at_elbow + np.einsum("nxj,nx->nj", platform_motion.jacobian, at_platform)
+    return torque
 
 
 def _elbows(geometry: Geometry, motion: Motion) -> tuple[Floats, Floats]:
-    """Velocity per joint speed (n, 3, 3), and acceleration (n, 3, 3), of the elbow of each limb."""
+    """Elbow of each limb: velocity per joint velocity (n, 3, 3), and acceleration (n, 3, 3)."""
     out = np.stack([np.cos(geometry.phi), np.sin(geometry.phi), np.zeros(3)], axis=1)
     up = np.array([0.0, 0.0, 1.0])
     sine, cosine = (f(motion.position)[:, :, None] for f in (np.sin, np.cos))

@@ -1,11 +1,11 @@
-"""A mechanism with effects, and all their parameters in one vector."""
+"""Model structure: a mechanism with effects, and all their parameters in one vector."""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal
+from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Values
 from ident.dynamics.mechanisms import Mechanism
 from recordings.recording import Bools, Floats
 from recordings.rig import Rig
@@ -22,12 +22,12 @@ class Term:
 
     @property
     def instances(self) -> int:
-        """How many sets of its own parameters it has."""
+        """Number of sets of local parameters: one per joint, or one for the whole robot."""
         return 1 if self.effect.whole_robot else len(self.joints)
 
     @property
     def local_parameters(self) -> tuple[Quantity, ...]:
-        """What each owner has: coefficients, in which the torque is linear, or parameters of a signal."""
+        """Parameters of each instance: coefficients of an additive effect, or parameters of a signal effect."""
         if isinstance(self.effect, Additive):
             return self.effect.coefficients
         return self.effect.parameters if isinstance(self.effect, Signal) else ()
@@ -35,7 +35,7 @@ class Term:
 
 @dataclass(frozen=True)
 class ParameterEntry:
-    """One entry of a composition's parameter vector."""
+    """One entry of the parameter vector of a model structure."""
 
     name: str
     unit: str
@@ -43,12 +43,13 @@ class ParameterEntry:
     lower: float
     upper: float
     term: int
-    """Which of the terms it belongs to; -1: the mechanism."""
+    """Index of the term that it belongs to; -1: the mechanism."""
     linear: bool
+    """True if the torque is linear in it."""
     free: bool
-    """False for what is not to be refined, such as a number of something."""
+    """False if a nonlinear fit must not change it, as for an index."""
     scale: float
-    """A typical size of a searched parameter: the smallest at which a search for it begins; 1 for others."""
+    """Typical size: the smallest nonzero initial guess of a searched parameter, 1 for others."""
 
 
 @dataclass(frozen=True)
@@ -60,39 +61,39 @@ class ModelStructure:
     terms: tuple[Term, ...] = ()
 
     def with_term(self, term: Term) -> "ModelStructure":
-        """With one more."""
+        """Return the structure with `term` appended."""
         return replace(self, terms=(*self.terms, term))
 
     def without_term(self, index: int) -> "ModelStructure":
-        """With one less."""
+        """Return the structure without the term `index`."""
         return replace(self, terms=self.terms[:index] + self.terms[index + 1 :])
 
     @cached_property
     def parameters(self) -> tuple[ParameterEntry, ...]:
-        """The entries of the vector: the mechanism's, then term by term what its owners have in turn, and shapes."""
-        own = [
-            ParameterEntry(
-                one.name, one.unit, one.meaning, 0.0 if one.nonnegative else -np.inf, np.inf, -1, True, True, 1.0
-            )
-            for one in self.mechanism.parameters
+        """Entries of the vector: the mechanism's, then of each term local parameters by instance, and shapes."""
+        mechanism = [
+            ParameterEntry(p.name, p.unit, p.meaning, 0.0 if p.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
+            for p in self.mechanism.parameters
         ]
-        return *own, *(entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term))
+        return *mechanism, *(
+            entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term)
+        )
 
     def _term_parameters(self, index: int, term: Term) -> list[ParameterEntry]:
         linear = isinstance(term.effect, Additive)
         joints = (None,) if term.effect.whole_robot else term.joints
-        own = [
+        local = [
             self._parameter(index, term, quantity, joint, linear)
             for joint in joints
             for quantity in term.local_parameters
         ]
-        return own + [self._parameter(index, term, quantity, None, False) for quantity in term.effect.shapes]
+        return local + [self._parameter(index, term, quantity, None, False) for quantity in term.effect.shapes]
 
     def _parameter(
         self, index: int, term: Term, quantity: Quantity, joint: int | None, linear: bool
     ) -> ParameterEntry:
-        again = sum(other.name == term.name for other in self.terms[:index])
-        name = f"{term.name}{f'#{again + 1}' if again else ''}.{quantity.name}"
+        repeats = sum(earlier.name == term.name for earlier in self.terms[:index])
+        name = f"{term.name}{f'#{repeats + 1}' if repeats else ''}.{quantity.name}"
         effort, position = self.rig.effort_units[joint or 0], self.rig.position_units[joint or 0]
         return ParameterEntry(
             name if joint is None else f"{name}{joint + 1}",
@@ -103,25 +104,25 @@ class ModelStructure:
             index,
             linear,
             linear or quantity.searched,
-            min((abs(start) for start in quantity.initial_guesses if start), default=1.0),
+            min((abs(guess) for guess in quantity.initial_guesses if guess), default=1.0),
         )
 
     @cached_property
     def linear(self) -> Bools:
-        """(K,) which entries the torque is linear in."""
+        """Mask (K,) of the entries in which the torque is linear."""
         return np.array([entry.linear for entry in self.parameters])
 
     def parameter_mask(self, index: int) -> Bools:
-        """(K,) which entries are those of the term `index`; -1: the mechanism."""
+        """Mask (K,) of the entries of the term `index`; -1: the mechanism."""
         return np.array([entry.term == index for entry in self.parameters])
 
     def load_parameters(self, x: Floats) -> Floats:
-        """(k or k + 1,) by what effects reckon the load: the mechanism's parameters, and the forearms' mass."""
-        truths = [x[self.parameter_mask(index)] for index, term in enumerate(self.terms) if term.effect.mandatory]
-        return np.concatenate([x[self.parameter_mask(-1)], *truths])
+        """Parameters (k or k + 1,) of the load that effects depend on: the mechanism's, and the mass of the rods."""
+        mandatory = [x[self.parameter_mask(index)] for index, term in enumerate(self.terms) if term.effect.mandatory]
+        return np.concatenate([x[self.parameter_mask(-1)], *mandatory])
 
     def local_values(self, index: int, x: Floats) -> Floats:
-        """(owners, c) what the owners of the term `index` have, in the vector `x` (K,)."""
+        """Local parameters (instances, c) of the term `index` in the vector `x` (K,)."""
         term = self.terms[index]
         values = x[self.parameter_mask(index)]
         return values[: term.instances * len(term.local_parameters)].reshape(
@@ -129,6 +130,18 @@ class ModelStructure:
         )
 
     def shape_values(self, index: int, x: Floats) -> Floats:
-        """(s,) shapes of the term `index` in the vector `x` (K,)."""
+        """Shapes (s,) of the term `index` in the vector `x` (K,)."""
         term = self.terms[index]
         return x[self.parameter_mask(index)][term.instances * len(term.local_parameters) :]
+
+    def signal_values(self, index: int, x: Floats) -> Values:
+        """Parameters and shapes by name with which the signal effect of the term `index` is evaluated."""
+        term = self.terms[index]
+        values = self.local_values(index, x)
+        if not term.effect.whole_robot:
+            by_joint = np.zeros((self.rig.dof, values.shape[1]))
+            by_joint[list(term.joints)] = values
+            values = by_joint
+        parameters = {quantity.name: values[:, i] for i, quantity in enumerate(term.local_parameters)}
+        shapes = self.shape_values(index, x)
+        return {**parameters, **{shape.name: shapes[i : i + 1] for i, shape in enumerate(term.effect.shapes)}}

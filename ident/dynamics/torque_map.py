@@ -1,4 +1,4 @@
-"""Torque from the operating voltage."""
+"""Torque map: torque from operating voltage, and back."""
 
 import numpy as np
 
@@ -7,30 +7,30 @@ from recordings.rig import Rig, Torque
 
 
 def torque_from_voltage(voltage: Floats, torque_map: Torque) -> Floats:
-    """Torque (n, dof) [N m] from the signed operating voltage (n, dof) [V].
+    """Compute the torque (n, dof) [N m] from the signed operating voltage (n, dof) [V].
 
-    "square" is the paper's tau ~ v^2 (Section 2) with the sign that the square loses: gain v |v|; "linear" is gain v.
+    "square" is the paper's tau ~ v^2 (Section 2) with the sign of v: gain v |v|; "linear" is gain v.
     """
     gain = np.array(torque_map.gain)
     return gain * voltage * np.abs(voltage) if torque_map.map == "square" else gain * voltage
 
 
 def torque_per_volt(voltage: Floats, torque_map: Torque) -> Floats:
-    """How far the torque moves per volt (n, dof) [N m/V]: the derivative of `torque_from_voltage`."""
+    """Compute the derivative (n, dof) [N m/V] of `torque_from_voltage`."""
     gain = np.array(torque_map.gain)
     slope: Floats = 2 * gain * np.abs(voltage) if torque_map.map == "square" else gain + 0.0 * voltage
     return slope
 
 
 def voltage_from_torque(torque: Floats, torque_map: Torque) -> Floats:
-    """The signed operating voltage (n, dof) [V] that gives a torque (n, dof) [N m]."""
+    """Compute the signed operating voltage (n, dof) [V] that gives the torque (n, dof) [N m]."""
     linear = torque / np.array(torque_map.gain)
     voltage: Floats = np.sign(linear) * np.sqrt(np.abs(linear)) if torque_map.map == "square" else linear
     return voltage
 
 
 def amplifier_unobservable(rig: Rig, torque_measured: bool) -> str | None:
-    """Why what an amplifier does with its command leaves no trace in a recording of `rig`, if so."""
+    """Return why a recording of `rig` cannot show effects between command and motor voltage, or None."""
     if torque_measured:
         return "The torque itself was recorded, no command."
     if rig.drives and all(drive.voltage.kind == "motor" for drive in rig.drives):

@@ -20,8 +20,8 @@ Shapes = Mapping[str, float]
 Suggestion = Mapping[str, Any]
 """Initial guesses by name: of shape parameters, and of parameters, one for all joints or one per joint (dof,)."""
 Values = Mapping[str, Floats]
-"""Parameters and shapes of a signal effect by name. Parameters are (dof,), zero for joints without the effect; those of
-an effect of the whole robot are (1,), like shapes."""
+"""Parameters and shapes of a signal effect by name. Parameters are (dof,), with zero for joints without the
+effect; those of an effect of the whole robot are (1,), like shapes."""
 
 INFINITE_TIME = 1e9
 """Stands for an instant after the end of any recording [s]."""

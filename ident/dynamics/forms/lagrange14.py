@@ -1,11 +1,11 @@
-"""The delta robot as conventional identification sees it, Eqs. (37)-(40): 14 parameters, no friction.
+"""Conventional linear model of the delta robot, Eqs. (37)-(40): 14 parameters, no friction.
 
-(1) is made linear by taking the Lagrangian multipliers as constants, (38). They are not: (2) makes them follow the
-motion. Kept as printed, for it is what RLS, DLS and SVD are given in Table 2.
+(1) is made linear by taking the Lagrangian multipliers as constants, (38), although by (2) they depend on the motion.
+Kept as printed, because RLS, DLS and SVD use it in Table 2.
 
-Departures from the printed form, none of which changes the torque that the columns can express:
+Differences from the printed equations, none of which changes the torque that the columns can express:
 
-- Positions are in our frame (z up); the parameters of columns that turn round with it come out with the other sign.
+- Positions are in our frame (z up); parameters of columns that change sign with it have the opposite sign.
 - The coefficient of -cos(theta) is in N m: (38) prints m_a L1c + m_d L1 and leaves out g.
 - (39) repeats psi_2 where psi_3 is meant, and (40) is printed as two rows for each joint.
 """
@@ -23,11 +23,11 @@ from trajectories import kinematics
 MECHANISM = "delta"
 
 _COLUMNS = ((1, 2, 3, 5), (6, 7, 8, 9), (10, 11, 12, 13))
-"""Of each joint, where (40) has its P_x, P_y, P_z and sin."""
+"""Indices of the columns P_x, P_y, P_z and sin of each joint in (40)."""
 
 
 def _parameters() -> tuple[Parameter, ...]:
-    """In the order of Eq. (38)."""
+    """Return the parameters in the order of Eq. (38)."""
     meanings = {1: ("kg m^2", "inertia of an arm, its motor and forearm"), 5: ("N m", "weight of an arm")}
     for limb, columns in enumerate(_COLUMNS, start=1):
         multiplier = f"2 L1 lambda_{limb}"
@@ -41,7 +41,7 @@ PARAMETERS = _parameters()
 
 
 def create(rig: Rig) -> Mechanism:
-    """The conventional linear model of the delta robot described by `rig`."""
+    """Create the conventional linear model of the delta robot described by `rig`."""
     return Lagrange14(delta.create(rig))
 
 
@@ -58,11 +58,11 @@ class Lagrange14:
 
     @property
     def pointwise(self) -> bool:
-        """Nothing that the columns depend on outlives the instant."""
+        """The columns have no memory."""
         return True
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, 3, 14) of Eq. (40)."""
+        """Compute the columns (n, 3, 14) of Eq. (40)."""
         theta = motion.position
         P = kinematics.forward(self.delta.geometry, theta)
         sin, cos = np.sin(theta), np.cos(theta)
@@ -77,5 +77,5 @@ class Lagrange14:
         return columns
 
     def nominal_torque(self, motion: Motion) -> Floats:
-        """Torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""
+        """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction."""
         return self.delta.nominal_torque(motion)

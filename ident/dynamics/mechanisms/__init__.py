@@ -1,6 +1,6 @@
-"""Mechanisms turn motion into regressor columns. One mechanism is one file here, named as the rig file names it.
+"""Mechanisms compute regressor columns from motion. One mechanism is one file here, named as in the rig file.
 
-A mechanism's module holds `create(rig) -> Mechanism`. All that stands above works for any number of joints.
+A mechanism's module holds `create(rig) -> Mechanism`. The number of joints is not fixed.
 """
 
 from dataclasses import dataclass
@@ -21,15 +21,15 @@ class Parameter:
     unit: str
     meaning: str
     nonnegative: bool = False
-    """True for masses and inertias: the search goes no lower than zero."""
+    """True for masses and inertias: the search is bounded below by zero."""
     paper_sign: int = 1
-    """The paper prints this parameter times paper_sign."""
+    """The paper prints this parameter multiplied by `paper_sign`."""
     friction: bool = False
-    """True where a negative value would help the motion: no real machine has that, though a fit may."""
+    """True for friction: a negative value would drive the motion, which only an estimate can do."""
 
     @property
     def physically_positive(self) -> bool:
-        """True where no real machine has a negative value."""
+        """True if no real machine has a negative value."""
         return self.nonnegative or self.friction
 
 
@@ -43,20 +43,20 @@ class Mechanism(Protocol):
 
     @property
     def pointwise(self) -> bool:
-        """True where the columns of an instant follow from the motion at that instant alone."""
+        """True if the columns at an instant depend on the motion at that instant alone."""
         ...
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, dof, k), each in N m per unit of its parameter; NaN where the motion is."""
+        """Compute the columns (n, dof, k), in N m per unit of the parameter; NaN where the motion is NaN."""
         ...
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
-        """Torque (n, dof) [N m] of the manufacturer's model, the one to beat; None where there is none."""
+        """Compute the torque (n, dof) [N m] of the manufacturer's model, the reference; None if there is none."""
         ...
 
 
 def create(rig: Rig, form: str | None = None) -> Mechanism:
-    """The mechanism of `rig`; with a `form`, another linear model of it (`ident/dynamics/forms/`).
+    """Create the mechanism of `rig`; with a `form`, another linear model of it (`ident/dynamics/forms/`).
 
     Raises:
         BadInput: there is no such form of this mechanism.

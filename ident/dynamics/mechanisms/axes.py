@@ -1,9 +1,9 @@
-"""Independent axes: joints that do not load each other, such as one drive on a bench, or an arm taken off.
+"""Independent axes: joints without coupling, such as one drive on a bench or a dismounted arm.
 
     effort_i = I_i a_i + c_vi v_i + c_ci sgn(v_i) [+ weight]
 
 Friction is positive where it opposes motion. The weight of a revolute joint is G_ci cos(q_i) + G_si sin(q_i),
-whatever the angle is counted from; that of a prismatic one is constant.
+for any zero of the angle; that of a prismatic joint is constant.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ from recordings.rig import Axis, Rig
 
 
 def create(rig: Rig) -> "Axes":
-    """The axes described by `rig`."""
+    """Create the axes described by `rig`."""
     return Axes(rig.axes)
 
 
@@ -29,7 +29,7 @@ class Axes:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Inertias, viscous and Coulomb friction of all joints, then the weights of those that have one."""
+        """Inertias, viscous and Coulomb friction of all joints, then the weights of joints under gravity."""
         numbered = list(enumerate(self.axes, start=1))
         friction = [
             Parameter(
@@ -49,11 +49,11 @@ class Axes:
 
     @property
     def pointwise(self) -> bool:
-        """Nothing that the columns depend on outlives the instant."""
+        """The columns have no memory."""
         return True
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, dof, k), in the order of `parameters`."""
+        """Compute the columns (n, dof, k), in the order of `parameters`."""
         dof = len(self.axes)
         columns = np.zeros((*motion.position.shape, len(self.parameters)))
         joints = np.arange(dof)
@@ -62,13 +62,13 @@ class Axes:
         column = 3 * dof
         for joint, axis in enumerate(self.axes):
             if axis.gravity:
-                for shape in _weight_shapes(axis, motion.position[:, joint]):
-                    columns[:, joint, column] = shape
+                for column_values in _weight_columns(axis, motion.position[:, joint]):
+                    columns[:, joint, column] = column_values
                     column += 1
         return columns
 
     def nominal_torque(self, motion: Motion) -> None:
-        """Nobody has published a model of these axes."""
+        """Return None: there is no published model of such axes."""
 
 
 def _position(axis: Axis) -> str:
@@ -96,8 +96,8 @@ def _weights(i: int, axis: Axis) -> tuple[Parameter, ...]:
     )
 
 
-def _weight_shapes(axis: Axis, position: Floats) -> tuple[Floats, ...]:
-    """The columns (n,) that go with `_weights`."""
+def _weight_columns(axis: Axis, position: Floats) -> tuple[Floats, ...]:
+    """Columns (n,) of the parameters of `_weights`."""
     if axis.type == "prismatic":
         return (np.where(np.isfinite(position), 1.0, np.nan),)
     return np.cos(position), np.sin(position)

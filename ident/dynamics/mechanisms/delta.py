@@ -1,12 +1,12 @@
-"""The delta robot: Eqs. (26)-(29) as regressor columns, and Eqs. (1)-(2) with Table 1 as the model to beat.
+"""Delta robot: Eqs. (26)-(29) as regressor columns, and Eqs. (1)-(2) with Table 1 as the reference model.
 
-Departures from the printed form:
+Differences from the printed equations:
 
-- z points up and gravity is (0, 0, -9.81) m/s^2. The equations are printed with +g, which is right for z down, where
-  a positive angle lowers the elbow. Turning z, angles and torques round changes nothing in (26) but the sign of both
-  gravity terms: the arms' becomes +T_g cos(theta), with T_g = m_A |g| L1 positive and comparable with (36).
+- z points up and gravity is (0, 0, -9.81) m/s^2. The printed +g belongs to a z axis that points down, where a
+  positive angle lowers the elbow. Reversing z, angles and torques changes only the sign of both gravity terms of (26): that of
+  the arms becomes +T_g cos(theta), with T_g = m_A |g| L1 positive and comparable with (36).
 - Friction is positive where it opposes motion: +c_v theta_dot + c_c sgn(theta_dot). (28)-(29) subtract it; the values
-  of (36) are ours with the opposite sign.
+  of (36) have the opposite sign.
 - (23) and the second line of (25) print J theta_dot where J_dot theta_dot is meant, as in (28).
 """
 
@@ -37,7 +37,7 @@ PARAMETERS = (
 
 
 def create(rig: Rig) -> "Delta":
-    """The delta robot described by `rig`."""
+    """Create the delta robot described by `rig`."""
     return Delta(rig.geometry, rig.nominal)
 
 
@@ -55,14 +55,16 @@ class Delta:
 
     @property
     def pointwise(self) -> bool:
-        """Nothing that the columns depend on outlives the instant."""
+        """The columns have no memory."""
         return True
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, 3, 11) of Eq. (26): the derivatives of (27)-(29) by the parameters of (30)."""
-        moved = platform(self.geometry, motion)
+        """Compute the columns (n, 3, 11) of Eq. (26): the derivatives of (27)-(29) by the parameters of (30)."""
+        platform_motion = platform(self.geometry, motion)
         columns = np.zeros((*motion.position.shape, len(PARAMETERS)))
-        columns[:, :, 0] = np.einsum("nji,nj->ni", moved.jacobian, _lifted(moved.acceleration))
+        columns[:, :, 0] = np.einsum(
+            "nji,nj->ni", platform_motion.jacobian, _minus_gravity(platform_motion.acceleration)
+        )
         columns[:, :, 1] = np.cos(motion.position)
         per_joint = (motion.acceleration, motion.velocity, motion.direction)
         for first, signal in zip((2, 5, 8), per_joint, strict=True):
@@ -71,21 +73,21 @@ class Delta:
         return columns
 
     def nominal_torque(self, motion: Motion) -> Floats:
-        """Torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction.
+        """Compute the torque (n, 3) [N m] of Eqs. (1)-(2) with the values of Table 1, without friction.
 
-        As printed, with g = -9.81: the forearms' mass counts on the platform and again on the arms, and the arms'
+        As printed, with g = -9.81: the mass of the rods counts on the platform and again on the arms, and the arms'
         inertia is about their centres of mass.
         """
         geometry, nominal = self.geometry, self.nominal
         theta, phi = motion.position, np.array(geometry.phi)
-        moved = platform(geometry, motion)
-        P = moved.position
+        platform_motion = platform(geometry, motion)
+        P = platform_motion.position
         inertia = nominal.motor_inertia + nominal.I_L1 + geometry.L1**2 * nominal.m_d
         first_moment = nominal.m_a * nominal.L1c + nominal.m_d * geometry.L1
         along = P[:, :1] * np.cos(phi) + P[:, 1:2] * np.sin(phi) + geometry.r - geometry.R
         lever = along * np.sin(theta) - P[:, 2:] * np.cos(theta)
         torque: Floats = inertia * motion.acceleration + first_moment * GRAVITY * np.cos(theta)
-        torque -= 2 * geometry.L1 * self._multipliers(theta, P, moved.acceleration) * lever
+        torque -= 2 * geometry.L1 * self._multipliers(theta, P, platform_motion.acceleration) * lever
         return torque
 
     def _multipliers(self, theta: Floats, P: Floats, P_ddot: Floats) -> Floats:
@@ -95,8 +97,8 @@ class Delta:
         elbows = np.stack(
             [out * np.cos(geometry.phi), out * np.sin(geometry.phi), geometry.L1 * np.sin(theta)], axis=1
         )
-        force = (self.nominal.m_p + 3 * self.nominal.m_d) / 2 * _lifted(P_ddot)
-        # An unknown instant must not keep the solver from the others.
+        force = (self.nominal.m_p + 3 * self.nominal.m_d) / 2 * _minus_gravity(P_ddot)
+        # Solve at known instants only.
         known = np.isfinite(force).all(axis=1)
         multipliers = np.full_like(theta, np.nan)
         matrix = P[known, :, None] - elbows[known]
@@ -104,7 +106,7 @@ class Delta:
         return multipliers
 
 
-def _lifted(P_ddot: Floats) -> Floats:
+def _minus_gravity(P_ddot: Floats) -> Floats:
     """Acceleration (n, 3) minus that of gravity."""
-    lifted: Floats = P_ddot + np.array([0.0, 0.0, GRAVITY])
-    return lifted
+    difference: Floats = P_ddot + np.array([0.0, 0.0, GRAVITY])
+    return difference
