@@ -1,4 +1,4 @@
-"""The two designs: the motion that shows all parameters best, and the one that tells effects apart best."""
+"""The two designs: for the accuracy of all parameters, and for the discrimination of effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -24,51 +24,55 @@ from trajectories.trajectory import assemble
 
 @dataclass(frozen=True)
 class DesignRequest:
-    """What the motion is to be like."""
+    """Requirements of the motion to design."""
 
     name: str
-    """Of the trajectory file."""
+    """Name of the trajectory file."""
     rig: Rig
     period: float
     """[s]"""
     harmonics: int
     against: str | None
-    """Trajectory that it is compared with; None: the built-in excitation, for a delta robot."""
+    """Trajectory for comparison; None: the built-in excitation, for a delta robot."""
     noise: float
-    """RMS of the torque [N m or N]."""
+    """RMS noise of the torque [N m or N]."""
     seed: int
 
     @property
     def reference(self) -> Trajectory | None:
-        """What it is compared with."""
+        """Trajectory for comparison; None if there is none."""
         against = self.against or ("excitation" if self.rig.mechanism == "delta" else None)
         return load(against, self.rig) if against else None
 
 
 @dataclass(frozen=True, eq=False)
 class DesignResult:
-    """A designed motion, beside one that is there already."""
+    """Quality of a designed motion, compared with an existing motion."""
 
     name: str
-    """Of the trajectory file."""
+    """Name of the trajectory file."""
     criterion: str
     seed: int
     noise: float
-    """RMS of the torque [N m or N]."""
+    """RMS noise of the torque [N m or N]."""
     seconds: float
-    """Of the repeated motion."""
+    """Duration of the repeated motion."""
     parameters: tuple[Parameter, ...]
     after: Quality
+    """Quality of the designed motion."""
     against: str | None
-    """Name of the motion it is compared with."""
+    """Name of the existing motion."""
     before: Quality | None
+    """Quality of the existing motion."""
 
 
 Design = tuple[DesignResult, FourierSeries]
 
 
-def design_excitation(request: DesignRequest, mechanism: Mechanism, criterion: Criterion, progress: Progress) -> Design:
-    """The motion that shows the parameters of the `mechanism` best.
+def design_excitation(
+    request: DesignRequest, mechanism: Mechanism, criterion: Criterion, progress: Progress
+) -> Design:
+    """Design the motion from which the parameters of the `mechanism` are identified best.
 
     Raises:
         BadInput: there is no motion within the limits.
@@ -76,7 +80,7 @@ def design_excitation(request: DesignRequest, mechanism: Mechanism, criterion: C
     reference = request.reference
     before = motion_quality(reference, request.rig, mechanism, request.noise, DEFAULT_CUTOFF) if reference else None
     against = request.against or (reference.name if reference else None)
-    return _found(request, mechanism, criterion, against, before, progress)
+    return _design(request, mechanism, criterion, against, before, progress)
 
 
 def design_discrimination(
@@ -87,61 +91,62 @@ def design_discrimination(
     recorded: Sequence[RecordedMotion],
     progress: Progress,
 ) -> Design:
-    """The motion that tells the effects of each of the `pairs` apart best, together with what is `recorded`.
+    """Design the motion that, together with the `recorded` ones, discriminates the effects of all `pairs` best.
 
-    effects: by name; joints: on which the true one is, from 0, or anywhere if empty.
+    effects: by name.
+    joints: possible joints of the true effect, from 0; empty: all.
 
     Raises:
-        BadInput: an effect is none of this mechanism, depends on time, or leaves no trace in recordings of this rig;
-            or no motion tells them apart.
+        BadInput: an effect is not of this mechanism, depends on time, or is not observable in recordings of this rig;
+            or no motion discriminates the effects.
     """
     first = recorded[0] if recorded else None
-    known, torque_measured = (first.parameters, first.torque_measured) if first else (None, False)
-    mechanism = discrimination_model(request.rig, pairs, effects, joints, known, torque_measured=torque_measured)
-    reference = recorded[0].trajectory if recorded else request.reference or _random(request, mechanism)
+    parameters, torque_measured = (first.parameters, first.torque_measured) if first else (None, False)
+    mechanism = discrimination_model(request.rig, pairs, effects, joints, parameters, torque_measured=torque_measured)
+    reference = recorded[0].trajectory if recorded else request.reference or _random_trajectory(request, mechanism)
     mechanism = mechanism.at_rate(reference.rate).normalized_on(repeated_motion(reference))
-    for other in recorded[1:]:
-        mechanism = mechanism.at_rate(other.trajectory.rate).with_recorded(repeated_motion(other.trajectory))
+    for motion in recorded[1:]:
+        mechanism = mechanism.at_rate(motion.trajectory.rate).with_recorded(repeated_motion(motion.trajectory))
     before = motion_quality(reference, request.rig, mechanism, request.noise, DEFAULT_CUTOFF)
     against = reference.name if recorded else request.against or reference.name
     if recorded:
         mechanism = mechanism.at_rate(reference.rate).with_recorded(repeated_motion(reference))
-    outcome, series = _found(request, mechanism, "t", against, before, progress)
-    told = outcome.after.discriminability or {}
-    least = min(told, key=lambda name: told[name])
-    if told[least] < MIN_DISCRIMINABILITY:
+    outcome, series = _design(request, mechanism, "t", against, before, progress)
+    discriminability = outcome.after.discriminability or {}
+    weakest = min(discriminability, key=lambda name: discriminability[name])
+    if discriminability[weakest] < MIN_DISCRIMINABILITY:
         raise BadInput(
-            f"effects that some motion tells apart expected, in the best one found a rival imitates all but "
-            f"{100 * told[least]:.1g} % of {least}; look at the machine itself"
+            "effects that can be discriminated by a motion expected; with the best motion found, another effect "
+            f"explains all but {100 * discriminability[weakest]:.1g} % of {weakest}; inspect the machine itself"
         )
     return outcome, series
 
 
-def _random(order: DesignRequest, mechanism: Mechanism) -> Trajectory:
-    generator = np.random.default_rng(order.seed)
-    series = random_motion(order.rig, mechanism, order.period, order.harmonics, generator)
-    return assemble(series.motion("a random motion"), order.rig)
+def _random_trajectory(request: DesignRequest, mechanism: Mechanism) -> Trajectory:
+    generator = np.random.default_rng(request.seed)
+    series = random_motion(request.rig, mechanism, request.period, request.harmonics, generator)
+    return assemble(series.motion("a random motion"), request.rig)
 
 
-def _found(
-    order: DesignRequest,
+def _design(
+    request: DesignRequest,
     mechanism: Mechanism,
     criterion: Criterion,
     against: str | None,
     before: Quality | None,
     progress: Progress,
 ) -> Design:
-    generator = np.random.default_rng(order.seed)
-    series = search(order.rig, mechanism, criterion, order.period, order.harmonics, generator, progress)
-    after = assemble(series.motion(order.name), order.rig)
+    generator = np.random.default_rng(request.seed)
+    series = search(request.rig, mechanism, criterion, request.period, request.harmonics, generator, progress)
+    after = assemble(series.motion(request.name), request.rig)
     outcome = DesignResult(
-        name=order.name,
+        name=request.name,
         criterion=criterion,
-        seed=order.seed,
-        noise=order.noise,
+        seed=request.seed,
+        noise=request.noise,
         seconds=after.cycles * after.period,
         parameters=mechanism.parameters,
-        after=motion_quality(after, order.rig, mechanism, order.noise, DEFAULT_CUTOFF),
+        after=motion_quality(after, request.rig, mechanism, request.noise, DEFAULT_CUTOFF),
         against=against,
         before=before,
     )

@@ -1,9 +1,9 @@
-"""Effects that could explain the same, beside a mechanism: which motion tells them apart.
+"""Discrimination of effects by a motion (T-optimality).
 
-The torque that one effect makes is fitted by the mechanism's parameters and a rival effect together; what is left of
-it is all that can speak against the rival. A motion is the better, the more is left (T-optimality). How strong an
-effect is, nobody knows: each is taken to be so strong that the mechanism alone leaves 1 N m of it on a motion of
-reference. Where there is a recording, the new one will be looked at together with it, and so it is here.
+The torque of one effect is fitted by the parameters of the mechanism and of an alternative effect together. Only the
+unexplained rest of that torque is evidence against the alternative; the larger it is, the better is the motion. The
+strength of an effect is not known in advance: it is normalized so that the mechanism alone leaves 1 N m of the
+effect's torque unexplained on a reference motion. Recordings that exist are evaluated together with the new motion.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,39 +23,39 @@ from recordings.recording import Floats, Ints
 from recordings.rig import Rig
 
 MIN_DISCRIMINABILITY = 1e-3
-"""Share of an effect's torque that no rival may imitate; with less, no motion tells them apart."""
-_SHOWN = 1e-3
-"""Share of its torque that an effect leaves on the motion of reference, or it is taken to be no stronger."""
+"""Minimum share of an effect's torque that no alternative explains; below it, effects are not distinguishable."""
+_MIN_UNEXPLAINED = 1e-3
+"""Lower limit of the unexplained share of an effect's torque on the reference motion, for the normalization."""
 _RIDGE = 1e-9
-"""Of the mean square of a column; makes matrices invertible."""
+"""Regularization that makes matrices invertible, relative to the mean square of a column."""
 
 Pair = tuple[str, str]
 
 
 @dataclass(frozen=True, eq=False)
 class DiscriminationModel:
-    """A mechanism, and effects on all joints, as columns one behind the other."""
+    """A mechanism and effects on all joints, as columns of one regressor."""
 
     context: EffectContext
-    """With what is true of any such machine in its mechanism."""
+    """Its mechanism includes the mandatory effects."""
     effects: Mapping[str, Effect]
     pairs: tuple[Pair, ...]
-    """Which effects are to be told apart."""
+    """Pairs of effects to discriminate."""
     joints: tuple[int, ...]
-    """Where the true one is, from 0; its rivals may be anywhere."""
+    """Possible joints of the true effect, from 0; alternatives may be on any joint."""
     strengths: Mapping[str, Floats] = field(default_factory=dict)
-    """(owners,) of each effect; 1 where it is missing."""
+    """(instances,) strength of each effect; 1 if missing."""
     recorded_products: Floats | float = 0.0
-    """(k, k) mean products of the columns on motions that are recorded already."""
+    """(k, k) sum of the mean products of the columns on each recorded motion."""
 
     @property
     def base(self) -> Mechanism:
-        """Without the effects."""
+        """The mechanism without the effects."""
         return self.context.mechanism
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Of the mechanism, then a scale for each column of the effects."""
+        """Parameters of the mechanism, then the strength of each column of the effects."""
         return *self.base.parameters, *(
             Parameter(f"{name}.{number + 1}", "1", f"strength of {name}")
             for name, effect in self.effects.items()
@@ -64,95 +64,97 @@ class DiscriminationModel:
 
     @property
     def pointwise(self) -> bool:
-        """Effects may remember."""
+        """False, because effects may have memory."""
         return False
 
     def regressor(self, motion: Motion) -> Floats:
-        """Columns (n, dof, k) of the mechanism, then of one effect after the other."""
-        own = [
-            self.context.columns(effect, motion) * np.repeat(self._strength(name), self.context.parameters_per_instance(effect))
+        """(n, dof, k) columns of the mechanism, then of one effect after the other."""
+        effect_columns = [
+            self.context.columns(effect, motion)
+            * np.repeat(self._strength(name), self.context.parameters_per_instance(effect))
             for name, effect in self.effects.items()
         ]
-        return np.concatenate([self.base.regressor(motion), *own], axis=2)
+        return np.concatenate([self.base.regressor(motion), *effect_columns], axis=2)
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
-        """The manufacturer's model knows no effects."""
+        """Torque of the manufacturer's model, which has no effects."""
         return self.base.nominal_torque(motion)
 
     def at_rate(self, rate: float) -> "DiscriminationModel":
-        """For motions at `rate` [Hz]."""
-        return replace(self, setting=replace(self.context, rate=rate))
+        """Return the model for motions at `rate` [Hz]."""
+        return replace(self, context=replace(self.context, rate=rate))
 
     def normalized_on(self, motion: Motion) -> "DiscriminationModel":
-        """With effects of which the mechanism leaves 1 N m RMS on `motion`, on whichever joint they are.
+        """Return the model with effects of which the mechanism leaves 1 N m RMS unexplained on `motion`.
 
         Raises:
-            BadInput: an effect makes no torque there.
+            BadInput: an effect has no torque in that motion.
         """
         gram = products(self.regressor(motion)[None])
         strengths = {}
         for name, effect in self.effects.items():
-            owners = [self._entries(name, owner) for owner in range(self.context.instances(effect))]
-            whole = np.array([gram[0, which, which].sum() for which in owners])
+            instances = [self._columns(name, instance) for instance in range(self.context.instances(effect))]
+            whole = np.array([gram[0, columns, columns].sum() for columns in instances])
             if not whole.any():
                 raise BadInput(
-                    f"effect {name}: one that makes a torque in a motion expected, it needs a load, and that of rig "
+                    f"effect {name}: a torque in a motion expected, but it needs a load and the load of rig "
                     f"'{self.context.rig.name}' is not known; name a recording: --recording FILE"
                 )
-            left = np.array([_left(gram, which, self._own)[0] for which in owners])
-            shown = np.sqrt(np.maximum(left, _SHOWN**2 * whole))
-            strengths[name] = self._strength(name) / np.where(shown > 0, shown, 1.0)
+            unexplained = np.array([_unexplained(gram, columns, self._base_columns)[0] for columns in instances])
+            rms = np.sqrt(np.maximum(unexplained, _MIN_UNEXPLAINED**2 * whole))
+            strengths[name] = self._strength(name) / np.where(rms > 0, rms, 1.0)
         return replace(self, strengths=strengths)
 
     def with_recorded(self, motion: Motion) -> "DiscriminationModel":
-        """For motions that will be looked at together with `motion`, which is recorded already."""
-        return replace(self, recorded=self.recorded_products + products(self.regressor(motion)[None])[0])
+        """Return the model for motions that will be evaluated together with the recorded `motion`."""
+        return replace(self, recorded_products=self.recorded_products + products(self.regressor(motion)[None])[0])
 
     def unexplained(self, gram: Floats) -> dict[str, Floats]:
-        """(b, q) of each effect: mean squares of torque that speak for it, given mean products (b, k, k) of columns.
+        """(b, q) mean squares of each effect's torque that an alternative leaves unexplained.
 
-        q: against each rival, on each of the joints.
+        gram: (b, k, k) mean products of the columns.
+        q: each alternative, with the true effect on each of the joints.
         """
         gram = gram + self.recorded_products
-        found: dict[str, list[Floats]] = {}
-        for name, which, rest in self._questions():
-            found.setdefault(name, []).append(_left(gram, which, rest))
-        return {name: np.stack(values, axis=1) for name, values in found.items()}
+        mean_squares: dict[str, list[Floats]] = {}
+        for name, columns, alternative in self._comparisons():
+            mean_squares.setdefault(name, []).append(_unexplained(gram, columns, alternative))
+        return {name: np.stack(values, axis=1) for name, values in mean_squares.items()}
 
     def discriminability(self, columns: Floats) -> dict[str, float]:
-        """The least RMS of torque that speaks for each effect, of `columns` (n, dof, k) of the regressor."""
-        told = self.unexplained(products(columns[None]))
-        return {name: float(np.sqrt(values.min())) for name, values in told.items()}
+        """Least RMS of each effect's unexplained torque, given the `columns` (n, dof, k) of the regressor."""
+        mean_squares = self.unexplained(products(columns[None]))
+        return {name: float(np.sqrt(values.min())) for name, values in mean_squares.items()}
 
     @cached_property
-    def _own(self) -> Ints:
-        """The columns of the mechanism."""
+    def _base_columns(self) -> Ints:
+        """Indices of the columns of the mechanism."""
         return np.arange(len(self.base.parameters))
 
-    def _questions(self) -> Iterator[tuple[str, Ints, Ints]]:
-        """An effect, its columns on one joint, and those of all that may imitate it there.
+    def _comparisons(self) -> Iterator[tuple[str, Ints, Ints]]:
+        """Yield each true effect, its columns on one joint, and the columns of mechanism and alternative.
 
-        Nothing can speak for what its rival contains as a special case, but that it is simpler.
+        An effect that the alternative contains as a special case is skipped: the alternative explains it completely.
         """
         for pair in self.pairs:
-            for true, rival in (pair, pair[::-1]):
-                if true in self.effects[rival].contains:
+            for true, alternative in (pair, pair[::-1]):
+                if true in self.effects[alternative].contains:
                     continue
-                rest = np.concatenate([self._own, self._entries(rival)])
-                for owner in (0,) if self.effects[true].whole_robot else self.joints:
-                    yield true, self._entries(true, owner), rest
+                columns = np.concatenate([self._base_columns, self._columns(alternative)])
+                for instance in (0,) if self.effects[true].whole_robot else self.joints:
+                    yield true, self._columns(true, instance), columns
 
-    def _entries(self, name: str, owner: int | None = None) -> Ints:
-        """The columns of an effect, all or those of one joint."""
-        first = len(self._own)
-        for other, effect in self.effects.items():
-            if other == name:
+    def _columns(self, name: str, instance: int | None = None) -> Ints:
+        """Indices of the columns of an effect: all, or those of one instance."""
+        first = len(self._base_columns)
+        for key, effect in self.effects.items():
+            if key == name:
                 break
             first += self.context.parameter_count(effect)
-        effect, each = self.effects[name], self.context.parameters_per_instance(self.effects[name])
-        if owner is None:
+        effect, size = self.effects[name], self.context.parameters_per_instance(self.effects[name])
+        if instance is None:
             return np.arange(first, first + self.context.parameter_count(effect))
-        return np.arange(first + owner * each, first + (owner + 1) * each)
+        return np.arange(first + instance * size, first + (instance + 1) * size)
 
     def _strength(self, name: str) -> Floats:
         return self.strengths.get(name, np.ones(self.context.instances(self.effects[name])))
@@ -167,71 +169,72 @@ def discrimination_model(
     *,
     torque_measured: bool = False,
 ) -> DiscriminationModel:
-    """The mechanism of `rig` with effects of which each of the `pairs` is to be told apart.
+    """Build the model of the mechanism of `rig` with the effects of all `pairs` to discriminate.
 
-    effects: by name, those of the pairs among them.
-    joints: where the true one is, from 0; empty: nobody knows.
-    known: (k,) parameters of the mechanism with what is always true of it; those of the rig file if None.
-    torque_measured: recordings hold the torque itself, and no voltage.
+    effects: by name; they include those of the pairs.
+    joints: possible joints of the true effect, from 0; empty: all.
+    parameters: (k,) of the mechanism with its mandatory effects; None: those of the rig file.
+    torque_measured: recordings contain the torque itself, not a voltage.
 
     Raises:
-        BadInput: an effect is unknown or none of this mechanism, depends on when something happens, or leaves no
-            trace in recordings of this rig; or there is no such joint.
+        BadInput: an effect is unknown, not of this mechanism, depends on time, or is not observable in recordings of
+            this rig; or a joint does not exist.
     """
     for first, second in pairs:
         for name in (first, second):
-            _refuse(name, effects, rig, torque_measured)
+            _check_effect(name, effects, rig, torque_measured)
         if first == second:
-            raise BadInput(f"two different effects expected, {first} found twice; name another")
+            raise BadInput(f"two different effects expected, {first} found twice; name another effect")
     if any(joint >= rig.dof for joint in joints):
-        raise BadInput(f"joint 1 to {rig.dof} expected, {max(joints) + 1} found; name another")
-    named = list(dict.fromkeys(name for pair in pairs for name in pair))
-    base = with_effects(rig, [name for name in mandatory_effects(rig) if name not in named])
+        raise BadInput(f"joint 1 to {rig.dof} expected, {max(joints) + 1} found; name another joint")
+    selected = list(dict.fromkeys(name for pair in pairs for name in pair))
+    base = with_effects(rig, [name for name in mandatory_effects(rig) if name not in selected])
     values = nominal_parameters(rig, base) if parameters is None else parameters[: len(base.parameters)]
     return DiscriminationModel(
         EffectContext(rig, base, values),
-        {name: effects[name] for name in named},
+        {name: effects[name] for name in selected},
         tuple(pairs),
         tuple(joints) or tuple(range(rig.dof)),
     )
 
 
 def mandatory_effects(rig: Rig) -> list[str]:
-    """Effects that every machine of this kind shows."""
+    """Names of the effects that every model of this mechanism includes."""
     return [name for name in names() if (effect := load(name)).mandatory and rig.mechanism in effect.mechanisms]
 
 
-def _refuse(name: str, effects: Mapping[str, Effect], rig: Rig, torque_measured: bool) -> None:
+def _check_effect(name: str, effects: Mapping[str, Effect], rig: Rig, torque_measured: bool) -> None:
     if name not in effects:
-        raise BadInput(f"effect: one of {', '.join(effects)} expected, '{name}' found; name another")
+        raise BadInput(f"effect: one of {', '.join(effects)} expected, '{name}' found; name one of them")
     effect = effects[name]
     if rig.mechanism not in effect.mechanisms:
-        raise BadInput(f"effect {name}: one of mechanism {rig.mechanism} expected; choose another")
+        raise BadInput(f"effect {name}: an effect of mechanism {rig.mechanism} expected; choose another")
     if effect.axis == "time":
         raise BadInput(
-            f"effect {name}: one that depends on the motion expected, it depends on time; record longer instead"
+            f"effect {name}: an effect that depends on the motion expected, it depends on time; record longer instead"
         )
-    if why := effect.unobservable(rig, torque_measured):
+    if reason := effect.unobservable(rig, torque_measured):
         raise BadInput(
-            f"effect {name}: one that recordings of this rig can show expected: {why.rstrip('.')}; choose another"
+            f"effect {name}: an effect that is observable in recordings of this rig expected: {reason.rstrip('.')}; "
+            "choose another"
         )
 
 
 def products(columns: Floats) -> Floats:
-    """(b, k, k) mean products of columns (b, ..., k)."""
+    """(b, k, k) mean products of the `columns` (b, ..., k)."""
     rows = columns.reshape(len(columns), -1, columns.shape[-1])
     gram: Floats = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
     return gram
 
 
-def _left(gram: Floats, which: Ints, rest: Ints) -> Floats:
-    """(b,) mean square of the columns `which` that those of `rest` cannot imitate, given all products (b, k, k)."""
-    whole = gram[:, which, which].sum(axis=1)
-    inner = gram[:, rest[:, None], rest]
+def _unexplained(gram: Floats, columns: Ints, explaining: Ints) -> Floats:
+    """(b,) mean square of `columns` that the columns `explaining` leave in a least-squares fit; gram: (b, k, k)."""
+    whole = gram[:, columns, columns].sum(axis=1)
+    inner = gram[:, explaining[:, None], explaining]
     size = np.sqrt(np.diagonal(inner, axis1=1, axis2=2))
     size = np.where(size > 0, size, 1.0)
-    inner = inner / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(len(rest))
-    cross = gram[:, rest[:, None], which] / size[:, :, None]
-    taken = np.einsum("brw,brw->b", cross, np.linalg.solve(inner, cross))
-    left: Floats = np.maximum(whole - taken, 1e-12 * whole)
-    return left
+    inner = inner / (size[:, :, None] * size[:, None, :]) + _RIDGE * np.eye(len(explaining))
+    cross = gram[:, explaining[:, None], columns] / size[:, :, None]
+    explained = np.einsum("brw,brw->b", cross, np.linalg.solve(inner, cross))
+    unexplained: Floats = np.maximum(whole - explained, 1e-12 * whole)
+    return unexplained

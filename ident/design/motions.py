@@ -1,4 +1,4 @@
-"""Motions as trajectories, which are held against limits, and as what regressors see."""
+"""Conversion of motions to trajectories, which are checked against limits, and to inputs of regressors."""
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from trajectories import Trajectory, kinematics
 def trajectory(
     name: str, rig: Rig, rate: float, position: Floats, velocity: Floats, acceleration: Floats
 ) -> Trajectory:
-    """The motion of the joints (n, dof) [rad or m, /s, /s^2] at `rate` [Hz], all of it repeated.
+    """Return the motion of the joints (n, dof) [rad or m, /s, /s^2] at `rate` [Hz] as a repeated trajectory.
 
     Raises:
         Unreachable: the mechanism does not close.
@@ -34,7 +34,7 @@ def trajectory(
 
 
 def repeated_motion(trajectory: Trajectory) -> Motion:
-    """The repeated part of `trajectory`."""
+    """Return the repeated part of `trajectory`."""
     rows = trajectory.repeat >= 0
     position, velocity, acceleration, direction = (
         signal[rows]

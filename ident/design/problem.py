@@ -1,9 +1,9 @@
-"""The optimisation problem: coefficients of a Fourier series of every joint, how good it is, which limits it uses.
+"""Optimisation problem of a design: the variables are coefficients of a Fourier series of every joint.
 
-With the regressor W of a motion and noise of equal size in all samples, W'W is the information about the parameters.
-"d" maximises its determinant (the volume of the confidence ellipsoid shrinks), "e" its smallest eigenvalue (what is
-known worst gets better); "t" tells two effects apart (see `ident.design.discrimination`). Columns are scaled to the
-torque that they gave at the start, so that units do not decide.
+With the regressor W of a motion and noise of equal size in all samples, W'W is the information matrix. Criterion "d"
+maximises its determinant (minimum volume of the confidence ellipsoid), "e" its smallest eigenvalue (best accuracy of
+the least known combination); "t" discriminates effects (see `ident.design.discrimination`). Columns are scaled to
+their size at the start, so that units have no influence.
 """
 
 from dataclasses import dataclass
@@ -23,22 +23,22 @@ from trajectories.fourier import FourierSeries
 Criterion = Literal["d", "e", "t"]
 
 SAMPLES_PER_HARMONIC = 24
-"""In one period of the highest harmonic: enough to see the peaks."""
+"""Samples in one period of the highest harmonic: enough to resolve the peaks."""
 SMOOTHING = 0.01
-"""Share of the limit of speed below which sgn is smoothed, as the search needs slopes."""
+"""Share of the speed limit below which sgn is smoothed, because the search needs derivatives."""
 POWER = 4
-"""The smallest is approached by the mean of this power of all inverse ones, which has slopes."""
+"""Power of the power mean of the inverses that approximates the minimum, because the search needs derivatives."""
 TINY = 1e-12
-"""What is smaller is none."""
+"""Lower limit of values before inversion or logarithm."""
 STEP = 1e-6
-"""Of differences [rad or m]."""
+"""Step of the finite differences [rad or m]."""
 UNREACHABLE = 1e3
-"""Objective, and use of limits, where the mechanism does not close."""
+"""Value of the objective and of the use of limits if the mechanism does not close."""
 
 
 @dataclass(frozen=True, eq=False)
 class DesignProblem:
-    """What is sought, for vectors of coefficients: centres, then all cosines, then all sines, joint by joint."""
+    """Objective and limits for vectors of coefficients: centres, all cosines, all sines, joint by joint."""
 
     rig: Rig
     mechanism: Mechanism
@@ -47,11 +47,11 @@ class DesignProblem:
     """[s]"""
     harmonics: int
     scale: Floats
-    """(k,) of the regressor's columns."""
+    """(k,) scale of the regressor's columns."""
 
     def series(self, coefficients: Floats) -> FourierSeries:
-        """The motion with these coefficients."""
-        centre, cosine, sine = self._parts(coefficients[None])
+        """Return the motion with these `coefficients`."""
+        centre, cosine, sine = self._split(coefficients[None])
         return FourierSeries(
             kind="fourier",
             space="joint",
@@ -64,30 +64,30 @@ class DesignProblem:
 
     def _description(self) -> str:
         if isinstance(self.mechanism, DiscriminationModel):
-            return "tells " + ", ".join(f"{first} from {second}" for first, second in self.mechanism.pairs)
+            return "discriminates " + ", ".join(f"{first} from {second}" for first, second in self.mechanism.pairs)
         return f"excitation, {self.criterion.upper()}-optimal"
 
     def usage(self, coefficients: Floats) -> Floats:
-        """Use of each limit (b, l) of `coefficients` (b, v); FAR where the mechanism does not close."""
+        """(b, l) use of each limit of `coefficients` (b, v); UNREACHABLE if the mechanism does not close."""
         try:
             return self._usage(coefficients)
         except kinematics.Unreachable:
             return np.full((len(coefficients), self._limits), UNREACHABLE)
 
     def evaluate(self, coefficients: Floats) -> tuple[Floats, Floats]:
-        """Objective (b,), the smaller the better, and use of each limit (b, l), of `coefficients` (b, v)."""
+        """Objective (b,), to be minimised, and use of each limit (b, l), of `coefficients` (b, v)."""
         try:
             return self._objective(self._rows(coefficients) / self.scale), self._usage(coefficients)
         except kinematics.Unreachable:
             return np.full(len(coefficients), UNREACHABLE), self.usage(coefficients)
 
     def column_sizes(self, coefficients: Floats) -> Floats:
-        """RMS (k,) of the regressor's columns at `coefficients` (v,)."""
+        """(k,) RMS of the regressor's columns at `coefficients` (v,)."""
         size: Floats = np.sqrt(np.mean(self._rows(coefficients[None])[0] ** 2, axis=0))
         return size
 
     def _rows(self, coefficients: Floats) -> Floats:
-        """The regressor (b, rows, k), not scaled."""
+        """(b, rows, k) regressor, not scaled."""
         position, velocity, acceleration = self._motions(coefficients)
         direction = np.tanh(velocity / (SMOOTHING * self.rig.limits.speed))
         mechanism = self.mechanism
@@ -97,11 +97,11 @@ class DesignProblem:
         return columns.reshape(len(coefficients), -1, columns.shape[2])
 
     def _usage(self, coefficients: Floats) -> Floats:
-        """(b, l)."""
+        """(b, l) use of each limit."""
         candidate = trajectory("candidate", self.rig, self._samples / self.period, *self._motions(coefficients))
         used = np.stack(list(checks.usage(candidate, self.rig).values()), axis=1)
-        most: Floats = used.reshape(len(coefficients), self._samples, -1).max(axis=1)
-        return most
+        largest: Floats = used.reshape(len(coefficients), self._samples, -1).max(axis=1)
+        return largest
 
     def slopes(self, coefficients: Floats) -> tuple[Floats, Floats]:
         """Derivatives of the objective (v,) and of the use of each limit (l, v) at `coefficients` (v,)."""
@@ -111,14 +111,14 @@ class DesignProblem:
 
     def _objective(self, rows: Floats) -> Floats:
         if isinstance(self.mechanism, DiscriminationModel):
-            told = np.concatenate(list(self.mechanism.unexplained(products(rows)).values()), axis=1)
-            return _least(told)
+            unexplained = np.concatenate(list(self.mechanism.unexplained(products(rows)).values()), axis=1)
+            return _soft_minimum(unexplained)
         information = rows.transpose(0, 2, 1) @ rows / rows.shape[1]
         eigenvalues = np.maximum(np.linalg.eigvalsh(information), TINY)
         if self.criterion == "d":
             objective: Floats = -np.log(eigenvalues).mean(axis=1)
         else:
-            objective = _least(eigenvalues)
+            objective = _soft_minimum(eigenvalues)
         return objective
 
     @property
@@ -129,7 +129,7 @@ class DesignProblem:
     def _samples(self) -> int:
         return SAMPLES_PER_HARMONIC * self.harmonics
 
-    def _parts(self, coefficients: Floats) -> tuple[Floats, Floats, Floats]:
+    def _split(self, coefficients: Floats) -> tuple[Floats, Floats, Floats]:
         """Centres (b, dof), cosines and sines (b, dof, harmonics)."""
         b, dof = len(coefficients), self.rig.dof
         centre, cosine, sine = np.split(coefficients, [dof, dof * (1 + self.harmonics)], axis=1)
@@ -137,7 +137,7 @@ class DesignProblem:
 
     def _motions(self, coefficients: Floats) -> tuple[Floats, Floats, Floats]:
         """Position, velocity and acceleration (b * samples, dof), one motion after the other."""
-        centre, cosine, sine = self._parts(coefficients)
+        centre, cosine, sine = self._split(coefficients)
         omega = 2 * np.pi / self.period * np.arange(1, self.harmonics + 1)
         angle = np.outer(omega, np.arange(self._samples) * self.period / self._samples)
         cos, sin, w = np.cos(angle), np.sin(angle), omega[:, None]
@@ -150,7 +150,7 @@ class DesignProblem:
         return position, velocity, acceleration
 
 
-def _least(values: Floats) -> Floats:
-    """(b,) minus the logarithm of about the smallest of `values` (b, q)."""
-    least: Floats = np.log(np.mean(np.maximum(values, TINY) ** -POWER, axis=1)) / POWER
-    return least
+def _soft_minimum(values: Floats) -> Floats:
+    """(b,) minus the logarithm of the approximate minimum of `values` (b, q)."""
+    objective: Floats = np.log(np.mean(np.maximum(values, TINY) ** -POWER, axis=1)) / POWER
+    return objective

@@ -1,4 +1,4 @@
-"""What can be known from a motion, before it is recorded."""
+"""Expected quality of an identification with a motion that has not been recorded."""
 
 from dataclasses import dataclass
 
@@ -15,31 +15,34 @@ from trajectories import Trajectory, checks
 
 @dataclass(frozen=True, eq=False)
 class Quality:
-    """What can be known from a motion."""
+    """Expected accuracy of the parameters, and use of the limits, of a motion."""
 
     condition: float
-    """Condition number of the regressor, its columns scaled to length one."""
+    """Condition number of the regressor with columns scaled to unit length."""
     std: Floats
-    """(k,) expected standard errors of the parameters; infinite for one that the motion does not show."""
+    """(k,) expected standard errors of the parameters; infinite for parameters that are not identifiable."""
     discriminability: dict[str, float] | None
-    """Where effects are to be told apart: RMS [N m] of the torque of each that no rival can imitate, even with the
-    model's help, if of what the effect does on a motion of reference the model alone leaves 1 N m."""
+    """RMS [N m] of each effect's torque that neither the model nor the best alternative effect explains; each effect
+    is scaled so that the model alone leaves 1 N m unexplained on a reference motion. None without effects to
+    discriminate."""
     usage: dict[str, float]
-    """Share of each limit that is used, by its name in the rig file."""
+    """Used share of each limit, by its name in the rig file."""
 
 
 def motion_quality(trajectory: Trajectory, rig: Rig, mechanism: Mechanism, noise: float, bandwidth: float) -> Quality:
-    """Judge the repeated part of `trajectory`, for white `noise` [N m] RMS of the torque within `bandwidth` [Hz]."""
+    """Evaluate the repeated part of `trajectory`, for white torque `noise` [N m RMS] within `bandwidth` [Hz]."""
     if isinstance(mechanism, DiscriminationModel):
         mechanism = mechanism.at_rate(trajectory.rate)
     columns = mechanism.regressor(repeated_motion(trajectory))
     rows = columns.reshape(-1, columns.shape[2])
-    found = identifiability(rows.T @ rows, mechanism.parameters)
-    # Noise within a bandwidth is as good as independent samples at twice that rate.
+    conditioning = identifiability(rows.T @ rows, mechanism.parameters)
+    # Noise within a bandwidth is equivalent to independent samples at twice that rate.
     independent = min(1.0, 2 * bandwidth / trajectory.rate)
-    shown = np.array([status != "not" for status in found.status])
-    variance = np.full(len(shown), np.inf)
-    variance[shown] = np.diag(np.linalg.inv(rows[:, shown].T @ rows[:, shown])) * noise**2 / independent
-    told = mechanism.discriminability(columns) if isinstance(mechanism, DiscriminationModel) else None
-    used = {name: float(values.max()) for name, values in checks.usage(trajectory, rig).items()}
-    return Quality(found.condition, np.sqrt(variance), told, used)
+    identified = np.array([status != "not" for status in conditioning.status])
+    variance = np.full(len(identified), np.inf)
+    variance[identified] = (
+        np.diag(np.linalg.inv(rows[:, identified].T @ rows[:, identified])) * noise**2 / independent
+    )
+    discriminability = mechanism.discriminability(columns) if isinstance(mechanism, DiscriminationModel) else None
+    usage = {name: float(values.max()) for name, values in checks.usage(trajectory, rig).items()}
+    return Quality(conditioning.condition, np.sqrt(variance), discriminability, usage)

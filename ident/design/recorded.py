@@ -1,4 +1,4 @@
-"""What a recording that exists tells about the next motion: its rig, its motion, the load."""
+"""Recordings on which a design is based: rig, motion and fitted parameters."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,38 +21,38 @@ from trajectories import Trajectory
 
 @dataclass(frozen=True, eq=False)
 class RecordedMotion:
-    """A recording, as a design sees it."""
+    """Motion and parameters of a recording."""
 
     rig: Rig
     trajectory: Trajectory
-    """The measured motion without gaps."""
+    """Measured motion without gaps."""
     parameters: Floats
-    """(k,) parameters of the mechanism with what is always true of it, fitted by least squares."""
+    """(k,) parameters of the mechanism with its mandatory effects, fitted by least squares."""
     torque_measured: bool
-    """Whether it holds the torque itself, and no voltage."""
+    """True if the recording contains the torque itself, not a voltage."""
 
 
 def read_recorded_motions(paths: Sequence[Path]) -> list[RecordedMotion]:
-    """The recordings in the files `paths`, or their beginnings if they are long.
+    """Read the recordings in the files `paths`, or their beginnings if they are long.
 
     Raises:
-        BadInput: one cannot be read or prepared, or they are not of the same rig.
+        BadInput: a recording cannot be read or prepared, or they are not of the same rig.
     """
     recordings = [excerpts(read(path))[0].recording for path in paths]
     if recordings:
         check_same_rig(recordings)
-    return [_seen(recording) for recording in recordings]
+    return [_recorded_motion(recording) for recording in recordings]
 
 
-def _seen(recording: Recording) -> RecordedMotion:
-    course = prepare(recording, "parallel", None)
-    rig, motion = recording.rig, course.as_recorded.motion
-    regressor = course.condition(with_effects(rig, mandatory_effects(rig)).regressor(motion))
-    torque = course.dataset.torque
-    usable = course.usable & np.isfinite(regressor).all(axis=2)
-    known = np.asarray(np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0], np.float64)
+def _recorded_motion(recording: Recording) -> RecordedMotion:
+    prepared = prepare(recording, "parallel", None)
+    rig, motion = recording.rig, prepared.as_recorded.motion
+    regressor = prepared.condition(with_effects(rig, mandatory_effects(rig)).regressor(motion))
+    torque = prepared.dataset.torque
+    usable = prepared.usable & np.isfinite(regressor).all(axis=2)
+    parameters = np.asarray(np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0], np.float64)
     signals = (motion.position, motion.velocity, motion.acceleration)
-    whole = np.isfinite(signals).all(axis=(0, 2))
-    position, velocity, acceleration = (signal[whole] for signal in signals)
-    made = trajectory(recording.path.name, rig, course.samples.rate, position, velocity, acceleration)
-    return RecordedMotion(rig, made, known, holds_torque(recording))
+    complete = np.isfinite(signals).all(axis=(0, 2))
+    position, velocity, acceleration = (signal[complete] for signal in signals)
+    measured = trajectory(recording.path.name, rig, prepared.samples.rate, position, velocity, acceleration)
+    return RecordedMotion(rig, measured, parameters, holds_torque(recording))

@@ -1,4 +1,4 @@
-"""The search for the best excitation: sequential quadratic programming from several random starts."""
+"""Search for the best excitation: sequential quadratic programming from several random starts."""
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
@@ -21,29 +21,29 @@ from trajectories.fourier import FourierSeries
 from trajectories.trajectory import assemble
 
 RANDOM_STARTS = 16
-"""Random motions that are looked at."""
+"""Number of random motions that are evaluated."""
 SHORT_RUNS = 8
-"""The best of them are improved a little,"""
+"""Number of the best random motions that are optimised briefly."""
 SHORT_ITERATIONS = 25
-"""by so many iterations;"""
+"""Iterations of each short optimisation."""
 LONG_RUNS = 3
-"""the best of these"""
+"""Number of the best results that are optimised further; the best of these is the design."""
 LONG_ITERATIONS = 120
-"""by so many more, and the best result is kept."""
+"""Iterations of each further optimisation."""
 TOTAL_ITERATIONS = SHORT_RUNS * SHORT_ITERATIONS + LONG_RUNS * LONG_ITERATIONS
-"""Iterations in all, at most."""
+"""Maximum number of all iterations."""
 OBJECTIVE_SCALE = 0.03
-"""Factor of the objective: the first steps of a search are as long as its slope, and are not to lead far astray."""
+"""Factor of the objective: the first steps of the search are as long as its gradient and must not be too long."""
 MARGIN = 0.95
-"""Share of each limit that is used at most."""
+"""Maximum used share of each limit."""
 SLACK = 0.005
-"""What the search may be beyond that: the result is made smaller in the end."""
+"""Allowed excess over MARGIN during the search; the result is scaled down at the end."""
 START_USAGE = (0.3, 0.9)
-"""Share of the limits that is used at the start, from and to."""
+"""Range of the used share of the limits at the start."""
 HARMONIC_DECAY = (1.0, 3.0)
-"""Power of its number with which a harmonic is smaller at the start, from and to: of equal speed, or hardly there."""
+"""Range of the exponent p at the start: amplitudes of the harmonics n decrease as n^-p (1: equal speeds)."""
 CENTRE_OFFSET = 0.5
-"""A start's centre may lie beside the middle by so much, over half of what is allowed [of the joints' range]."""
+"""Maximum offset of a start's centre from the middle, relative to half of the allowed range."""
 
 
 def search(
@@ -55,24 +55,29 @@ def search(
     generator: Generator,
     progress: Progress,
 ) -> FourierSeries:
-    """The best motion found, a Fourier series of `harmonics` with the `period` [s] in every joint.
+    """Return the best motion, a Fourier series of `harmonics` with the `period` [s] in every joint.
 
     Raises:
         BadInput: there is no motion within the limits.
     """
     problem = DesignProblem(rig, mechanism, criterion, period, harmonics, np.ones(len(mechanism.parameters)))
     starts = _starts(problem, generator)
-    if criterion != "t":  # which has strengths of its own
+    if criterion != "t":  # the columns of criterion "t" are normalized already
         problem = replace(problem, scale=np.maximum(problem.column_sizes(starts[0]), 1e-9))
     steps = count(1)
-    for kept, iterations in ((SHORT_RUNS, SHORT_ITERATIONS), (LONG_RUNS, LONG_ITERATIONS)):
-        starts = sorted(starts, key=partial(_objective, problem))[:kept]
-        starts = [_improved(problem, start, iterations, lambda: progress(next(steps), TOTAL_ITERATIONS)) for start in starts]
+    for runs, iterations in ((SHORT_RUNS, SHORT_ITERATIONS), (LONG_RUNS, LONG_ITERATIONS)):
+        starts = sorted(starts, key=partial(_objective, problem))[:runs]
+        starts = [
+            _optimized(problem, start, iterations, lambda: progress(next(steps), TOTAL_ITERATIONS))
+            for start in starts
+        ]
     return _within_limits(problem.series(min(starts, key=partial(_objective, problem))), rig)
 
 
-def random_motion(rig: Rig, mechanism: Mechanism, period: float, harmonics: int, generator: Generator) -> FourierSeries:
-    """A random motion of the same kind.
+def random_motion(
+    rig: Rig, mechanism: Mechanism, period: float, harmonics: int, generator: Generator
+) -> FourierSeries:
+    """Return a random motion of the same kind.
 
     Raises:
         BadInput: there is no motion within the limits.
@@ -86,65 +91,67 @@ def _objective(problem: DesignProblem, coefficients: Floats) -> float:
 
 
 def _starts(problem: DesignProblem, generator: Generator) -> list[Floats]:
-    """DRAWN random motions (v,), or fewer where there is no room around all of the centres.
+    """RANDOM_STARTS random motions (v,), or fewer if there is no room around some of the centres.
 
     Raises:
-        BadInput: there is none.
+        BadInput: there is no room around any centre.
     """
     starts = [_start(problem, centre, generator) for centre in _centres(problem.rig, generator)]
-    found = [start for start in starts if start is not None]
-    if not found:
+    possible = [start for start in starts if start is not None]
+    if not possible:
         raise BadInput(
             f"rig '{problem.rig.name}': limits that leave room to move around the joint positions "
             f"{np.round(_middle(problem.rig), 3).tolist()} expected, none found; check the limits in the rig file"
         )
-    return found
+    return possible
 
 
 def _start(problem: DesignProblem, centre: Floats, generator: Generator) -> Floats | None:
-    """Random coefficients (v,) around joint positions (dof,); None without room."""
+    """Random coefficients (v,) around the joint positions `centre` (dof,); None if there is no room."""
     dof, harmonics = problem.rig.dof, problem.harmonics
-    falling = generator.uniform(*HARMONIC_DECAY)
-    waves = generator.normal(size=(2, dof, harmonics)) / np.arange(1, harmonics + 1) ** falling
+    decay = generator.uniform(*HARMONIC_DECAY)
+    waves = generator.normal(size=(2, dof, harmonics)) / np.arange(1, harmonics + 1) ** decay
     waves *= generator.uniform(0.2, 1.0, (dof, 1))
-    most = generator.uniform(*START_USAGE)
-    still = np.concatenate([centre, np.zeros(waves.size)])
-    moving = np.concatenate([np.zeros(dof), waves.ravel()])
+    max_usage = generator.uniform(*START_USAGE)
+    constant = np.concatenate([centre, np.zeros(waves.size)])
+    oscillating = np.concatenate([np.zeros(dof), waves.ravel()])
     sizes = np.geomspace(1e-3, 10, 60)
-    fitting = bisect_left(sizes, True, key=lambda size: problem.usage((still + size * moving)[None]).max() > most)
-    return still + sizes[fitting - 1] * moving if fitting else None
+    fitting = bisect_left(
+        sizes, True, key=lambda size: problem.usage((constant + size * oscillating)[None]).max() > max_usage
+    )
+    return constant + sizes[fitting - 1] * oscillating if fitting else None
 
 
 def _centres(rig: Rig, generator: Generator) -> Iterator[Floats]:
-    """DRAWN joint positions (dof,) at most: the middle of what is allowed, and others beside it."""
+    """Yield at most RANDOM_STARTS joint positions (dof,): the middle of the allowed range, and others around it."""
     yield _middle(rig)
-    for aside in generator.uniform(-CENTRE_OFFSET, CENTRE_OFFSET, (RANDOM_STARTS - 1, rig.dof)):
+    for offset in generator.uniform(-CENTRE_OFFSET, CENTRE_OFFSET, (RANDOM_STARTS - 1, rig.dof)):
         with suppress(kinematics.Unreachable):
-            yield _middle(rig, aside)
+            yield _middle(rig, offset)
 
 
-def _middle(rig: Rig, aside: Floats | None = None) -> Floats:
-    """Joint positions (dof,) in the middle of what is allowed, or `aside` (dof,) of it, 1 being the limit."""
-    limits, aside = rig.limits, np.zeros(rig.dof) if aside is None else aside
+def _middle(rig: Rig, offset: Floats | None = None) -> Floats:
+    """Joint positions (dof,) in the middle of the allowed range, plus `offset` (dof,) relative to half the range."""
+    limits, offset = rig.limits, np.zeros(rig.dof) if offset is None else offset
     if rig.mechanism == "delta":
         low, high = limits.workspace_z
         reach = np.array([limits.workspace_radius, limits.workspace_radius, (high - low) / 2])
-        place = np.array([0.0, 0.0, (low + high) / 2]) + aside * reach
-        middle: Floats = kinematics.inverse(rig.geometry, place[None])[0]
+        position = np.array([0.0, 0.0, (low + high) / 2]) + offset * reach
+        middle: Floats = kinematics.inverse(rig.geometry, position[None])[0]
         return middle
     low, high = limits.joint_min, limits.joint_max
-    return (low + high) / 2 + aside * (high - low) / 2
+    return (low + high) / 2 + offset * (high - low) / 2
 
 
-def _improved(problem: DesignProblem, start: Floats, iterations: int, report: Callable[[], None]) -> Floats:
-    """The best coefficients (v,) within the limits that the search has seen from `start` (v,)."""
+def _optimized(problem: DesignProblem, start: Floats, iterations: int, callback: Callable[[], None]) -> Floats:
+    """Return the best coefficients (v,) within the limits that the search from `start` (v,) evaluated."""
     from scipy.optimize import NonlinearConstraint, minimize
 
-    slopes = _remembered(problem.slopes)
+    slopes = _cached(problem.slopes)
     best = [start]
     least = [_objective(problem, start)]
 
-    def looked_at(x: Floats) -> tuple[Floats, Floats]:
+    def evaluate(x: Floats) -> tuple[Floats, Floats]:
         value, used = problem.evaluate(x[None])
         if value[0] < least[0] and used.max() <= MARGIN + SLACK:
             best[0], least[0] = x.copy(), float(value[0])
@@ -156,7 +163,7 @@ def _improved(problem: DesignProblem, start: Floats, iterations: int, report: Ca
     def slope(x: Floats) -> Floats:
         return OBJECTIVE_SCALE * slopes(x)[0]
 
-    values = _remembered(looked_at)
+    values = _cached(evaluate)
     limits = NonlinearConstraint(lambda x: values(x)[1][0], -np.inf, MARGIN, jac=lambda x: slopes(x)[1])
     minimize(
         objective,
@@ -165,33 +172,33 @@ def _improved(problem: DesignProblem, start: Floats, iterations: int, report: Ca
         method="SLSQP",
         constraints=limits,
         options={"maxiter": iterations},
-        callback=lambda _: report(),
+        callback=lambda _: callback(),
     )
     return best[0]
 
 
-def _remembered(function: Callable[[Floats], tuple[Floats, Floats]]) -> Callable[[Floats], tuple[Floats, Floats]]:
-    """`function`, computed once where it is asked twice in a row: for the objective, then for the limits."""
+def _cached(function: Callable[[Floats], tuple[Floats, Floats]]) -> Callable[[Floats], tuple[Floats, Floats]]:
+    """Cache the last result of `function`, which is called for the objective and then for the limits."""
     at: list[Floats] = []
     result: list[tuple[Floats, Floats]] = []
 
-    def evaluated(x: Floats) -> tuple[Floats, Floats]:
+    def cached(x: Floats) -> tuple[Floats, Floats]:
         if not at or not np.array_equal(at[0], x):
             at[:], result[:] = [x.copy()], [function(x)]
         return result[0]
 
-    return evaluated
+    return cached
 
 
 def _within_limits(series: FourierSeries, rig: Rig) -> FourierSeries:
-    """`series`, made smaller about its centre where start, end, or what is between the samples need it."""
+    """Scale `series` about its centre until start, end and the motion between the samples are within the limits."""
     for size in np.linspace(1.0, 0.0, 101):
-        smaller = series.model_copy(update={name: _times(getattr(series, name), size) for name in ("cosine", "sine")})
-        used = checks.usage(assemble(smaller.motion("design"), rig, cycles=1), rig)
+        scaled = series.model_copy(update={name: _scaled(getattr(series, name), size) for name in ("cosine", "sine")})
+        used = checks.usage(assemble(scaled.motion("design"), rig, cycles=1), rig)
         if max(values.max() for values in used.values()) <= MARGIN:
             break
-    return smaller
+    return scaled
 
 
-def _times(axes: tuple[tuple[float, ...], ...], size: float) -> tuple[tuple[float, ...], ...]:
+def _scaled(axes: tuple[tuple[float, ...], ...], size: float) -> tuple[tuple[float, ...], ...]:
     return tuple(tuple(float(size) * value for value in axis) for axis in axes)
