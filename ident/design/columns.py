@@ -78,7 +78,7 @@ class EffectContext:
         return change
 
     def _reported_torque(self, effect: Signal, values: Values, inputs: EffectInputs) -> Floats:
-        """(n, dof) torque that is reported with these `values` of the parameters of `effect`; `inputs`: as measured."""
+        """(n, dof) torque that is reported with the parameter `values` of `effect`; `inputs` are as measured."""
         true, motion = self, inputs.motion
         if effect.rig:
             rig = effect.rig(self.rig, values)
