@@ -190,8 +190,8 @@ def test_ranking_of_the_effects_that_explain_a_span(slow_then_fast: views.Torque
 def test_long_recording_is_analysed_in_excerpts_and_fitted_as_a_whole_on_request(
     engine: Engine, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("ident.data.excerpts.LONGEST", 8.0)
-    monkeypatch.setattr("ident.data.excerpts.PARTS", 2)
+    monkeypatch.setattr("ident.data.excerpts.MAX_DURATION", 8.0)
+    monkeypatch.setattr("ident.data.excerpts.COUNT", 2)
     ladder, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
     assert isinstance(ladder, views.LadderView)
     assert ladder.excerpt
