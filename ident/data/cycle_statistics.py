@@ -106,7 +106,7 @@ def of_cycles(residual: Floats) -> tuple[CycleStatistics, ...] | None:
 
 
 def pooled(statistics: Sequence[tuple[CycleStatistics, ...]]) -> tuple[CycleStatistics, ...] | None:
-    """Pool the statistics of several recordings for each joint, weighted by samples; keep the most significant trend."""
+    """Pool the statistics of several recordings, weighted by samples; keep the clearest trend of each joint."""
     return tuple(_pooled(joint) for joint in zip(*statistics, strict=True)) if statistics else None
 
 

@@ -53,7 +53,7 @@ def estimate(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[
     """
     dof = datasets[0].torque.shape[1]
     pairs = [_between_cycles(dataset, residual) for dataset, residual in zip(datasets, residuals, strict=True)]
-    square, sensitivity = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    square, sensitivity = (np.concatenate(arrays) for arrays in zip(*pairs, strict=True))
     return tuple(
         _from_cycles(square[:, joint], sensitivity[:, joint]) or _from_band_above(datasets, joint)
         for joint in range(dof)
@@ -103,9 +103,9 @@ def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
     expected = np.full_like(variance, variance.mean())
     for _ in range(5):
         weight = 1 / np.maximum(expected, 1e-3 * variance.mean())
-        parts, _ = nnls(columns * weight[:, None], variance * weight)
-        expected = columns @ parts
-    volts, floor = np.sqrt(parts)
+        coefficients, _ = nnls(columns * weight[:, None], variance * weight)
+        expected = columns @ coefficients
+    volts, floor = np.sqrt(coefficients)
     return Noise(float(volts), float(floor), "repetition")
 
 

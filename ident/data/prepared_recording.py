@@ -32,8 +32,12 @@ class CorrectedMotion:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    def effect_inputs(self, prepared: "PreparedRecording", load_parameters: Floats) -> EffectInputs:
-        """Inputs of effects, with the load parameters (k or k + 1,) of a model structure."""
+    def effect_inputs(self, rate: float, time: Floats, bandwidth: float, load_parameters: Floats) -> EffectInputs:
+        """Inputs of effects.
+
+        rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
+        load_parameters: (k or k + 1,) of a model structure.
+        """
         parameters, m_d = (
             load_parameters[: len(self.mechanism.parameters)],
             float(load_parameters[len(self.mechanism.parameters) :].sum()),
@@ -50,8 +54,7 @@ class CorrectedMotion:
             parameter.name: float(x) for parameter, x in zip(self.mechanism.parameters, parameters, strict=True)
         }
         by_name["m_d"] = m_d
-        rate, bandwidth = prepared.samples.rate, prepared.preprocessed.bandwidth
-        return EffectInputs(self.rig, rate, prepared.time, self.motion, rigid_at, bandwidth, by_name)
+        return EffectInputs(self.rig, rate, time, self.motion, rigid_at, bandwidth, by_name)
 
 
 @dataclass(frozen=True, eq=False)

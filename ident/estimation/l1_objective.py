@@ -1,8 +1,8 @@
-"""The sum of absolute residuals, Eq. (33), of a whole swarm at once: the hot path of every swarm.
+"""The sum of absolute residuals, Eq. (33), for a whole swarm: the hot path of the particle swarms.
 
-A block of particles stays in the processor's vector registers (the lanes are particles) while the rows stream by
-once; blocks are shared out over the cores. Each particle's sum runs over the rows in their order whatever the number
-of threads, so results are repeatable bit for bit.
+A block of particles stays in the vector registers (one particle per lane) during a single pass over the rows; blocks
+are distributed over the cores. The sum of each particle runs over the rows in order for any number of threads, so
+results are repeatable bit for bit.
 """
 
 from collections.abc import Callable, Iterator
@@ -17,10 +17,10 @@ from ident.numba_cache import compiled
 from recordings.recording import Floats
 
 _LANES = 16
-"""Particles per block: two registers of eight doubles for each parameter, which fits the 32 there are."""
+"""Particles per block: two registers of eight doubles for each parameter, of 32 available registers."""
 
 _MIN_PARALLEL_WORK = 5_000_000
-"""Rows times particles: about a millisecond of one core."""
+"""Rows times particles from which on several threads are used: about a millisecond on one core."""
 
 
 class L1Objective:
@@ -45,18 +45,18 @@ class L1Objective:
 
 @contextmanager
 def _threads(work: int) -> Iterator[None]:
-    """All threads, or one where waiting for the others on a busy machine would cost more than they save."""
-    usual = numba.get_num_threads()
-    numba.set_num_threads(1 if work < _MIN_PARALLEL_WORK else usual)
+    """Use all threads, or a single one if the work is too small for their synchronisation to pay off."""
+    default = numba.get_num_threads()
+    numba.set_num_threads(1 if work < _MIN_PARALLEL_WORK else default)
     try:
         yield
     finally:
-        numba.set_num_threads(usual)
+        numba.set_num_threads(default)
 
 
 @lru_cache
 def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
-    """The kernel for k parameters: only with k known to the compiler do the parameters stay in registers."""
+    """Compile the kernel for k parameters: with k constant, the compiler keeps the parameters in registers."""
 
     def sums(regressor: Any, torque: Any, particles: Any) -> Any:
         blocks = particles.shape[0]
@@ -73,9 +73,8 @@ def _kernel(k: int) -> Callable[[Floats, Floats, Floats], Floats]:
             out[block] = total
         return out
 
-    # One process may take several kernels from disk that different ones have left there, and numba keeps what belongs
-    # to them apart by their names alone.
+    # A process may load several cached kernels, and numba distinguishes their symbols only by name.
     sums.__qualname__ = f"{sums.__qualname__}_{k}"
-    # Contraction to fused multiply-adds is all that is allowed: nothing that would reorder the sums. `parallel` does
-    # more than share out the blocks: it says that the arrays do not overlap, without which registers would go unused.
+    # Only contraction to fused multiply-adds is allowed, since other options would reorder the sums. `parallel` also
+    # declares that the arrays do not overlap, without which the registers would not be used.
     return compiled(sums, parallel=True, fastmath={"contract", "nsz"}, error_model="numpy")

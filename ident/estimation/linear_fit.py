@@ -1,4 +1,4 @@
-"""Fitting a mechanism to data sets: search region, estimator, parameters on a bound."""
+"""Linear fit of a mechanism to data sets: search region, estimator, parameters at a bound."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 SEARCH_FACTOR = 10.0
-"""No single term of the model is searched beyond so many times the torque it is to explain."""
+"""Limit of a single model term (parameter times column) relative to the torque (both RMS)."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Parameters of a mechanism and how they were found."""
+    """Fitted parameters of a mechanism."""
 
     estimate: Estimate
     bounds: Floats
@@ -36,16 +36,16 @@ class Fit:
 
     @property
     def at_bound(self) -> tuple[bool, ...]:
-        """For each parameter, whether it ended on the edge of the search region, which then decided, not the data.
+        """For each parameter, whether its estimate is at a bound of the search region, not determined by the data.
 
-        Methods that do not search may end beyond.
+        Methods without a search region may exceed the bounds.
         """
         from_edge = np.abs(self.parameters[:, None] - self.bounds).min(axis=1)
         on_edge = from_edge <= 1e-6 * np.ptp(self.bounds, axis=1)
         return tuple(bool(flag) for flag in on_edge)
 
     def torque(self, dataset: Dataset) -> Floats:
-        """Torque (m, dof) [N m] that the model computes for `dataset`."""
+        """Predicted torque (m, dof) [N m] for `dataset`."""
         return dataset.predicted_torque(self.parameters)
 
 
@@ -58,13 +58,13 @@ def fit(
     progress: Progress,
     physical: bool = False,
 ) -> Fit:
-    """Find the parameters of `mechanism` from `datasets` together, by the estimator `method` with its `settings`.
+    """Estimate the parameters of `mechanism` from all `datasets`, by the estimator `method` with its `settings`.
 
-    If `physical`, friction must oppose motion too; masses and inertias are never searched below zero.
+    physical: friction must oppose motion too; masses and inertias are never searched below zero.
 
     Raises:
-        BadInput: the motion leaves a parameter without any effect; or the result was to be physical, but the method
-            does not look at the search region, and left it.
+        BadInput: a parameter has no effect on the torque; or the result must be `physical`, but the method ignores
+            the search region and left it.
     """
     regressor, torque = _rows(datasets)
     bounds = search_region(mechanism.parameters, regressor, torque, physical)
@@ -72,34 +72,34 @@ def fit(
     problem = Problem(regressor, torque, bounds, deviation)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     if physical:
-        _refuse_unphysical(mechanism.parameters, estimate.parameters, bounds, method)
+        _check_physical(mechanism.parameters, estimate.parameters, bounds, method)
     return Fit(estimate, bounds, len(torque))
 
 
 def _rows(datasets: Sequence[Dataset]) -> tuple[Floats, Floats]:
     """Regressor (r, k) and torque (r,) of all `datasets`."""
     if len(datasets) == 1:
-        return datasets[0].rows()  # no copy: those of an hour are large
+        return datasets[0].rows()  # no copy: the arrays of long recordings are large
     regressors, torques = zip(*(dataset.rows() for dataset in datasets), strict=True)
     return np.concatenate(regressors), np.concatenate(torques)
 
 
-def _refuse_unphysical(parameters: Sequence[Parameter], values: Floats, bounds: Floats, method: str) -> None:
+def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Floats, method: str) -> None:
     for parameter, value, lowest in zip(parameters, values, bounds[:, 0], strict=True):
         if parameter.physically_positive and value < lowest:
             raise BadInput(
-                f"method {method} does not keep to a search region: {parameter.name} of 0 or more expected, "
+                f"method {method} ignores the search region: {parameter.name} of 0 or more expected, "
                 f"{value:.4g} {parameter.unit} found; choose pso or lad, or leave out --physical"
             )
 
 
 def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
-    """(r,) standard deviation [N m] of what a fit leaves in each row, by the noise that a first fit shows."""
+    """Standard deviation (r,) [N m] of the residual in each row, from the noise in the residuals of a first fit."""
     first = np.linalg.lstsq(regressor, torque, rcond=None)[0].astype(np.float64)
     residuals = [dataset.torque - dataset.predicted_torque(first) for dataset in datasets]
-    found = noise.estimate(datasets, residuals)
+    joint_noise = noise.estimate(datasets, residuals)
     deviations = [
-        noise.residual_std(dataset, residual, found).T[np.isfinite(dataset.torque).T]
+        noise.residual_std(dataset, residual, joint_noise).T[np.isfinite(dataset.torque).T]
         for dataset, residual in zip(datasets, residuals, strict=True)
     ]
     return np.concatenate(deviations)
@@ -110,21 +110,21 @@ def search_region(
 ) -> Floats:
     """Bounds (k, 2) for fitting torque (m,) [N m] by regressor (m, k).
 
-    A term (parameter times column) that were alone many times larger than the torque would have to be cancelled by
-    the others at every sample; so its RMS is limited to REACH times the torque's. That makes the region follow the
-    robot's size and an unknown gain. Masses and inertias stop at zero. Friction does not: (36) shows that a fit may
-    want a negative coefficient, which the user should see; only if `physical` does it stop at zero too.
+    The RMS of each term (parameter times column) is limited to SEARCH_FACTOR times the RMS of the torque, since
+    larger terms would have to cancel each other at every sample. So the region scales with the size of the robot and
+    with an unknown gain. Masses and inertias are bounded by zero. Friction is not, unless `physical`: a fit may yield
+    negative coefficients, as in (36), and the user should see them.
 
     Raises:
-        BadInput: the motion leaves a parameter without any effect.
+        BadInput: a parameter has no effect on the torque.
     """
-    size = np.sqrt(np.mean(regressor**2, axis=0))
-    for parameter, column in zip(parameters, size, strict=True):
-        if column == 0:
+    column_rms = np.sqrt(np.mean(regressor**2, axis=0))
+    for parameter, rms in zip(parameters, column_rms, strict=True):
+        if rms == 0:
             raise BadInput(
                 f"every parameter needs a motion that shows it, but {parameter.name} ({parameter.meaning}) has no "
                 "effect on this one; record a richer motion"
             )
-    highest = SEARCH_FACTOR * np.sqrt(np.mean(torque**2)) / size
+    highest = SEARCH_FACTOR * np.sqrt(np.mean(torque**2)) / column_rms
     from_zero = np.array([parameter.nonnegative or (physical and parameter.friction) for parameter in parameters])
     return np.stack([np.where(from_zero, 0.0, -highest), highest], axis=1)

@@ -1,7 +1,7 @@
-"""A mechanism with effects whose shapes and distortions are settled, as a linear model for estimators.
+"""A mechanism with effects whose nonlinear parameters are fixed, as a linear model for estimators.
 
-Around the vector x that least squares found, reported torque = offset + columns . linear parameters: exact where no
-effect stands between the torque and what is reported of it, else to first order.
+Around the least-squares solution x, reported torque = offset + columns . linear parameters. This is exact without
+signal effects, else accurate to first order.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,70 +27,71 @@ from recordings.recording import Floats, Recording
 
 @dataclass(frozen=True, eq=False)
 class LinearizedModel:
-    """A composition with a vector x (K,), as a mechanism whose parameters are the linear ones."""
+    """A model structure linearized at parameters x (K,), as a mechanism with the linear parameters."""
 
     structure: ModelStructure
     x: Floats
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """Those of the mechanism, and the coefficients of additive effects."""
-        own = self.structure.mechanism.parameters
-        added = [one for one in self.structure.parameters if one.linear and one.term >= 0]
-        return *own, *(Parameter(one.name, one.unit, one.meaning) for one in added)
+        """Parameters of the mechanism and coefficients of additive effects."""
+        mechanism = self.structure.mechanism.parameters
+        coefficients = [entry for entry in self.structure.parameters if entry.linear and entry.term >= 0]
+        return *mechanism, *(Parameter(entry.name, entry.unit, entry.meaning) for entry in coefficients)
 
     @property
     def pointwise(self) -> bool:
-        """Effects may remember."""
+        """False with effects, which may have an internal state."""
         return not self.structure.terms
 
     def regressor(self, motion: Motion) -> Floats:
-        """(n, dof, k) of the mechanism; zero for effects, which need more than a motion: see `dataset`."""
-        own = self.structure.mechanism.regressor(motion)
-        return np.pad(own, ((0, 0), (0, 0), (0, len(self.parameters) - own.shape[2])))
+        """(n, dof, k) columns of the mechanism; zero for effects, which need more than a motion: see `dataset`."""
+        columns = self.structure.mechanism.regressor(motion)
+        return np.pad(columns, ((0, 0), (0, 0), (0, len(self.parameters) - columns.shape[2])))
 
     def nominal_torque(self, motion: Motion) -> Floats | None:
-        """The manufacturer's model knows no effects."""
+        """Torque of the manufacturer's model, which has no effects."""
         return self.structure.mechanism.nominal_torque(motion)
 
     def out_of_range(self, parameters: Floats) -> list[str]:
-        """Sentences about coefficients among the `parameters` (k,) that no real machine has."""
-        named = [one for one in self.structure.parameters if one.linear]
+        """Describe the coefficients among the `parameters` (k,) that are outside of their physical range."""
+        entries = [entry for entry in self.structure.parameters if entry.linear]
         return [
-            f"{one.name} = {value:.4g} {one.unit} is outside of its physical range ({one.lower:g} to {one.upper:g}): "
-            f"evidence against {one.name.partition('.')[0]}."
-            for one, value in zip(named, parameters, strict=True)
-            if one.term >= 0 and not one.lower <= value <= one.upper
+            f"{entry.name} = {value:.4g} {entry.unit} is outside of its physical range "
+            f"({entry.lower:g} to {entry.upper:g}): "
+            f"evidence against {entry.name.partition('.')[0]}."
+            for entry, value in zip(entries, parameters, strict=True)
+            if entry.term >= 0 and not entry.lower <= value <= entry.upper
         ]
 
-    def dataset(self, course: PreparedRecording) -> Dataset:
-        """The rows of `course`, with the linear parameters' columns and what does not depend on them."""
-        torque, columns = chunks.linearized(course, self.structure, self.x)
+    def dataset(self, prepared: PreparedRecording) -> Dataset:
+        """Rows of the recording with the columns of the linear parameters and the remaining torque as offset."""
+        torque, columns = chunks.linearized(prepared, self.structure, self.x)
         offset = torque - columns @ self.x[self.structure.linear]
         if not any(isinstance(term.effect, Signal) for term in self.structure.terms):
-            offset = np.zeros_like(offset)  # exactly, whatever the sums' last bits
+            offset = np.zeros_like(offset)  # exactly zero, without rounding errors
         known = np.isfinite(columns).all(axis=2) & np.isfinite(offset)
-        measured = np.where(known, course.dataset.torque, np.nan)
-        return replace(course.dataset, regressor=columns, offset=offset, torque=measured)
+        measured = np.where(known, prepared.dataset.torque, np.nan)
+        return replace(prepared.dataset, regressor=columns, offset=offset, torque=measured)
 
 
 def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
-    """The effects that a user chose, each as NAME, on all joints, or as NAME:1,3.
+    """Convert the effects chosen by the user, NAME (all joints) or NAME:1,3 (some joints), to terms.
 
     Raises:
-        BadInput: there is no such effect, it is named twice, its joints are not there, or such a recording cannot
-            show it.
+        BadInput: the effect does not exist, is named twice or is not observable in such a recording, or one of its
+            joints does not exist.
     """
-    found: list[Term] = []
+    terms: list[Term] = []
     for choice in choices:
-        term = _term(choice, library, recording)
-        if any(term.name == other.name for other in found):
+        term = _parse_term(choice, library, recording)
+        if any(term.name == previous.name for previous in terms):
             raise BadInput(f"every effect once expected, '{term.name}' found twice; leave one out")
-        found.append(term)
-    return tuple(found)
+        terms.append(term)
+    return tuple(terms)
 
 
-def _term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
+def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
     rig = recording.rig
     name, _, joints = choice.partition(":")
     if name not in library:
@@ -100,13 +101,13 @@ def _term(choice: str, library: Mapping[str, Effect], recording: Recording) -> T
         raise BadInput(
             f"effect {name}: mechanism {' or '.join(effect.mechanisms)} expected, {rig.mechanism} found; leave it out"
         )
-    why = effect.unobservable(rig, holds_torque(recording))
-    if why:
-        raise BadInput(f"effect {name} cannot be seen in such a recording: {why} Leave it out")
-    return Term(name, effect, _joints(name, joints, rig.dof))
+    reason = effect.unobservable(rig, holds_torque(recording))
+    if reason:
+        raise BadInput(f"effect {name} cannot be seen in such a recording: {reason} Leave it out")
+    return Term(name, effect, _parse_joints(name, joints, rig.dof))
 
 
-def _joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
+def _parse_joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
     if not joints:
         return tuple(range(dof))
     numbers = joints.split(",")
@@ -117,41 +118,53 @@ def _joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
     return tuple(int(number) - 1 for number in numbers)
 
 
-def fit_shape_parameters(courses: Sequence[PreparedRecording], chosen: Sequence[Term]) -> LinearizedModel:
-    """The mechanism of `courses` with the effects `chosen`, whose shapes and distortions fit the recordings best.
+def fit_shape_parameters(recordings: Sequence[PreparedRecording], terms: Sequence[Term]) -> LinearizedModel:
+    """Fit the shapes and signal parameters of the effects `terms` to the `recordings`, by nonlinear least squares.
 
-    Effect by effect, from each place where the search for it may begin; then all together.
+    The effects are added one by one. For each one, the fit starts from all of its initial guesses, and the best
+    result is kept. All parameters are fitted together in each step.
     """
-    evaluators = [TorquePredictor(course) for course in courses]
-    weights = [np.where(course.usable, 1.0, 0.0) for course in courses]
-    path = courses[0].as_recorded
-    bare = ModelStructure(path.mechanism, path.rig)
-    solution = nonlinear_least_squares(evaluators, bare, np.zeros(len(bare.parameters)), weights)
-    for term in chosen:
-        composition = solution.structure.with_term(term)
-        view = evaluators[0].effect_inputs(
-            evaluators[0].corrected_motion(solution.structure, solution.x), solution.structure.load_parameters(solution.x)
+    predictors = [TorquePredictor(prepared) for prepared in recordings]
+    weights = [np.where(prepared.usable, 1.0, 0.0) for prepared in recordings]
+    recorded = recordings[0].as_recorded
+    bare = ModelStructure(recorded.mechanism, recorded.rig)
+    solution = nonlinear_least_squares(predictors, bare, np.zeros(len(bare.parameters)), weights)
+    for term in terms:
+        structure = solution.structure.with_term(term)
+        inputs = predictors[0].effect_inputs(
+            predictors[0].corrected_motion(solution.structure, solution.x),
+            solution.structure.load_parameters(solution.x),
         )
         residual = solution.residuals[0]
-        starts = list(_starts(term, [*_suggested(term.effect, view, residual, courses[0])]))
-        tried = [nonlinear_least_squares(evaluators, composition, np.concatenate([solution.x, start]), weights) for start in starts]
-        solution = min(tried, key=lambda one: one.loss)
+        initial_guesses = list(
+            _initial_guesses(term, [*_suggested_shapes(term.effect, inputs, residual, recordings[0])])
+        )
+        candidates = [
+            nonlinear_least_squares(predictors, structure, np.concatenate([solution.x, start]), weights)
+            for start in initial_guesses
+        ]
+        solution = min(candidates, key=lambda candidate: candidate.loss)
     return LinearizedModel(solution.structure, solution.x)
 
 
-def _suggested(effect: Effect, view: EffectInputs, residual: Floats, course: PreparedRecording) -> list[Floats]:
+def _suggested_shapes(
+    effect: Effect, inputs: EffectInputs, residual: Floats, prepared: PreparedRecording
+) -> list[Floats]:
     if effect.suggest is None:
         return []
-    found = effect.suggest(view.decimated(course.preprocessed.decimation), residual)
-    return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in found]
+    suggestions = effect.suggest(inputs.decimated(prepared.preprocessed.decimation), residual)
+    return [np.array([shapes[shape.name] for shape in effect.shapes]) for shapes in suggestions]
 
 
-def _starts(term: Term, suggested: Sequence[Floats]) -> list[Floats]:
-    """(own + shapes,) vectors from which to search."""
-    shapes = [np.array(one, float) for one in product(*(shape.initial_guesses for shape in term.effect.shapes))]
+def _initial_guesses(term: Term, suggested: Sequence[Floats]) -> list[Floats]:
+    """Vectors (local parameters + shapes,) from which the fit starts."""
+    shapes = [np.array(values, float) for values in product(*(shape.initial_guesses for shape in term.effect.shapes))]
     shapes += suggested
     if isinstance(term.effect, Additive):
-        own = [np.zeros(term.instances * len(term.local_parameters))]
+        local = [np.zeros(term.instances * len(term.local_parameters))]
     else:
-        own = [np.tile(one, term.instances) for one in product(*(quantity.initial_guesses for quantity in term.local_parameters))]
-    return [np.concatenate(pair) for pair in product(own, shapes)]
+        local = [
+            np.tile(values, term.instances)
+            for values in product(*(quantity.initial_guesses for quantity in term.local_parameters))
+        ]
+    return [np.concatenate(pair) for pair in product(local, shapes)]

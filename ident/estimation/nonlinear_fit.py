@@ -1,5 +1,6 @@
-"""All parameters of a composition together, by weighted least squares: Levenberg's and Marquardt's method, in which
-the linear ones need no start.
+"""Nonlinear least squares: the Levenberg-Marquardt method for all parameters of a model structure.
+
+The linear parameters need no initial guess.
 """
 
 from collections.abc import Sequence
@@ -11,28 +12,28 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
-_STEPS = 15
+_MAX_STEPS = 15
 _PATIENCE = 2
-"""Steps without success: the load, which the effects see, may first have to settle."""
-_STUCK = 1e3
-"""Damping from which on no step will do."""
+"""Steps without improvement. The load parameters, on which effects depend, may have to converge first."""
+_MAX_DAMPING = 1e3
+"""Damping above which no further step is tried."""
 _CONVERGED = 1e-4
-"""Relative fall of the weighted sum of squares that is not worth another step."""
+"""Relative reduction of the weighted sum of squares below which the iteration ends."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """A composition fitted to some recordings."""
+    """A model structure fitted to recordings."""
 
     structure: ModelStructure
     x: Floats
     """(K,)"""
     residuals: tuple[Floats, ...]
-    """(m, dof) measured minus computed of each recording [N m]; NaN where there is no measurement."""
+    """(m, dof) measured minus predicted torque of each recording [N m]; NaN where there is no measurement."""
     derivatives: tuple[Floats, ...]
-    """(m, dof, K) of the computed torque by `x`."""
+    """(m, dof, K) derivatives of the predicted torque of each recording with respect to `x`."""
     weights: tuple[Floats, ...]
-    """(m, dof) 1 / [N m]; 0 where there is no measurement."""
+    """(m, dof) weights of each recording [1 / (N m)]; 0 where there is no measurement."""
 
     @property
     def loss(self) -> float:
@@ -40,99 +41,104 @@ class Solution:
         return sum(float(np.nansum((w * r) ** 2)) for w, r in zip(self.weights, self.residuals, strict=True))
 
     def rows(self) -> tuple[Floats, Floats]:
-        """Weighted derivatives (r, K) and residuals (r,) of all recordings, where there is a measurement."""
-        parts = zip(self.weights, self.derivatives, self.residuals, strict=True)
-        stacked = [((w[:, :, None] * d)[w > 0], (w * r)[w > 0]) for w, d, r in parts]
+        """Weighted derivatives (r, K) and residuals (r,) of all measured rows of all recordings."""
+        recordings = zip(self.weights, self.derivatives, self.residuals, strict=True)
+        stacked = [((w[:, :, None] * d)[w > 0], (w * r)[w > 0]) for w, d, r in recordings]
         return np.concatenate([a for a, _ in stacked]), np.concatenate([b for _, b in stacked])
 
 
 def nonlinear_least_squares(
-    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
+    predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
-    """The parameters with the least weighted squares, found from `x` (K,), of whose linear part nothing is expected.
+    """Minimise the weighted sum of squares, starting from `x` (K,), whose linear parameters may be arbitrary.
 
-    weights: (m, dof) for each recording, in 1 / [N m], 0 where there is no measurement.
+    weights: (m, dof) of each recording [1 / (N m)]; 0 where there is no measurement.
     """
-    return levenberg_marquardt(evaluators, initial_solution(evaluators, composition, x, weights), weights)
+    return levenberg_marquardt(predictors, initial_solution(predictors, structure, x, weights), weights)
 
 
 def initial_solution(
-    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
+    predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
-    """Where `refine` begins: the linear parameters fitted, the others as in `x` (K,)."""
-    x = _within(composition, x)
-    own = composition.parameter_mask(-1)
-    if not x[own].any():
-        bare = replace(composition, terms=())
+    """Fit the linear parameters, with the nonlinear parameters of `x` (K,): the start of the iteration."""
+    x = _within(structure, x)
+    mechanism = structure.parameter_mask(-1)
+    if not x[mechanism].any():
+        bare = replace(structure, terms=())
         x = x.copy()
-        x[own] = _linear_part(evaluators, bare, np.zeros(len(bare.parameters)), weights).x
-    return _linear_part(evaluators, composition, x, weights)
+        x[mechanism] = _solve_linear(predictors, bare, np.zeros(len(bare.parameters)), weights).x
+    return _solve_linear(predictors, structure, x, weights)
 
 
-def levenberg_marquardt(evaluators: Sequence[TorquePredictor], state: Solution, weights: Sequence[Floats]) -> Solution:
-    """What `refine` makes of what it has `begun`."""
-    composition = state.structure
-    if composition.linear.all() and not any(term.effect.axis == "load" for term in composition.terms):
-        return state
-    free = np.array([entry.free for entry in composition.parameters])
-    best, damping, idle = state, 1e-3, 0
-    for _ in range(_STEPS):
-        trial = _within(composition, state.x + _solve(state, free, damping))
-        # By the load as it was: the linearised model knows no other.
-        fallen = 1 - _loss(evaluators, composition, trial, state) / state.loss if state.loss else 0.0
-        if fallen <= 0:
-            if damping > _STUCK or fallen > -_CONVERGED:
+def levenberg_marquardt(
+    predictors: Sequence[TorquePredictor], solution: Solution, weights: Sequence[Floats]
+) -> Solution:
+    """Iterate from a `solution` by the Levenberg-Marquardt method and return the best solution."""
+    structure = solution.structure
+    if structure.linear.all() and not any(term.effect.axis == "load" for term in structure.terms):
+        return solution
+    free = np.array([entry.free for entry in structure.parameters])
+    best, damping, idle_steps = solution, 1e-3, 0
+    for _ in range(_MAX_STEPS):
+        trial = _within(structure, solution.x + _solve(solution, free, damping))
+        # With the load parameters of the current solution, as in the linearized model.
+        reduction = 1 - _loss(predictors, structure, trial, solution) / solution.loss if solution.loss else 0.0
+        if reduction <= 0:
+            if damping > _MAX_DAMPING or reduction > -_CONVERGED:
                 break
             damping = max(10 * damping, 1e-2)
             continue
-        state, damping = _state(evaluators, composition, trial, weights), damping / 10
-        idle = 0 if state.loss < best.loss * (1 - _CONVERGED) else idle + 1
-        best = min(best, state, key=lambda one: one.loss)
-        if idle > _PATIENCE or (idle and fallen < _CONVERGED):
+        solution, damping = _linearize(predictors, structure, trial, weights), damping / 10
+        idle_steps = 0 if solution.loss < best.loss * (1 - _CONVERGED) else idle_steps + 1
+        best = min(best, solution, key=lambda candidate: candidate.loss)
+        if idle_steps > _PATIENCE or (idle_steps and reduction < _CONVERGED):
             break
     return best
 
 
-def _linear_part(
-    evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, weights: Sequence[Floats]
+def _solve_linear(
+    predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, weights: Sequence[Floats]
 ) -> Solution:
-    """With the linear parameters solved for, the others as in `x`; twice, for the load depends on them."""
+    """Solve for the linear parameters, with the others of `x`; twice, as load parameters depend on the solution."""
     for _ in range(2):
-        state = _state(evaluators, composition, x, weights, nonlinear=False)
-        x = state.x + _solve(state, composition.linear)
-    return _state(evaluators, composition, x, weights)
+        solution = _linearize(predictors, structure, x, weights, nonlinear=False)
+        x = solution.x + _solve(solution, structure.linear)
+    return _linearize(predictors, structure, x, weights)
 
 
-def _state(
-    evaluators: Sequence[TorquePredictor],
-    composition: ModelStructure,
+def _linearize(
+    predictors: Sequence[TorquePredictor],
+    structure: ModelStructure,
     x: Floats,
     weights: Sequence[Floats],
     nonlinear: bool = True,
 ) -> Solution:
-    found = [one.linearized(composition, x, nonlinear) for one in evaluators]
-    derivatives = tuple(by_x for _, by_x in found)
-    residuals = tuple(one.prepared.dataset.torque - torque for one, (torque, _) in zip(evaluators, found, strict=True))
-    known = tuple(
+    linearized = [predictor.linearized(structure, x, nonlinear) for predictor in predictors]
+    derivatives = tuple(by_x for _, by_x in linearized)
+    residuals = tuple(
+        predictor.prepared.dataset.torque - torque
+        for predictor, (torque, _) in zip(predictors, linearized, strict=True)
+    )
+    usable_weights = tuple(
         np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
         for r, d, w in zip(residuals, derivatives, weights, strict=True)
     )
-    return Solution(composition, x, residuals, derivatives, known)
+    return Solution(structure, x, residuals, derivatives, usable_weights)
 
 
-def _loss(evaluators: Sequence[TorquePredictor], composition: ModelStructure, x: Floats, before: Solution) -> float:
-    """Weighted sum of squares at `x` (K,), the load and the rows being those of the solution `before`."""
-    rigid = composition.load_parameters(before.x)
+def _loss(predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, before: Solution) -> float:
+    """Weighted sum of squares at `x` (K,), with the load parameters and the rows of the solution `before`."""
+    load_parameters = structure.load_parameters(before.x)
     total = 0.0
-    for evaluator, weight in zip(evaluators, before.weights, strict=True):
-        left = weight * (evaluator.prepared.dataset.torque - evaluator.torque(composition, x, rigid))
-        total += float(np.nansum(left**2))
+    for predictor, weight in zip(predictors, before.weights, strict=True):
+        residual = weight * (predictor.prepared.dataset.torque - predictor.torque(structure, x, load_parameters))
+        total += float(np.nansum(residual**2))
     return total
 
 
-def _solve(state: Solution, free: Bools, damping: float = 0.0) -> Floats:
-    """(K,) step of the `free` parameters (K,) that the linearised model asks for."""
-    regressor, residual = state.rows()
+def _solve(solution: Solution, free: Bools, damping: float = 0.0) -> Floats:
+    """Step (K,) of the `free` parameters (K,) that solves the damped normal equations of the linearized model."""
+    regressor, residual = solution.rows()
     regressor = regressor[:, free]
     size = np.sqrt((regressor**2).sum(axis=0))
     size[size == 0] = 1.0
@@ -143,8 +149,8 @@ def _solve(state: Solution, free: Bools, damping: float = 0.0) -> Floats:
     return step
 
 
-def _within(composition: ModelStructure, x: Floats) -> Floats:
-    """`x` with its searched parameters inside their physical range."""
-    lower = np.array([entry.lower if not entry.linear else -np.inf for entry in composition.parameters])
-    upper = np.array([entry.upper if not entry.linear else np.inf for entry in composition.parameters])
+def _within(structure: ModelStructure, x: Floats) -> Floats:
+    """Clip the nonlinear parameters of `x` to their physical range."""
+    lower = np.array([entry.lower if not entry.linear else -np.inf for entry in structure.parameters])
+    upper = np.array([entry.upper if not entry.linear else np.inf for entry in structure.parameters])
     return np.clip(x, lower, upper)

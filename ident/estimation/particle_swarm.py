@@ -1,4 +1,4 @@
-"""Particle swarms on objective (33): what the cyclic and the classical one have in common."""
+"""Particle swarm optimisation of objective (33): the common part of the cyclic and the classical swarm."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,12 +13,12 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 Leaders = Callable[["Swarm"], Floats]
-"""Where each particle is drawn to beside its own best position: (n, k)."""
+"""Positions (n, k) that attract the particles besides their personal best positions."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What every swarm has; defaults are the paper's, except `tolerance`."""
+    """Settings of any swarm. Defaults are those of the paper, except `tolerance`."""
 
     particles: int = 300
     """N_p."""
@@ -30,7 +30,7 @@ class Settings:
     social: float = 1.49618
     """c_2."""
     tolerance: float = 1e-8
-    """Stop once the objective is so near to its certified minimum, relative; 0: never stop early, as in the paper."""
+    """Relative excess over the certified minimum at which the search stops; 0: never stop early, as in the paper."""
 
     def __post_init__(self) -> None:
         if self.particles < 2:
@@ -43,26 +43,28 @@ class Settings:
 
 @dataclass
 class Swarm:
-    """n particles at one step."""
+    """State of n particles at one step."""
 
     current: Floats
-    """(n, k) positions, taken into the search region."""
+    """(n, k) positions, clipped to the search region."""
     value: Floats
-    """(n,) objective there."""
+    """(n,) objective at the current positions."""
     personal: Floats
-    """(n, k) best position of each so far."""
+    """(n, k) best position of each particle so far."""
     personal_value: Floats
-    """(n,)"""
+    """(n,) objective at the personal best positions."""
 
 
 def search(
     problem: Problem, generator: Generator, progress: Progress, settings: Settings, leaders: Leaders
 ) -> Estimate:
-    """Let a swarm of this topology search the region of `problem`, Eqs. (34)-(35), (A14)-(A15).
+    """Minimise (33) within the search region of `problem` by a swarm, Eqs. (34)-(35), (A14)-(A15).
 
-    r1, r2 are one number per particle and step, as printed. Particles start in the region and may leave it, as
-    nothing in (34)-(35) keeps them; the objective is then taken at the nearest point of the region, and it is that
-    point which is remembered.
+    leaders: the topology of the swarm.
+
+    r1, r2 are one number per particle and step, as printed. Particles start in the region and may leave it, since
+    (34)-(35) do not prevent it. The objective is then evaluated at the nearest point of the region, and that point is
+    stored.
     """
     certificate = certify(problem.regressor, problem.torque, problem.bounds)
     objective = L1Objective(problem.regressor, problem.torque)
@@ -82,7 +84,7 @@ def search(
             + settings.social * r2 * (leaders(swarm) - position)
         )  # (34)
         position = position + velocity  # (35)
-        _remember(swarm, np.clip(position, lowest, highest), objective)
+        _update(swarm, np.clip(position, lowest, highest), objective)
         history.append(swarm.personal_value.min())
         excess = certificate.excess(history[-1])
         progress(step + 1, settings.iterations, excess)
@@ -98,7 +100,7 @@ def search(
     )
 
 
-def _remember(swarm: Swarm, current: Floats, objective: Callable[[Floats], Floats]) -> None:
+def _update(swarm: Swarm, current: Floats, objective: Callable[[Floats], Floats]) -> None:
     swarm.current, swarm.value = current, objective(current)
     better = swarm.value < swarm.personal_value
     swarm.personal = np.where(better[:, None], current, swarm.personal)

@@ -1,4 +1,4 @@
-"""What an estimator is given, and what it gives back."""
+"""Input and result of an estimator."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,37 +9,37 @@ from recordings.recording import Floats
 
 
 class Progress(Protocol):
-    """How far a search has come."""
+    """Callback that reports the progress of a search."""
 
     def __call__(self, done: int, total: int, excess: float | None = None, /) -> None:
-        """`done` steps of `total`; `excess`: of the objective over its certified minimum, relative, where known."""
+        """Report `done` steps of `total`; `excess`: relative excess of the objective over its minimum, if known."""
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """What is to be fitted: torque = regressor . parameters, m rows, k parameters."""
+    """A regression problem: torque = regressor . parameters, with m rows and k parameters."""
 
     regressor: Floats
     """(m, k)"""
     torque: Floats
     """(m,) [N m]"""
     bounds: Floats
-    """(k, 2) search region [lowest, highest]. Only methods that search look at it."""
+    """(k, 2) search region [lowest, highest]; used only by methods with a search region."""
     deviation: Floats | None = None
-    """(m,) standard deviation of what a good fit leaves of each torque [N m], for estimators that are WEIGHTED."""
+    """(m,) standard deviation of the residual in each row [N m], for estimators that are WEIGHTED."""
 
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """What an estimator found."""
+    """Result of an estimator."""
 
     parameters: Floats
     """(k,)"""
     objective: float
-    """Value of the objective that the estimator minimises, at `parameters`."""
+    """Value of the estimator's objective at `parameters`."""
     history: Floats
-    """Best objective so far, before the first step and after each; of length one where there are no steps."""
+    """Best objective before the first step and after each step; of length one for methods without steps."""
     certificate: Certificate | None = None
-    """The minimum of (33) with its proof, where that is the estimator's objective."""
+    """Certified minimum of (33), if that is the estimator's objective."""
     diagnostics: Mapping[str, Any] = field(default_factory=dict)
-    """What else there is to know, ready for JSON."""
+    """Further results, JSON-serialisable."""

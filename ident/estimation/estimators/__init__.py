@@ -1,10 +1,10 @@
-"""Estimators find the parameters. One estimator is one file here, with one signature for all:
+"""Estimators of the parameters. Each estimator is a module that defines
 
     estimate(problem, generator, progress, settings) -> Estimate
 
-and a frozen dataclass `Settings` of what can be set, all with defaults. A module that says `FORM = "name"` identifies
-that form of the mechanism (`ident/dynamics/forms/`) instead of the mechanism's own model; one that says
-`WEIGHTED = True` is told how well each torque is known.
+and a frozen dataclass `Settings`, whose fields all have defaults. With `FORM = "name"` a module identifies that form
+of the mechanism (`ident/dynamics/forms/`) instead of the mechanism's own model. With `WEIGHTED = True` it receives
+the standard deviation of each row.
 """
 
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from recordings.errors import BadInput
 
 
 class Estimator(Protocol):
-    """What the module of an estimator holds."""
+    """Interface of an estimator module."""
 
     Settings: type[Any]
 
@@ -29,31 +29,35 @@ class Estimator(Protocol):
 
 
 def load(name: str) -> Estimator:
-    """The estimator `name`. Raises BadInput where there is none."""
+    """Load the estimator `name`.
+
+    Raises:
+        BadInput: there is no such estimator.
+    """
     return cast(Estimator, plugins.load(__name__, name))
 
 
 def form(name: str) -> str | None:
-    """The form of the mechanism that the estimator `name` identifies; None: the mechanism's own model."""
-    found: str | None = getattr(load(name), "FORM", None)
-    return found
+    """Form of the mechanism that the estimator `name` identifies; None: the mechanism's own model."""
+    form_name: str | None = getattr(load(name), "FORM", None)
+    return form_name
 
 
 def weighted(name: str) -> bool:
-    """Whether the estimator `name` asks for `Problem.deviation`."""
+    """Whether the estimator `name` uses `Problem.deviation`."""
     return getattr(load(name), "WEIGHTED", False)
 
 
 def has_setting(name: str, setting: str) -> bool:
-    """Whether the estimator `name` has such a setting."""
+    """Whether the estimator `name` has the setting `setting`."""
     return setting in [field.name for field in fields(load(name).Settings)]
 
 
 def settings(name: str, given: Mapping[str, Any]) -> Any:
-    """The settings of the estimator `name`, its defaults replaced by what is `given`.
+    """Create the settings of the estimator `name` from the `given` values; the others have their defaults.
 
     Raises:
-        BadInput: the estimator has no such setting, or refuses the value.
+        BadInput: the estimator has no such setting, or the value is invalid.
     """
     kind = load(name).Settings
     known = [field.name for field in fields(kind)]

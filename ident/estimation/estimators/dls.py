@@ -1,7 +1,7 @@
 """Damped least squares on the linear regression model (37)-(40), after reference [18] of the paper.
 
 Minimises |torque - Psi theta|^2 + (damping s)^2 |theta|^2, where s is the largest singular value of Psi. The paper
-does not print the damping; a thousandth damps what the motion hardly shows, and nothing else.
+does not print the damping; a thousandth affects only directions that the motion hardly excites.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,10 @@ FORM = "lagrange14"
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the damping."""
+    """Settings of damped least squares."""
 
     damping: float = 1e-3
-    """In units of the regressor's largest singular value."""
+    """Damping relative to the largest singular value of the regressor."""
 
     def __post_init__(self) -> None:
         if not self.damping >= 0:
@@ -28,10 +28,10 @@ class Settings:
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
-    """Each component along a singular vector is damped by s_i / (s_i^2 + damping^2) instead of divided by s_i."""
-    left, singular, right = np.linalg.svd(problem.regressor, full_matrices=False)
+    """Scale each component along a singular vector by s_i / (s_i^2 + damping^2), instead of 1 / s_i."""
+    U, singular, Vt = np.linalg.svd(problem.regressor, full_matrices=False)
     damping = settings.damping * singular[0]
-    parameters = right.T @ (singular / (singular**2 + damping**2) * (left.T @ problem.torque))
+    parameters = Vt.T @ (singular / (singular**2 + damping**2) * (U.T @ problem.torque))
     residual = problem.torque - problem.regressor @ parameters
     objective = float(residual @ residual + damping**2 * parameters @ parameters)
     progress(1, 1)

@@ -1,6 +1,6 @@
-"""Exact least absolute deviations: the minimum of objective (33), which a swarm can at best reach.
+"""Exact least absolute deviations: the minimum of objective (33), the best result that a swarm can reach.
 
-The search region is the swarm's. See `ident.estimation.lad_certificate`, which proves the minimum too.
+The search region is that of the swarm. `ident.estimation.lad_certificate` also certifies the minimum.
 """
 
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from ident.estimation.problem import Estimate, Problem, Progress
 
 @dataclass(frozen=True)
 class Settings:
-    """None."""
+    """No settings."""
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
-    """The certified minimiser itself."""
+    """Return the certified minimiser."""
     certificate = certify(problem.regressor, problem.torque, problem.bounds)
     progress(1, 1)
     return Estimate(certificate.parameters, certificate.objective, np.array([certificate.objective]), certificate)

@@ -1,7 +1,7 @@
 """Plain least squares on the mechanism's own model, the 11 parameters of (30).
 
-Not in the paper. The fair variant beside its baselines RLS, DLS and SVD: their objective, but the regressor that the
-swarm is given. The search region is not looked at.
+Not in the paper. A fair counterpart of its baselines RLS, DLS and SVD: their objective with the regressor of the
+swarm. The search region is ignored.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from recordings.recording import Floats
 
 @dataclass(frozen=True)
 class Settings:
-    """None."""
+    """No settings."""
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:

@@ -1,7 +1,7 @@
 """Classical particle swarm, Appendix C, Eqs. (A13)-(A15), on the objective (33).
 
-Every particle is drawn to the best position that any of the swarm has found. Appendix C prints no settings; the
-cyclic swarm's are used, so that the two differ in nothing but the neighbourhood.
+Every particle is attracted by the best position of the whole swarm. Appendix C prints no settings; those of the
+cyclic swarm are used, so that the two differ only in the neighbourhood.
 """
 
 import numpy as np
@@ -16,10 +16,10 @@ __all__ = ["Settings", "estimate"]
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
-    """Search with the whole swarm as everybody's neighbourhood."""
-    return particle_swarm.search(problem, generator, progress, settings, _best_of_all)
+    """Search with the whole swarm as the neighbourhood of each particle."""
+    return particle_swarm.search(problem, generator, progress, settings, _global_best)
 
 
-def _best_of_all(now: Swarm) -> Floats:
-    best: Floats = now.personal[np.argmin(now.personal_value)]
+def _global_best(swarm: Swarm) -> Floats:
+    best: Floats = swarm.personal[np.argmin(swarm.personal_value)]
     return best

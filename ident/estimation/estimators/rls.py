@@ -6,9 +6,9 @@ For each row psi with torque tau, starting from theta = 0 and the covariance P =
     P     <- P - P psi psi' P / (1 + psi' P psi)
     theta <- theta + P psi (tau - psi' theta)
 
-Reading: there is no forgetting, as the parameters are constants; then neither the order of the rows nor taking the
-three of one instant together makes a difference. The paper prints no initial covariance; it is large here, so that
-the start does not matter.
+Interpretation: there is no forgetting, as the parameters are constant. Then neither the order of the rows nor joint
+processing of the three rows of an instant makes a difference. The paper prints no initial covariance; it is large
+here, so that the initial value is irrelevant.
 """
 
 from dataclasses import dataclass
@@ -27,10 +27,10 @@ FORM = "lagrange14"
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of the start."""
+    """Settings of recursive least squares."""
 
     covariance: float = 1e6
-    """Of each parameter, before the first row."""
+    """Initial variance of each parameter."""
 
     def __post_init__(self) -> None:
         if not self.covariance > 0:
@@ -38,7 +38,7 @@ class Settings:
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
-    """Run once through the rows; this minimises the sum of squares plus |theta|^2 / covariance."""
+    """Process all rows once, which minimises the sum of squares plus |theta|^2 / covariance."""
     regressor, torque = np.ascontiguousarray(problem.regressor), np.ascontiguousarray(problem.torque)
     parameters = _recursion()(regressor, torque, settings.covariance)
     residual = torque - regressor @ parameters
@@ -65,7 +65,7 @@ def _recursion() -> Any:
                 scale += psi[i] * gain[i]
                 innovation -= psi[i] * theta[i]
             for i in range(k):
-                # P after its update, times psi, is the gain below.
+                # The gain equals the updated P times psi.
                 theta[i] += gain[i] / scale * innovation
                 for j in range(k):
                     P[i, j] -= gain[i] * gain[j] / scale

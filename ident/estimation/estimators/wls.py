@@ -1,7 +1,7 @@
 """Weighted least squares on the mechanism's own model, the 11 parameters of (30).
 
-Not in the paper. The noise is in the voltage, so torque samples are not equally good (`ident.data.noise`); each
-residual is measured in its own standard deviation. The search region is not looked at.
+Not in the paper. The voltage is noisy, so torque samples differ in precision (`ident.data.noise`); each residual is
+divided by its standard deviation. The search region is ignored.
 """
 
 from dataclasses import dataclass
@@ -17,11 +17,11 @@ WEIGHTED = True
 
 @dataclass(frozen=True)
 class Settings:
-    """None."""
+    """No settings."""
 
 
 def estimate(problem: Problem, generator: Generator, progress: Progress, settings: Settings) -> Estimate:
-    """Minimise the sum of squared residuals, each over its own variance."""
+    """Minimise the sum of squared residuals, each divided by its variance."""
     assert problem.deviation is not None
     regressor, torque = problem.regressor / problem.deviation[:, None], problem.torque / problem.deviation
     parameters: Floats = np.asarray(np.linalg.lstsq(regressor, torque, rcond=None)[0], np.float64)
