@@ -41,7 +41,7 @@ class MethodResult:
     method: str
     parameters: Mapping[str, float]
     torque: tuple[Floats, Floats]
-    fitness: tuple[GoodnessOfFit, GoodnessOfFit]
+    goodness_of_fit: tuple[GoodnessOfFit, GoodnessOfFit]
     excess: float | None
     """Relative excess over the certified minimum of (33); None for other objectives."""
     diagnostics: Mapping[str, Any]
@@ -60,8 +60,8 @@ class MethodComparison:
 
     def baselines_not_below(self, role: int, method: str = "pso") -> list[tuple[str, int]]:
         """Return baselines not below `method` in Eq. (41) on the data of `role`, each with the joint (from 1)."""
-        best = self.results[method].fitness[role].nrmse
-        values_by_method = ((name, self.results[name].fitness[role].nrmse) for name in BASELINES)
+        best = self.results[method].goodness_of_fit[role].nrmse
+        values_by_method = ((name, self.results[name].goodness_of_fit[role].nrmse) for name in BASELINES)
         return [
             (name, j + 1) for name, values in values_by_method for j, value in enumerate(values) if value >= best[j]
         ]
@@ -90,9 +90,9 @@ def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progre
         form = estimators.form(name)
         results[name] = _result(name, forms[form], datasets[form], seed)
         progress(done, len(names))
-    form_datasets = datasets[None]
-    nominal = [goodness_of_fit(dataset.torque, _require_nominal(dataset.nominal)) for dataset in form_datasets]
-    return MethodComparison((form_datasets[0], form_datasets[1]), (nominal[0], nominal[1]), results)
+    base_datasets = datasets[None]
+    nominal = [goodness_of_fit(dataset.torque, _require_nominal(dataset.nominal)) for dataset in base_datasets]
+    return MethodComparison((base_datasets[0], base_datasets[1]), (nominal[0], nominal[1]), results)
 
 
 def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Dataset], seed: int) -> MethodResult:
@@ -111,7 +111,7 @@ def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Datas
             for parameter, value in zip(mechanism.parameters, fitted.parameters, strict=True)
         },
         torque=(torque[0], torque[1]),
-        fitness=(agreements[0], agreements[1]),
+        goodness_of_fit=(agreements[0], agreements[1]),
         excess=estimate.certificate.excess(estimate.objective) if estimate.certificate else None,
         diagnostics=estimate.diagnostics,
     )
@@ -143,7 +143,7 @@ def _method_as_json(result: MethodResult) -> dict[str, Any]:
     return {
         "form": estimators.form(result.method) or "Eq. (26)",
         "parameters": result.parameters,
-        **dict(zip(ROLES, map(asdict, result.fitness), strict=True)),
+        **dict(zip(ROLES, map(asdict, result.goodness_of_fit), strict=True)),
         "excess": result.excess,
         "diagnostics": result.diagnostics,
     }

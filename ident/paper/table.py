@@ -32,7 +32,9 @@ def _table(comparison: MethodComparison, role: int) -> Table:
             table.add_column(f"{source} {joint}", justify="right")
     for method, result in comparison.results.items():
         printed = _values(PAPER[method]) if method in PAPER else []
-        table.add_row(method, *_values(result.fitness[role].nrmse), *printed, end_section=method == list(PAPER)[-1])
+        table.add_row(
+            method, *_values(result.goodness_of_fit[role].nrmse), *printed, end_section=method == list(PAPER)[-1]
+        )
     table.add_section()
     table.add_row(MANUFACTURER, *_values(comparison.nominal[role].nrmse))
     return table
@@ -69,8 +71,8 @@ def _reason(comparison: MethodComparison, role: int) -> str:
 def _cause_sentences(comparison: MethodComparison) -> Iterator[str]:
     """Explain whether the model or the search makes the difference."""
     for role, name in enumerate(ROLES):
-        swarm, fair = (_mean(comparison.results[method].fitness[role]) for method in ("pso", FAIR_BASELINE))
-        best = max(_mean(comparison.results[method].fitness[role]) for method in BASELINES)
+        swarm, fair = (_mean(comparison.results[method].goodness_of_fit[role]) for method in ("pso", FAIR_BASELINE))
+        best = max(_mean(comparison.results[method].goodness_of_fit[role]) for method in BASELINES)
         by_model = abs(swarm - fair) < abs(fair - best)
         yield (
             f"On {name} data the best baseline is {best:.4f} (mean of the joints), least squares with the swarm's "

@@ -31,7 +31,7 @@ def test_methods_with_the_true_model_find_its_parameters(comparison: MethodCompa
 
 def test_baselines_not_below_pso_are_named_with_their_joint(comparison: MethodComparison) -> None:
     poor = GoodnessOfFit(nrmse=(0.99, 0.0, 0.99), rms=(1.0,) * 3, r2=(0.0,) * 3)
-    pso = replace(comparison.results["pso"], fitness=(poor, comparison.results["pso"].fitness[1]))
+    pso = replace(comparison.results["pso"], goodness_of_fit=(poor, comparison.results["pso"].goodness_of_fit[1]))
     changed = replace(comparison, results={**comparison.results, "pso": pso})
     assert changed.baselines_not_below(0) == [("rls", 2), ("dls", 2), ("svd", 2)]
     assert changed.baselines_not_below(1) == []
