@@ -44,53 +44,53 @@ def length_sensitivity(model: ModelFile) -> str:
     return "; 10 mm more change " + " and ".join(f"{name} by {100 * changes[name]:+.2g} %" for name in named)
 
 
-def summary_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
+def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     """Yield the sentences of the summary."""
-    yield _interval_line(trust)
-    yield _noise_line(model, trust)
-    yield from _trend_lines(trust)
-    yield _identifiability_line(model, trust)
-    yield from (f"{group.sentence}." for group in trust.inseparable)
-    yield from _correlation_lines(model, trust)
-    yield from (f"Not physical: {doubt.sentence}." for doubt in trust.doubts)
-    if trust.coupling:
-        doubt = "" if trust.coupling.positive else "; D(θ) is not positive definite: NOT PHYSICAL"
-        share = f"{100 * trust.coupling.share:.0f} % of the total"
-        yield f"Inertia coupling between the joints: the off-diagonal part of D(θ), Eq. (27), is {share}{doubt}."
-    yield from _cutoff_lines(model, trust)
+    yield _interval_line(assessment)
+    yield _noise_line(model, assessment)
+    yield from _trend_lines(assessment)
+    yield _identifiability_line(model, assessment)
+    yield from (f"{group.sentence}." for group in assessment.inseparable)
+    yield from _correlation_lines(model, assessment)
+    yield from (f"Not physical: {violation.sentence}." for violation in assessment.doubts)
+    if assessment.coupling:
+        warning = "" if assessment.coupling.positive else "; D(θ) is not positive definite: NOT PHYSICAL"
+        share = f"{100 * assessment.coupling.share:.0f} % of the total"
+        yield f"Inertia coupling between the joints: the off-diagonal part of D(θ), Eq. (27), is {share}{warning}."
+    yield from _cutoff_lines(model, assessment)
 
 
-def _interval_line(trust: Assessment) -> str:
+def _interval_line(assessment: Assessment) -> str:
     sources = {
         "stationary": "noise assumed stationary in volts",
         "hac": "Newey-West",
         "cycles": "differences between repetitions",
     }
-    if trust.gain_uncertainty:
-        gain = f"gain uncertainty of {100 * trust.gain_uncertainty:.2g} % included"
+    if assessment.gain_uncertainty:
+        gain = f"gain uncertainty of {100 * assessment.gain_uncertainty:.2g} % included"
     else:
-        gain = "absolute" if trust.absolute else "up to the common torque gain: only ratios are determined"
+        gain = "absolute" if assessment.absolute else "up to the common torque gain: only ratios are determined"
     return (
-        f"± is half the 95 % interval of a fit by least {trust.loss} ({sources[trust.source]}; autocorrelation of "
-        f"the residuals is counted), given model and geometry; {gain}."
+        f"± is half the 95 % interval of a fit by least {assessment.loss} ({sources[assessment.source]}; "
+        f"autocorrelation of the residuals is counted), given model and geometry; {gain}."
     )
 
 
-def _noise_line(model: ModelFile, trust: Assessment) -> str:
-    unit, drive = model.effort_units[0], trust.noise[0].unit
-    signal = f"{', '.join(_two_digits(joint.volts) for joint in trust.noise)} {drive}"
-    if trust.floor is None:
-        return f"Noise floor: unknown, no cycle is repeated. Noise, from the {trust.noise[0].source}: {signal}."
-    floors = ", ".join(_two_digits(joint.noise_rms) for joint in trust.floor)
-    shares = ", ".join(f"{100 * joint.above_noise:.0f}" for joint in trust.floor)
+def _noise_line(model: ModelFile, assessment: Assessment) -> str:
+    unit, drive = model.effort_units[0], assessment.noise[0].unit
+    signal = f"{', '.join(_two_digits(joint.volts) for joint in assessment.noise)} {drive}"
+    if assessment.floor is None:
+        return f"Noise floor: unknown, no cycle is repeated. Noise, from the {assessment.noise[0].source}: {signal}."
+    floors = ", ".join(_two_digits(joint.noise_rms) for joint in assessment.floor)
+    shares = ", ".join(f"{100 * joint.above_noise:.0f}" for joint in assessment.floor)
     return (
-        f"Noise floor from {trust.floor[0].cycles} repetitions: {floors} {unit} RMS ({signal}); {shares} % of the "
-        "residual's mean square is above it."
+        f"Noise floor from {assessment.floor[0].cycles} repetitions: {floors} {unit} RMS ({signal}); {shares} % of "
+        "the residual's mean square is above it."
     )
 
 
-def _trend_lines(trust: Assessment) -> Iterator[str]:
-    for number, joint in enumerate(trust.floor or (), start=1):
+def _trend_lines(assessment: Assessment) -> Iterator[str]:
+    for number, joint in enumerate(assessment.floor or (), start=1):
         if joint.trend:
             yield (
                 f"Joint {number}: the residual changes from repetition to repetition ({joint.trend.pattern}, "
@@ -98,7 +98,7 @@ def _trend_lines(trust: Assessment) -> Iterator[str]:
             )
 
 
-def _identifiability_line(model: ModelFile, trust: Assessment) -> str:
+def _identifiability_line(model: ModelFile, assessment: Assessment) -> str:
     identifiable = [parameter.name for parameter in model.parameters if parameter.status == "identifiable"]
     remaining = {status: [p.name for p in model.parameters if p.status == status] for status in ("weak", "not")}
     labels = {"weak": "only weakly identifiable", "not": "NOT identifiable"}
@@ -106,14 +106,16 @@ def _identifiability_line(model: ModelFile, trust: Assessment) -> str:
     subject = (
         "all parameters are" if len(identifiable) == len(model.parameters) else f"{len(identifiable)} parameters are"
     )
-    return f"Condition number {trust.condition_number:.3g}; {'; '.join([f'{subject} identifiable', *exceptions])}."
+    return (
+        f"Condition number {assessment.condition_number:.3g}; {'; '.join([f'{subject} identifiable', *exceptions])}."
+    )
 
 
-def _correlation_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
+def _correlation_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     pairs = sorted(
         (
             (rho, model.parameters[i].name, model.parameters[j].name)
-            for i, row in enumerate(trust.correlation)
+            for i, row in enumerate(assessment.correlation)
             for j, rho in enumerate(row[:i])
             if rho is not None and abs(rho) >= NOTABLE_CORRELATION
         ),
@@ -123,30 +125,30 @@ def _correlation_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
         listed = ", ".join(f"{first} and {second} {rho:+.2f}" for rho, first, second in pairs[:MAX_PAIRS])
         suffix = f", and {len(pairs) - MAX_PAIRS} more" if len(pairs) > MAX_PAIRS else ""
         yield f"Strongly correlated errors: {listed}{suffix}."
-    yield from _offset_correlation_lines(model, trust)
+    yield from _offset_correlation_lines(model, assessment)
 
 
-def _offset_correlation_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
+def _offset_correlation_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     """Yield the correlation of Coulomb friction and offset per joint: motion in one direction only confounds them."""
     index = {parameter.name: i for i, parameter in enumerate(model.parameters)}
     for name, i in index.items():
         offset = index.get(f"torque_offset.a{name.removeprefix('c_c')}") if name.startswith("c_c") else None
-        rho = None if offset is None else trust.correlation[max(i, offset)][min(i, offset)]
+        rho = None if offset is None else assessment.correlation[max(i, offset)][min(i, offset)]
         if rho is not None and offset is not None:
             yield f"Coulomb friction {name} and {model.parameters[offset].name}: errors correlate by {rho:+.2f}."
 
 
-def _cutoff_lines(model: ModelFile, trust: Assessment) -> Iterator[str]:
-    for i, hz in enumerate(trust.cutoffs):
+def _cutoff_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
+    for i, hz in enumerate(assessment.cutoffs):
         changes = {p.name: p.per_cutoff[i] / p.std for p in model.parameters if p.std}
         if changes:
             largest = max(changes, key=lambda name: abs(changes[name]))
             yield f"At a cut-off of {hz:.3g} Hz, {largest} changes most, by {changes[largest]:+.1f} standard errors."
 
 
-def _parameter_table(model: ModelFile, trust: Assessment) -> Table:
+def _parameter_table(model: ModelFile, assessment: Assessment) -> Table:
     table = Table(title="Parameters in detail", title_justify="left")
-    moves = ["L2", *(f"{hz:.3g} Hz" for hz in trust.cutoffs)]
+    moves = ["L2", *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
         table.add_column(heading, justify="left" if heading in ("", "known") else "right")
     labels = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
@@ -164,12 +166,12 @@ def _parameter_table(model: ModelFile, trust: Assessment) -> Table:
     return table
 
 
-def _correlation_table(model: ModelFile, trust: Assessment) -> Table:
+def _correlation_table(model: ModelFile, assessment: Assessment) -> Table:
     table = Table(title="Correlation of the errors, in percent", title_justify="left")
     table.add_column("")
     for parameter in model.parameters:
         table.add_column(parameter.name, justify="right")
-    for parameter, row in zip(model.parameters, trust.correlation, strict=True):
+    for parameter, row in zip(model.parameters, assessment.correlation, strict=True):
         table.add_row(parameter.name, *("" if rho is None else f"{100 * rho:.0f}" for rho in row))
     return table
 
