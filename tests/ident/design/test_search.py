@@ -27,35 +27,35 @@ def designed(rig: Rig, criterion: Criterion, harmonics: int = 3, seed: int = 0) 
 
 @pytest.mark.parametrize("rig", [BENCH, simulated_rig()], ids=["axes", "delta"])
 @pytest.mark.parametrize("criterion", ["d", "e"])
-def test_slopes_are_those_of_the_objective_and_the_limits(rig: Rig, criterion: Criterion) -> None:
+def test_slopes_are_derivatives_of_the_objective_and_the_limits(rig: Rig, criterion: Criterion) -> None:
     mechanism = mechanisms.create(rig)
     problem = DesignProblem(rig, mechanism, criterion, 4.0, 2, np.ones(len(mechanism.parameters)))
     rng = np.random.default_rng(1)
-    at = np.concatenate([np.full(rig.dof, 0.1), 0.1 * rng.normal(size=4 * rig.dof)])
-    towards = rng.normal(size=len(at))
-    before, after = (problem.evaluate((at + step * towards)[None]) for step in (-1e-5, 1e-5))
-    for slope, low, high in zip(problem.slopes(at), before, after, strict=True):
-        np.testing.assert_allclose(slope @ towards, (high - low)[0] / 2e-5, rtol=2e-2, atol=2e-2)
+    point = np.concatenate([np.full(rig.dof, 0.1), 0.1 * rng.normal(size=4 * rig.dof)])
+    direction = rng.normal(size=len(point))
+    before, after = (problem.evaluate((point + step * direction)[None]) for step in (-1e-5, 1e-5))
+    for slope, low, high in zip(problem.slopes(point), before, after, strict=True):
+        np.testing.assert_allclose(slope @ direction, (high - low)[0] / 2e-5, rtol=2e-2, atol=2e-2)
 
 
 @pytest.mark.parametrize("criterion", ["d", "e"])
-def test_the_design_keeps_the_limits_and_uses_them(criterion: Criterion) -> None:
+def test_the_design_stays_within_the_limits_and_uses_them(criterion: Criterion) -> None:
     trajectory = assemble(designed(BENCH, criterion).motion("best"), BENCH)
     check(trajectory, BENCH)
     used = motion_quality(trajectory, BENCH, mechanisms.create(BENCH), 0.1, 30.0).usage
     assert 0.9 * MARGIN < max(used.values()) <= MARGIN + 1e-6
 
 
-def test_each_criterion_is_best_at_its_own() -> None:
+def test_each_design_is_best_by_its_own_criterion() -> None:
     mechanism = mechanisms.create(BENCH)
     problems = {c: DesignProblem(BENCH, mechanism, c, 4.0, 3, np.ones(6)) for c in ("d", "e")}
     value = {
-        (judged, made): problems[judged].evaluate(coefficients(designed(BENCH, made))[None])[0][0]
-        for judged in ("d", "e")
-        for made in ("d", "e")
+        (evaluated, optimised): problems[evaluated].evaluate(coefficients(designed(BENCH, optimised))[None])[0][0]
+        for evaluated in ("d", "e")
+        for optimised in ("d", "e")
     }
     assert value["d", "d"] < value["d", "e"]
-    # Scaled to their size at the start, columns weigh otherwise than here; a little may be lost by that.
+    # The search scales columns to their size at the start, so its weights differ slightly from those here.
     assert value["e", "e"] < value["e", "d"] + 0.2
 
 

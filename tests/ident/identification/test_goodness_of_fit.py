@@ -7,18 +7,18 @@ from ident.identification.goodness_of_fit import goodness_of_fit
 def test_is_eq_41_with_the_range_of_the_models_torque() -> None:
     measured = np.array([[0.0], [1.0], [2.0], [3.0]])
     computed = np.array([[0.5], [1.5], [2.5], [4.5]])
-    found = goodness_of_fit(measured, computed)
+    fit = goodness_of_fit(measured, computed)
     rms = np.sqrt((3 * 0.5**2 + 1.5**2) / 4)
-    assert found.rms == pytest.approx((rms,))
-    assert found.nrmse == pytest.approx((1 - rms / 4,))
-    assert found.r2 == pytest.approx((1 - rms**2 / 1.25,))
+    assert fit.rms == pytest.approx((rms,))
+    assert fit.nrmse == pytest.approx((1 - rms / 4,))
+    assert fit.r2 == pytest.approx((1 - rms**2 / 1.25,))
 
 
 def test_a_perfect_model_scores_one_on_every_joint() -> None:
     torque = np.random.default_rng(0).normal(size=(50, 4))
-    found = goodness_of_fit(torque, torque)
-    assert found.nrmse == found.r2 == (1.0,) * 4
-    assert found.rms == (0.0,) * 4
+    fit = goodness_of_fit(torque, torque)
+    assert fit.nrmse == fit.r2 == (1.0,) * 4
+    assert fit.rms == (0.0,) * 4
 
 
 def test_samples_that_are_not_known_do_not_count() -> None:

@@ -15,17 +15,17 @@ Planted = Callable[[Floats], Prediction]
 @pytest.fixture(scope="session")
 def dataset(make: Callable[..., Recording]) -> Dataset:
     """Four cycles of fig5a."""
-    made = make(cycles=4)
-    return build(made, mechanisms.create(made.rig), "parallel", None)
+    recording = make(cycles=4)
+    return build(recording, mechanisms.create(recording.rig), "parallel", None)
 
 
 @pytest.fixture(scope="session")
 def planted(dataset: Dataset) -> Planted:
-    """A prediction whose residual (m, dof) is what is given."""
+    """Return a function that makes a prediction with a given residual (m, dof)."""
     return lambda residual: Prediction(replace(dataset, torque=dataset.torque + residual), dataset.torque)
 
 
 @pytest.fixture
 def noise(dataset: Dataset) -> Floats:
-    """White, of 0.1 N m."""
+    """White noise of 0.1 N m."""
     return 0.1 * np.random.default_rng(0).normal(size=dataset.torque.shape)

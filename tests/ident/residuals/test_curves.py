@@ -11,42 +11,42 @@ from tests.ident.residuals.conftest import Planted
 
 
 def curve(axis: str, *predictions: Prediction, joint: int = 0) -> BinnedCurve:
-    (found,) = (one for one in binned_curves(predictions, joint) if one.axis == axis)
-    return found
+    (result,) = (candidate for candidate in binned_curves(predictions, joint) if candidate.axis == axis)
+    return result
 
 
-def test_a_residual_over_velocity_is_drawn_as_it_is(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+def test_a_residual_that_depends_on_velocity_is_reproduced(planted: Planted, dataset: Dataset, noise: Floats) -> None:
     stribeck = 0.5 * np.exp(-((dataset.motion.velocity / 0.4) ** 2)) * dataset.motion.direction
-    found = curve("velocity", planted(stribeck + noise))
-    expected = 0.5 * np.exp(-((found.centre / 0.4) ** 2)) * np.sign(found.centre)
-    away = abs(found.centre) > 0.3
-    np.testing.assert_allclose(found.mean[away], expected[away], atol=0.08)
+    binned = curve("velocity", planted(stribeck + noise))
+    expected = 0.5 * np.exp(-((binned.centre / 0.4) ** 2)) * np.sign(binned.centre)
+    away = abs(binned.centre) > 0.3
+    np.testing.assert_allclose(binned.mean[away], expected[away], atol=0.08)
     usable = np.isfinite(dataset.torque[:, 0])
     share = np.mean(stribeck[usable, 0] ** 2) / np.mean((stribeck + noise)[usable, 0] ** 2)
-    # Within the bin that the velocity changes sign in, the residual does so too.
-    assert 0.6 * share < found.explained < share
-    assert found.explained > 2 * curve("position", planted(stribeck + noise)).explained
-    assert found.unit == "rad/s"
+    # In the bin in which the velocity changes sign, the residual changes sign too.
+    assert 0.6 * share < binned.explained < share
+    assert binned.explained > 2 * curve("position", planted(stribeck + noise)).explained
+    assert binned.unit == "rad/s"
 
 
-def test_bands_hold_the_mean_of_noise_and_nothing_is_explained(planted: Planted, dataset: Dataset) -> None:
+def test_bands_cover_the_mean_of_noise_and_nothing_is_explained(planted: Planted, dataset: Dataset) -> None:
     rng = np.random.default_rng(1)
     inside, explained = [], []
     for _ in range(10):
-        for found in binned_curves([planted(rng.normal(size=dataset.torque.shape))], 1):
-            explained.append(found.explained)
-            known = np.isfinite(found.half_width)
-            inside.append(abs(found.mean[known]) <= found.half_width[known])
+        for binned in binned_curves([planted(rng.normal(size=dataset.torque.shape))], 1):
+            explained.append(binned.explained)
+            known = np.isfinite(binned.half_width)
+            inside.append(abs(binned.mean[known]) <= binned.half_width[known])
     assert np.concatenate(inside).mean() == pytest.approx(0.95, abs=0.03)
     assert np.mean(explained) < 0.01
 
 
-def test_a_constant_over_a_stay_in_a_bin_does_not_narrow_the_band(planted: Planted, dataset: Dataset) -> None:
+def test_correlation_within_a_visit_of_a_bin_widens_the_band(planted: Planted, dataset: Dataset) -> None:
     rng = np.random.default_rng(2)
     slow = np.repeat(rng.normal(size=(len(dataset.time) // 50 + 1, 3)), 50, axis=0)[: len(dataset.time)]
     white = rng.normal(size=slow.shape)
     of_slow, of_white = (np.nanmedian(curve("position", planted(x)).half_width) for x in (slow, white))
-    # As if they were independent, samples would give both the same band.
+    # If samples were treated as independent, both bands would be equal.
     assert of_slow > 1.5 * of_white
 
 
@@ -59,27 +59,27 @@ def test_a_change_between_cycles_shows_over_cycle_and_time(planted: Planted, dat
     assert len(curve("time", planted(drift)).centre) == 4
 
 
-def test_cycles_of_several_recordings_are_counted_on(planted: Planted, noise: Floats) -> None:
-    one = planted(noise)
-    assert curve("cycle", one, one).centre.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
-    assert curve("velocity", one, one).samples.sum() == 2 * curve("velocity", one).samples.sum()
+def test_cycles_are_numbered_across_recordings(planted: Planted, noise: Floats) -> None:
+    prediction = planted(noise)
+    assert curve("cycle", prediction, prediction).centre.tolist() == [1, 2, 3, 4, 5, 6, 7, 8]
+    assert curve("velocity", prediction, prediction).samples.sum() == 2 * curve("velocity", prediction).samples.sum()
 
 
 def test_the_load_is_the_computed_torque(planted: Planted, dataset: Dataset) -> None:
-    found = curve("load", planted(0.1 * np.nan_to_num(dataset.torque)))
-    slope = np.polyfit(found.centre, found.mean, 1)[0]
+    binned = curve("load", planted(0.1 * np.nan_to_num(dataset.torque)))
+    slope = np.polyfit(binned.centre, binned.mean, 1)[0]
     assert slope == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_bin_that_was_hardly_visited_has_no_band(planted: Planted, dataset: Dataset, noise: Floats) -> None:
-    found = curve("time", not_repeated(planted(noise)))
-    assert len(found.centre) == 24
-    # Each bin of time is one stay of under half a second.
-    assert np.isnan(found.half_width).all()
+def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+    binned = curve("time", not_repeated(planted(noise)))
+    assert len(binned.centre) == 24
+    # Each bin of time is one visit of less than half a second.
+    assert np.isnan(binned.half_width).all()
 
 
 def not_repeated(prediction: Prediction) -> Prediction:
-    """As if the motion did not repeat: bins of time may be short."""
+    """`prediction` with a motion that does not repeat, so that bins of time may be short."""
     recording = prediction.dataset.recording
     once = replace(recording, run=recording.run.model_copy(update={"period": 0.0}))
     return replace(prediction, dataset=replace(prediction.dataset, recording=once))

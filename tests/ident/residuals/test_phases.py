@@ -18,20 +18,20 @@ def noise(dataset: Dataset, size: float = 0.1) -> Floats:
     return size * np.random.default_rng(0).normal(size=dataset.torque.shape)
 
 
-def said(dataset: Dataset, error: Floats) -> str:
+def description(dataset: Dataset, error: Floats) -> str:
     return " ".join(sentences(joint_residuals([dataset], [dataset.torque - error])))
 
 
-def test_even_noise_stands_out_nowhere(dataset: Dataset) -> None:
-    assert "No joint and no phase of the motion stands out." in said(dataset, noise(dataset))
+def test_uniform_noise_is_not_notable(dataset: Dataset) -> None:
+    assert "No joint and no phase of the motion stands out." in description(dataset, noise(dataset))
 
 
-def test_a_perfect_model_stands_out_nowhere(dataset: Dataset) -> None:
-    assert "stands out" in said(dataset, np.zeros_like(dataset.torque))
+def test_a_zero_residual_is_not_notable(dataset: Dataset) -> None:
+    assert "stands out" in description(dataset, np.zeros_like(dataset.torque))
 
 
 def test_the_worst_joint_is_named(dataset: Dataset) -> None:
-    text = said(dataset, noise(dataset) * [1, 3, 1])
+    text = description(dataset, noise(dataset) * [1, 3, 1])
     assert "Joint 2 has the largest residual" in text
     assert "phase" not in text
 
@@ -39,40 +39,40 @@ def test_the_worst_joint_is_named(dataset: Dataset) -> None:
 @pytest.mark.parametrize("phase", ["reversal", "acceleration", "cruise"])
 def test_the_worst_phase_is_named(dataset: Dataset, phase: str) -> None:
     inside = (phases(dataset) == phase) * [0, 0, 1]
-    text = said(dataset, noise(dataset) * (1 + 4 * inside))
+    text = description(dataset, noise(dataset) * (1 + 4 * inside))
     assert f"Joint 3: {5.0:.0f}" in text or "Joint 3: 4." in text
     assert f"in phase '{phase}'" in text
     assert "Joint 1:" not in text
 
 
-def test_a_residual_that_grows_on_other_motion_is_said(dataset: Dataset) -> None:
-    trained, judged = (joint_residuals([dataset], [dataset.torque - noise(dataset, size)]) for size in (0.1, 0.3))
-    assert any("residual is 3.0 times" in line for line in sentences(judged, trained))
-    assert not any("that of the training data" in line for line in sentences(trained, judged))
+def test_a_residual_larger_than_on_the_training_data_is_reported(dataset: Dataset) -> None:
+    training, evaluated = (joint_residuals([dataset], [dataset.torque - noise(dataset, size)]) for size in (0.1, 0.3))
+    assert any("residual is 3.0 times" in line for line in sentences(evaluated, training))
+    assert not any("that of the training data" in line for line in sentences(training, evaluated))
 
 
 def test_phases_follow_the_motion(make: Callable[..., Recording]) -> None:
-    made = make(cycles=1)
+    recording = make(cycles=1)
     # Two seconds at rest before the approach.
     still = 1000
-    padded = {
-        name: np.concatenate([np.repeat(getattr(made, name)[:1], still, axis=0), getattr(made, name)])
+    signals = {
+        name: np.concatenate([np.repeat(getattr(recording, name)[:1], still, axis=0), getattr(recording, name)])
         for name in ("position", "voltage", "repeat")
     }
-    padded["voltage"][:still] = 0.1
-    longer = Recording(**{**vars(made), **padded, "time": np.arange(still + len(made.time)) / 500})
-    dataset = build(longer, mechanisms.create(made.rig), "parallel", None)
-    found = phases(dataset)
+    signals["voltage"][:still] = 0.1
+    longer = Recording(**{**vars(recording), **signals, "time": np.arange(still + len(recording.time)) / 500})
+    dataset = build(longer, mechanisms.create(recording.rig), "parallel", None)
+    names = phases(dataset)
     at_rest = (dataset.time > 0.2) & (dataset.time < 1.8)
-    assert (found[at_rest] == "standstill").all()
+    assert (names[at_rest] == "standstill").all()
     velocity = dataset.motion.velocity
     reversing = np.nonzero((velocity[:-1] * velocity[1:] < 0) & (abs(velocity[:-1]) > 0.01))
-    assert (found[reversing] == "reversal").mean() > 0.9
+    assert (names[reversing] == "reversal").mean() > 0.9
     fast = abs(velocity) > 1.5
-    assert not np.isin(found[fast], ["standstill", "reversal"]).any()
+    assert not np.isin(names[fast], ["standstill", "reversal"]).any()
 
 
-def test_shares_add_up(dataset: Dataset) -> None:
+def test_shares_of_all_phases_sum_to_one(dataset: Dataset) -> None:
     for joint in joint_residuals([dataset], [dataset.torque - noise(dataset)]):
         assert sum(phase.time_share for phase in joint.phases.values()) == pytest.approx(1)
         assert sum(phase.error_share for phase in joint.phases.values()) == pytest.approx(1)

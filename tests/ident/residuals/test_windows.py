@@ -9,7 +9,7 @@ from recordings.recording import Floats
 from tests.ident.residuals.conftest import Planted
 
 
-def test_a_burst_is_found_where_it_is(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+def test_a_burst_is_located(planted: Planted, dataset: Dataset, noise: Floats) -> None:
     burst = (dataset.time >= 9.0) & (dataset.time < 9.0 + DURATION)
     first, second = worst_windows([planted(noise + 1.0 * burst[:, None] * [0, 1, 0])], 2)
     assert (first.joint, first.recording) == (2, "made.mcap")
@@ -20,21 +20,24 @@ def test_a_burst_is_found_where_it_is(planted: Planted, dataset: Dataset, noise:
     assert first.times_overall > 2 * second.times_overall
 
 
-def test_the_same_part_of_the_motion_is_named_once(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+def test_the_same_part_of_the_motion_is_reported_once(planted: Planted, dataset: Dataset, noise: Floats) -> None:
     at_phases = (abs(dataset.phase - 1.0) < 0.1) | (abs(dataset.phase - 2.5) < 0.1)
-    found = worst_windows([planted(noise + 1.0 * at_phases[:, None] * [1, 0, 0])], 3)
+    windows = worst_windows([planted(noise + 1.0 * at_phases[:, None] * [1, 0, 0])], 3)
     named = sorted(
-        float(dataset.phase[np.searchsorted(dataset.time, window.start + DURATION / 2)]) for window in found[:2]
+        float(dataset.phase[np.searchsorted(dataset.time, window.start + DURATION / 2)]) for window in windows[:2]
     )
     assert named == pytest.approx([1.0, 2.5], abs=0.15)
-    assert found[2].times_overall < found[1].times_overall / 2
+    assert windows[2].times_overall < windows[1].times_overall / 2
 
 
 def test_windows_do_not_overlap(planted: Planted, noise: Floats) -> None:
-    found = sorted((window for window in worst_windows([planted(noise)], 12) if window.joint == 1), key=lambda one: one.start)
-    assert len(found) > 1
-    assert all(one.end <= other.start + 1e-9 for one, other in pairwise(found))
+    windows = sorted(
+        (window for window in worst_windows([planted(noise)], 12) if window.joint == 1),
+        key=lambda window: window.start,
+    )
+    assert len(windows) > 1
+    assert all(first.end <= second.start + 1e-9 for first, second in pairwise(windows))
 
 
-def test_a_perfect_model_has_none(planted: Planted, noise: Floats) -> None:
+def test_a_zero_residual_has_no_windows(planted: Planted, noise: Floats) -> None:
     assert worst_windows([planted(0 * noise)], 3) == ()

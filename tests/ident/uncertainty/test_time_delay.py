@@ -1,4 +1,4 @@
-"""The delay between torque and motion, per joint."""
+"""Time delay between torque and motion, per joint."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,38 +20,38 @@ def fitted(recording: Recording) -> tuple[Dataset, Floats]:
 
 
 def test_a_planted_delay_is_found_joint_by_joint(make: Make) -> None:
-    made = make(cycles=2, noise=0.02)
-    voltage = made.voltage.copy()
-    voltage[:-1, 1] = made.voltage[1:, 1]  # the second joint's is a sample early
-    voltage[1:, 2] = made.voltage[:-1, 2]  # the third one's late
-    dataset, parameters = fitted(replace(made, voltage=voltage))
-    found = delays([dataset], parameters)
-    assert found is not None
-    for one, expected in zip(found, (0.0, 0.002, -0.002), strict=True):
-        assert one.seconds == pytest.approx(expected, abs=2e-4)
-        assert one.half_width < 2e-4
+    recording = make(cycles=2, noise=0.02)
+    voltage = recording.voltage.copy()
+    voltage[:-1, 1] = recording.voltage[1:, 1]  # the second joint is a sample early
+    voltage[1:, 2] = recording.voltage[:-1, 2]  # the third joint is a sample late
+    dataset, parameters = fitted(replace(recording, voltage=voltage))
+    estimates = delays([dataset], parameters)
+    assert estimates is not None
+    for delay, expected in zip(estimates, (0.0, 0.002, -0.002), strict=True):
+        assert delay.seconds == pytest.approx(expected, abs=2e-4)
+        assert delay.half_width < 2e-4
 
 
-def test_the_interval_holds_the_truth(make: Make) -> None:
+def test_the_interval_covers_the_true_delay(make: Make) -> None:
     inside = []
     for seed in range(20):
         dataset, parameters = fitted(make(cycles=1, noise=0.05, seed=seed))
-        found = delays([dataset], parameters)
-        assert found is not None
-        inside += [abs(one.seconds) <= one.half_width for one in found]
+        estimates = delays([dataset], parameters)
+        assert estimates is not None
+        inside += [abs(delay.seconds) <= delay.half_width for delay in estimates]
     assert np.mean(inside) >= 0.85
 
 
 def test_several_recordings_narrow_the_interval(make: Make) -> None:
     dataset, parameters = fitted(make(cycles=1, noise=0.05))
-    other, _ = fitted(make(cycles=1, noise=0.05, seed=1))
-    one, both = delays([dataset], parameters), delays([dataset, other], parameters)
-    assert one is not None
+    second, _ = fitted(make(cycles=1, noise=0.05, seed=1))
+    single, both = delays([dataset], parameters), delays([dataset, second], parameters)
+    assert single is not None
     assert both is not None
-    assert both[0].half_width == pytest.approx(one[0].half_width / np.sqrt(2), rel=0.3)
+    assert both[0].half_width == pytest.approx(single[0].half_width / np.sqrt(2), rel=0.3)
 
 
-def test_a_model_that_holds_every_shape_tells_of_no_delay(make: Make) -> None:
+def test_no_delay_is_estimated_if_the_model_contains_the_derivative_of_the_torque(make: Make) -> None:
     dataset, parameters = fitted(make(cycles=1))
     from ident.uncertainty.time_delay import _slopes
 
