@@ -108,8 +108,8 @@ def sentences(evaluated: Sequence[JointResidual], training: Sequence[JointResidu
 
 def _worst_joint(joints: Sequence[JointResidual]) -> Iterator[str]:
     worst = max(joints, key=lambda joint: joint.share)
-    others = [joint.share for joint in joints if joint is not worst]
-    if others and worst.share > NOTABLE_FACTOR * float(np.median(others)):
+    other_shares = [joint.share for joint in joints if joint is not worst]
+    if other_shares and worst.share > NOTABLE_FACTOR * float(np.median(other_shares)):
         yield f"Joint {worst.number} has the largest residual: look at its differences from the other joints."
 
 

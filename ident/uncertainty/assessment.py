@@ -147,7 +147,7 @@ def assess(
     error = uncertainty_of(datasets, residuals, joint_noise, loss, interval_method, free)
     gain = 0.0 if relative else _gain_uncertainty(datasets[0].recording)
     intervals = error.interval(fit.parameters, gain)
-    trust = Assessment(
+    assessment = Assessment(
         source=interval_method,
         loss=loss,
         absolute=not relative,
@@ -167,7 +167,7 @@ def assess(
         coupling=_coupling(mechanism, datasets, fit.parameters),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    return trust, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
+    return assessment, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
 
 
 def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:

@@ -69,12 +69,12 @@ def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling |
 
 def inertia_matrix(mechanism: Mechanism, position: Floats, values: Floats) -> Floats:
     """D (n, dof, dof) at `position` (n, dof): column j is the torque of a unit acceleration of joint j."""
-    rest = np.zeros_like(position)
+    zero = np.zeros_like(position)
 
     def torque(acceleration: Floats) -> Floats:
-        computed: Floats = mechanism.regressor(Motion(position, rest, acceleration, rest)) @ values
+        computed: Floats = mechanism.regressor(Motion(position, zero, acceleration, zero)) @ values
         return computed
 
-    still = torque(rest)
-    columns = [torque(rest + unit) - still for unit in np.eye(position.shape[1])]
+    still = torque(zero)
+    columns = [torque(zero + unit) - still for unit in np.eye(position.shape[1])]
     return np.stack(columns, axis=2)

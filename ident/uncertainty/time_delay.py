@@ -42,13 +42,13 @@ def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...]
         np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.predicted_torque(parameters), np.nan)
         for dataset, slope in zip(datasets, slopes, strict=True)
     ]
-    # The parameters absorb what they can explain of the new columns; only the rest contains delays.
+    # The parameters absorb what they can explain of the new columns; only the independent part contains delays.
     absorbed = _explained(datasets, slopes, residuals)
     columns = [slope - dataset.regressor @ absorbed for dataset, slope in zip(datasets, slopes, strict=True)]
-    rest, whole = _stacked(columns, residuals), _stacked(slopes, residuals)
-    if ((rest**2).sum(axis=0) <= _MIN_UNEXPLAINED * (whole**2).sum(axis=0)).any():
+    independent, whole = _stacked(columns, residuals), _stacked(slopes, residuals)
+    if ((independent**2).sum(axis=0) <= _MIN_UNEXPLAINED * (whole**2).sum(axis=0)).any():
         return None
-    seconds: Floats = np.linalg.lstsq(rest, _stacked(residuals, residuals), rcond=None)[0].astype(np.float64)
+    seconds: Floats = np.linalg.lstsq(independent, _stacked(residuals, residuals), rcond=None)[0].astype(np.float64)
     return _with_intervals(datasets, columns, residuals, seconds)
 
 

@@ -90,7 +90,7 @@ def test_gains_are_proportional_to_the_payload(calibration: Calibration, recorde
     np.testing.assert_allclose(doubled.torque.gain, 2 * np.array(calibration.torque.gain), rtol=1e-6)
 
 
-def other_geometry(recording: Recording) -> Recording:
+def with_longer_rods(recording: Recording) -> Recording:
     return replace(recording, rig=recording.rig.model_copy(update={"geometry": Geometry(L2=0.81)}))
 
 
@@ -121,11 +121,11 @@ def test_a_payload_that_is_too_light_is_refused(recorded: Record) -> None:
         calibrate(*pair, 0.05)
 
 
-def test_other_motions_and_rigs_are_refused(recorded: Record) -> None:
+def test_different_motions_and_rigs_are_refused(recorded: Record) -> None:
     with pytest.raises(BadInput, match="same motion"):
         calibrate(recorded(), recorded(LOADED, trajectory="fig5b"), PAYLOAD)
     with pytest.raises(BadInput, match="same rig"):
-        calibrate(recorded(), other_geometry(recorded(LOADED)), PAYLOAD)
+        calibrate(recorded(), with_longer_rods(recorded(LOADED)), PAYLOAD)
     axes = simulated_rig().model_copy(update={"mechanism": "axes", "axes": (Axis(),) * 3})
     pair = [replace(recorded(added), rig=axes) for added in ({}, LOADED)]
     with pytest.raises(BadInput, match="carries a payload"):
