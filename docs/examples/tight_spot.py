@@ -7,10 +7,10 @@ from ident.dynamics.effects.base import Additive, Quantity, Shapes
 from recordings.recording import Floats
 
 
-def columns(view: EffectInputs, shapes: Shapes) -> Floats:
+def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """exp(-((q - q_0) / w)^2) sgn v (n, dof, 1)."""
-    near = np.exp(-(((view.motion.position - shapes["q_0"]) / shapes["w"]) ** 2))
-    return (near * view.motion.direction)[:, :, None]
+    near = np.exp(-(((inputs.motion.position - shapes["q_0"]) / shapes["w"]) ** 2))
+    return (near * inputs.motion.direction)[:, :, None]
 
 
 effect = Additive(

@@ -9,7 +9,7 @@ RATES = st.floats(100, 2000)
 
 
 @given(rate=RATES, share=st.floats(0.01, 0.2))
-def test_low_pass_is_3_db_down_at_the_cutoff_as_a_whole(rate: float, share: float) -> None:
+def test_low_pass_is_3_db_down_at_the_cutoff(rate: float, share: float) -> None:
     taps = filters.low_pass(share * rate, rate)
     response = taps @ np.exp(-2j * np.pi * share * np.arange(len(taps)))
     assert 20 * np.log10(abs(response)) == pytest.approx(-3.0103, abs=1e-4)
@@ -17,7 +17,7 @@ def test_low_pass_is_3_db_down_at_the_cutoff_as_a_whole(rate: float, share: floa
 
 
 @given(share=st.floats(0.01, 0.2))
-def test_low_pass_leaves_nothing_above_twice_the_cutoff(share: float) -> None:
+def test_low_pass_stops_everything_above_twice_the_cutoff(share: float) -> None:
     taps = filters.low_pass(share, 1.0)
     above = np.arange(2 * share, 0.5, 0.002)
     response = np.exp(-2j * np.pi * np.outer(above, np.arange(len(taps)))) @ taps
@@ -51,10 +51,10 @@ def test_derivatives_are_exact_for_polynomials_of_degree_eight() -> None:
 
 
 @given(instant=st.floats(3.0, 6.0), slope=st.floats(0.1, 10), sign=st.sampled_from([-1, 1]))
-def test_sgn_is_averaged_over_the_sample_in_which_the_joint_reverses(instant: float, slope: float, sign: int) -> None:
+def test_sgn_is_averaged_over_the_sample_of_a_reversal(instant: float, slope: float, sign: int) -> None:
     sample = np.arange(10)
     velocity = sign * slope * (sample - instant)
-    # Of the sample from k - 1/2 to k + 1/2 the part after the reversal has the one sign, the rest the other.
+    # Within the sample from k - 1/2 to k + 1/2 the sign changes at the reversal.
     expected = sign * np.clip(2 * (sample - instant), -1, 1)
     np.testing.assert_allclose(filters.mean_sign(velocity[:, None])[1:-1, 0], expected[1:-1], atol=1e-12)
 

@@ -6,22 +6,22 @@ import sys
 _WITHOUT_SEMAPHORES = """
 import multiprocessing.context
 
-asked = []
+refused = []
 
 def refuse(self):
-    asked.append(self)
+    refused.append(self)
     raise OSError(30, "Read-only file system")
 
 multiprocessing.context.BaseContext.RLock = refuse
 import numpy
 from ident.estimation.l1_objective import L1Objective
 assert L1Objective(numpy.ones((9, 2)), numpy.zeros(9))(numpy.ones((3, 2))).tolist() == [18.0] * 3
-assert asked
+assert refused
 """
 
 
 def test_missing_shared_memory_raises_no_warning() -> None:
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-W", "error", "-c", _WITHOUT_SEMAPHORES], capture_output=True, text=True, timeout=600
     )
-    assert (done.returncode, done.stderr) == (0, "")
+    assert (process.returncode, process.stderr) == (0, "")

@@ -79,6 +79,8 @@ def _guard(path: Path, function: Callable[..., Any], check: _Check) -> Callable[
         copies = (argument.copy() if isinstance(argument, np.ndarray) else argument for argument in arguments)
         try:
             result = function(*copies)
+        except BadInput:
+            raise
         except (Exception, SystemExit) as error:  # whatever the user's code does
             raise BadInput(f"effect file {path}: {name}: {one_line(error)}; mend the file") from None
         problem = check(arguments, result)
@@ -96,7 +98,7 @@ def one_line(error: BaseException) -> str:
 
 def _freeze(inputs: EffectInputs) -> None:
     """Make the arrays read-only: all effects share them."""
-    for array in (inputs.time, *vars(inputs.motion).values()):
+    for array in (vars(inputs)["time"], *vars(inputs.motion).values()):
         array.flags.writeable = False
 
 

@@ -3,8 +3,8 @@
 Differences from the printed equations:
 
 - z points up and gravity is (0, 0, -9.81) m/s^2. The printed +g belongs to a z axis that points down, where a
-  positive angle lowers the elbow. Reversing z, angles and torques changes only the sign of both gravity terms of (26): that of
-  the arms becomes +T_g cos(theta), with T_g = m_A |g| L1 positive and comparable with (36).
+  positive angle lowers the elbow. Reversing z, angles and torques changes only the sign of both gravity terms
+  of (26): that of the arms becomes +T_g cos(theta), with T_g = m_A |g| L1 positive and comparable with (36).
 - Friction is positive where it opposes motion: +c_v theta_dot + c_c sgn(theta_dot). (28)-(29) subtract it; the values
   of (36) have the opposite sign.
 - (23) and the second line of (25) print J theta_dot where J_dot theta_dot is meant, as in (28).

@@ -1,4 +1,4 @@
-"""Arms that do not follow their motors, against what is known of springs and free flight."""
+"""Elastic joints and joints with backlash, compared with analytic solutions."""
 
 import numpy as np
 import pytest
@@ -6,16 +6,16 @@ import pytest
 from ident.dynamics import mechanisms
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints
 from ident.dynamics.motion import Motion
-from ident.dynamics.rods import torque as forearms
+from ident.dynamics.rods import torque as rod_torque
 from recordings.recording import Floats
 from recordings.rig import simulated_rig
 
 RATE = 1000.0
-OWN = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
+PARAMETERS = {"m_p": 1.3, "T_g": 5.0, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.4}
 
 
 def _swaying(duration: float = 2.0) -> Motion:
-    """Three joints, each with a frequency and a phase of its own."""
+    """Three joints, each with its own frequency and phase."""
     time = np.arange(0.0, duration, 1 / RATE)[:, None]
     omega, phase = 2 * np.pi * np.array([1.1, 1.6, 2.3]), np.array([0.0, 1.0, 2.0])
     angle = omega * time + phase
@@ -33,100 +33,101 @@ def _sine(omega: float, time: Floats) -> tuple[Floats, Floats, Floats]:
     return np.sin(omega * time), omega * np.cos(omega * time), -(omega**2) * np.sin(omega * time)
 
 
-def test_arms_that_follow_take_what_the_mechanism_says() -> None:
+def test_stiff_joints_have_the_torque_of_the_mechanism() -> None:
     rig, motion = simulated_rig(), _swaying()
     mechanism = mechanisms.create(rig)
-    known = np.array([OWN.get(one.name, 0.0) for one in mechanism.parameters])
-    expected = mechanism.regressor(motion) @ known + OWN["m_d"] * forearms(rig.geometry, motion)
-    stiff = flexible_joints(rig, OWN, 0.0, RATE).elastic_torque(motion, np.zeros(3), 0.03)
-    tight = flexible_joints(rig, OWN, 0.0, RATE).backlash_torque(motion, np.zeros(3))
+    known = np.array([PARAMETERS.get(parameter.name, 0.0) for parameter in mechanism.parameters])
+    expected = mechanism.regressor(motion) @ known + PARAMETERS["m_d"] * rod_torque(rig.geometry, motion)
+    stiff = flexible_joints(rig, PARAMETERS, 0.0, RATE).elastic_torque(motion, np.zeros(3), 0.03)
+    tight = flexible_joints(rig, PARAMETERS, 0.0, RATE).backlash_torque(motion, np.zeros(3))
     np.testing.assert_allclose(stiff[1:], expected[1:], atol=1e-7)
     np.testing.assert_allclose(tight, expected, atol=1e-9)
 
 
-def test_the_motors_share_stays_with_the_motors() -> None:
+def test_the_motor_share_is_no_part_of_the_arm_torque() -> None:
     rig, motion = simulated_rig(), _swaying()
     whole, half = (
-        flexible_joints(rig, OWN, share, RATE).backlash_torque(motion, np.zeros(3)) for share in (0.0, 0.5)
+        flexible_joints(rig, PARAMETERS, share, RATE).backlash_torque(motion, np.zeros(3)) for share in (0.0, 0.5)
     )
-    own = np.array([OWN["I_1"], OWN["I_2"], OWN["I_3"]])
-    np.testing.assert_allclose(whole - half, 0.5 * own * motion.acceleration, atol=1e-9)
+    inertias = np.array([PARAMETERS["I_1"], PARAMETERS["I_2"], PARAMETERS["I_3"]])
+    np.testing.assert_allclose(whole - half, 0.5 * inertias * motion.acceleration, atol=1e-9)
 
 
-@pytest.mark.parametrize("swing", [4.0, 15.0, 40.0])
-def test_a_mass_on_a_spring_answers_as_it_must(swing: float) -> None:
-    """Of one axis: arm / motor = 1 / (1 - (f / swing)^2) without damping, once what it began with is added."""
+@pytest.mark.parametrize("natural_frequency", [4.0, 15.0, 40.0])
+def test_a_mass_on_a_spring_has_the_analytic_response(natural_frequency: float) -> None:
+    """One undamped axis: arm / motor = 1 / (1 - (f / f_0)^2), plus the free oscillation from the initial state."""
     inertia, frequency = 0.2, 2.0
-    compliance = 1 / (inertia * (2 * np.pi * swing) ** 2)
+    compliance = 1 / (inertia * (2 * np.pi * natural_frequency) ** 2)
     time, omega = np.arange(0.0, 3.0, 1 / RATE), 2 * np.pi * frequency
-    q, v, a = (one[:, None] for one in _sine(omega, time))
-    taken = _axis(inertia).elastic_torque(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
-    gain = 1 / (1 - (frequency / swing) ** 2)
+    q, v, a = (signal[:, None] for signal in _sine(omega, time))
+    torque = _axis(inertia).elastic_torque(Motion(q, v, a, np.sign(v)), np.array([compliance]), 0.0)[:, 0]
+    gain = 1 / (1 - (frequency / natural_frequency) ** 2)
     forced = -inertia * omega**2 * gain * np.sin(omega * time)
-    own = 2 * np.pi * swing
-    # At the beginning twist and its speed are zero; forced, they would be those of (gain - 1) sin.
-    free = inertia * own * omega * (gain - 1) * np.sin(own * time)
-    np.testing.assert_allclose(taken, forced + free, atol=0.01 * np.abs(forced + free).max())
+    omega_0 = 2 * np.pi * natural_frequency
+    # Twist and its rate are zero initially; those of the forced solution follow (gain - 1) sin.
+    free = inertia * omega_0 * omega * (gain - 1) * np.sin(omega_0 * time)
+    np.testing.assert_allclose(torque, forced + free, atol=0.01 * np.abs(forced + free).max())
 
 
-def test_swinging_arms_of_a_delta_keep_their_energy() -> None:
-    """Motors that stand still after a move do no work: the amplitude of the arms' swing does not grow or fade."""
+def test_undamped_oscillations_of_a_delta_keep_their_energy() -> None:
+    """Motors at rest after a move do no work, so that the amplitude of the arms stays constant."""
     rig = simulated_rig()
     time = np.arange(0.0, 6.0, 1 / RATE)
-    up = np.clip(time / 0.4, 0.0, 1.0)
-    angle = 0.3 + 0.2 * (10 * up**3 - 15 * up**4 + 6 * up**5)
+    s = np.clip(time / 0.4, 0.0, 1.0)
+    angle = 0.3 + 0.2 * (10 * s**3 - 15 * s**4 + 6 * s**5)
     speed = np.gradient(angle, 1 / RATE)
-    q, v, a = (np.repeat(one[:, None], 3, axis=1) for one in (angle, speed, np.gradient(speed, 1 / RATE)))
+    q, v, a = (np.repeat(signal[:, None], 3, axis=1) for signal in (angle, speed, np.gradient(speed, 1 / RATE)))
     motion = Motion(q, v, a, np.zeros_like(v))
-    taken = flexible_joints(rig, OWN, 0.3, RATE).elastic_torque(motion, np.full(3, 1e-3), 0.0)
-    early, late = (np.ptp(taken[part], axis=0) for part in (slice(500, 2000), slice(4500, 6000)))
+    torque = flexible_joints(rig, PARAMETERS, 0.3, RATE).elastic_torque(motion, np.full(3, 1e-3), 0.0)
+    early, late = (np.ptp(torque[rows], axis=0) for rows in (slice(500, 2000), slice(4500, 6000)))
     assert (early > 0.5).all()
     np.testing.assert_allclose(late, early, rtol=0.02)
 
 
-def test_an_arm_flies_freely_through_the_gap() -> None:
-    """A motor that brakes leaves its arm behind: no torque until the gap is crossed, then the speed at one blow."""
-    inertia, half, brake = 0.1, 0.004, -50.0
+def test_an_arm_moves_freely_through_the_gap() -> None:
+    """When the motor brakes, the torque is zero until the gap is crossed; the impact then transfers the momentum."""
+    inertia, half_gap, brake = 0.1, 0.004, -50.0
     time = np.arange(0.0, 0.2, 1 / RATE)
     acceleration = np.where(time < 0.1, 20.0, brake)
     speed = np.cumsum(acceleration) / RATE
-    q, v, a = (one[:, None] for one in (np.cumsum(speed) / RATE, speed, acceleration))
+    q, v, a = (signal[:, None] for signal in (np.cumsum(speed) / RATE, speed, acceleration))
     motion = Motion(q, v, a, np.sign(v))
-    taken = _axis(inertia).backlash_torque(motion, np.array([half]))[:, 0]
-    flight = np.sqrt(2 * 2 * half / -brake)
+    torque = _axis(inertia).backlash_torque(motion, np.array([half_gap]))[:, 0]
+    flight = np.sqrt(2 * 2 * half_gap / -brake)
     flying = (time > 0.102) & (time < 0.1 + flight - 0.002)
-    assert np.allclose(taken[time < 0.099], inertia * 20.0)
-    assert np.allclose(taken[flying], 0.0)
-    assert np.allclose(taken[time > 0.1 + flight + 0.003], inertia * brake)
-    # The momentum that it has lost by flying is what the blow takes.
-    missing = (inertia * acceleration - taken).sum() / RATE
+    assert np.allclose(torque[time < 0.099], inertia * 20.0)
+    assert np.allclose(torque[flying], 0.0)
+    assert np.allclose(torque[time > 0.1 + flight + 0.003], inertia * brake)
+    # The impact transfers the momentum that was missing during the free motion.
+    missing = (inertia * acceleration - torque).sum() / RATE
     assert abs(missing) < 0.05 * inertia * -brake * flight
 
 
-def test_play_is_recognised_by_a_first_look() -> None:
+def test_screening_finds_motor_share_and_gap() -> None:
     rig, motion = simulated_rig(), _swaying(6.0)
-    own = np.array([OWN["I_1"], OWN["I_2"], OWN["I_3"]])
-    light = {**OWN, "m_p": 0.3, "T_g": 0.3, "m_d": 0.0}
-    geared = flexible_joints(rig, light, 0.5, RATE)
-    residual = geared.backlash_torque(motion, np.array([0.0, 1e-3, 0.0])) - geared.backlash_torque(
+    inertias = np.array([PARAMETERS["I_1"], PARAMETERS["I_2"], PARAMETERS["I_3"]])
+    light = {**PARAMETERS, "m_p": 0.3, "T_g": 0.3, "m_d": 0.0}
+    joints = flexible_joints(rig, light, 0.5, RATE)
+    residual = joints.backlash_torque(motion, np.array([0.0, 1e-3, 0.0])) - joints.backlash_torque(
         motion, np.zeros(3)
     )
-    smooth: Floats = np.apply_along_axis(lambda one: np.convolve(one, [0.25, 0.5, 0.25], "same"), 0, residual)
-    shares, halves = np.linspace(0.0, 0.9, 10), np.geomspace(1e-4, 1e-2, 9)
-    falls = flexible_joints(rig, light, 0.0, RATE).cost_reductions(motion, own, smooth, shares, halves)[:, :, 1]
-    best = np.unravel_index(np.argmax(falls), falls.shape)
-    assert shares[best[0]] == pytest.approx(0.5)
-    assert halves[best[1]] == pytest.approx(1e-3)
+    smooth: Floats = np.apply_along_axis(lambda signal: np.convolve(signal, [0.25, 0.5, 0.25], "same"), 0, residual)
+    motor_shares, half_gaps = np.linspace(0.0, 0.9, 10), np.geomspace(1e-4, 1e-2, 9)
+    arms = flexible_joints(rig, light, 0.0, RATE)
+    reductions = arms.cost_reductions(motion, inertias, smooth, motor_shares, half_gaps)[:, :, 1]
+    best = np.unravel_index(np.argmax(reductions), reductions.shape)
+    assert motor_shares[best[0]] == pytest.approx(0.5)
+    assert half_gaps[best[1]] == pytest.approx(1e-3)
 
 
-def test_a_gap_in_the_motion_is_one_in_the_torque() -> None:
+def test_the_torque_is_nan_in_a_gap_of_the_motion_and_nowhere_else() -> None:
     rig, motion = simulated_rig(), _swaying()
     for signal in (motion.position, motion.velocity, motion.acceleration):
         signal[700:710] = np.nan
-    both = flexible_joints(rig, OWN, 0.3, RATE)
-    for taken in (
-        both.elastic_torque(motion, np.full(3, 1e-3), 0.03),
-        both.backlash_torque(motion, np.full(3, 1e-3)),
+    joints = flexible_joints(rig, PARAMETERS, 0.3, RATE)
+    for torque in (
+        joints.elastic_torque(motion, np.full(3, 1e-3), 0.03),
+        joints.backlash_torque(motion, np.full(3, 1e-3)),
     ):
-        assert np.isnan(taken[700:710]).all()
-        assert np.isfinite(taken[710:]).all()
+        assert np.isnan(torque[700:710]).all()
+        assert np.isfinite(torque[710:]).all()

@@ -1,6 +1,7 @@
-"""What every effect must keep to."""
+"""Requirements on every effect."""
 
 import re
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -27,17 +28,17 @@ BASE = ("viscous", "coulomb")
 
 
 @pytest.fixture(scope="module")
-def course(make: object) -> PreparedRecording:
+def prepared(make: object) -> PreparedRecording:
     recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
     return prepare(recording, "parallel", 30.0)
 
 
 @pytest.fixture(scope="module")
-def view(course: PreparedRecording, truth: Floats) -> EffectInputs:
-    return course.as_recorded.effect_inputs(course, truth)
+def inputs(prepared: PreparedRecording, truth: Floats) -> EffectInputs:
+    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
 
 
-def test_the_library_has_all_that_was_agreed() -> None:
+def test_the_library_is_complete() -> None:
     assert {
         "stribeck", "torque_offset", "asymmetric_viscous", "quadratic_friction", "load_dependent_friction",
         "presliding_hysteresis", "backlash", "joint_elasticity", "cogging", "joint_spring", "base_tilt",
@@ -48,7 +49,7 @@ def test_the_library_has_all_that_was_agreed() -> None:
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_it_explains_itself(name: str) -> None:
+def test_every_effect_is_documented(name: str) -> None:
     effect = LIBRARY[name]
     for text in (effect.sentence, effect.symptom, effect.causes, effect.remedy, effect.equation):
         assert text.strip() == text != ""
@@ -65,7 +66,7 @@ def test_it_explains_itself(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_its_searches_begin_inside_its_physical_ranges(name: str) -> None:
+def test_initial_guesses_are_inside_the_physical_ranges(name: str) -> None:
     effect = LIBRARY[name]
     searched = (*(effect.parameters if isinstance(effect, Signal) else ()), *effect.shapes)
     assert all(
@@ -73,94 +74,93 @@ def test_its_searches_begin_inside_its_physical_ranges(name: str) -> None:
     )
     for quantity in searched:
         assert quantity.initial_guesses or effect.suggest
-        assert all(quantity.lower <= start <= quantity.upper for start in quantity.initial_guesses)
+        assert all(quantity.lower <= guess <= quantity.upper for guess in quantity.initial_guesses)
 
 
 def _shapes(name: str) -> list[dict[str, float]]:
-    found = product(*(shape.initial_guesses or (20.0,) for shape in LIBRARY[name].shapes))
-    return [dict(zip((shape.name for shape in LIBRARY[name].shapes), values, strict=True)) for values in found]
+    combinations = product(*(shape.initial_guesses or (20.0,) for shape in LIBRARY[name].shapes))
+    return [dict(zip((shape.name for shape in LIBRARY[name].shapes), values, strict=True)) for values in combinations]
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
-def test_columns_fit_the_motion_and_are_unknown_where_it_is(name: str, view: EffectInputs) -> None:
+def test_columns_have_the_shape_of_the_motion_and_are_finite_where_it_is(name: str, inputs: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
     for shapes in _shapes(name):
-        columns = effect.columns(view, shapes)
-        assert columns.shape == (*view.motion.position.shape, len(effect.coefficients))
-        known = np.isfinite(view.motion.acceleration).all(axis=1) & np.isfinite(view.motion.direction).all(axis=1)
+        columns = effect.columns(inputs, shapes)
+        assert columns.shape == (*inputs.motion.position.shape, len(effect.coefficients))
+        known = np.isfinite(inputs.motion.acceleration).all(axis=1) & np.isfinite(inputs.motion.direction).all(axis=1)
         assert np.isfinite(columns[known]).all()
 
 
-def _motion_with_gap(view: EffectInputs) -> EffectInputs:
+def _motion_with_gap(inputs: EffectInputs) -> EffectInputs:
     motion = Motion(
-        *(getattr(view.motion, field).copy() for field in ("position", "velocity", "acceleration", "direction"))
+        *(getattr(inputs.motion, field).copy() for field in ("position", "velocity", "acceleration", "direction"))
     )
     for field in ("position", "velocity", "acceleration", "direction"):
         getattr(motion, field)[700] = np.nan
-    return EffectInputs(view.rig, view.rate, view.time, motion, view.rigid_at, view.bandwidth, view.parameters)
+    return replace(inputs, motion=motion)
 
 
 @pytest.mark.parametrize("name", ADDITIVE)
-def test_a_gap_stays_a_gap(name: str, view: EffectInputs) -> None:
+def test_columns_are_nan_in_a_gap_of_the_motion_and_nowhere_else(name: str, inputs: EffectInputs) -> None:
     effect = LIBRARY[name]
     assert isinstance(effect, Additive)
-    columns = effect.columns(_motion_with_gap(view), _shapes(name)[0])
+    columns = effect.columns(_motion_with_gap(inputs), _shapes(name)[0])
     assert np.isnan(columns[700]).all()
     assert np.isfinite(columns[750:800]).all()
 
 
 @pytest.mark.parametrize("name", SIGNALS)
-def test_a_distortion_of_nothing_is_none(name: str, course: PreparedRecording, truth: Floats) -> None:
-    composition = ModelStructure(
-        course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, LIBRARY[name], (0, 1, 2)),)
-    )
-    x = np.zeros(len(composition.parameters))
+def test_a_signal_with_zero_parameters_changes_nothing(name: str, prepared: PreparedRecording, truth: Floats) -> None:
+    bare = ModelStructure(prepared.as_recorded.mechanism, prepared.as_recorded.rig)
+    structure = bare.with_term(Term(name, LIBRARY[name], (0, 1, 2)))
+    x = np.zeros(len(structure.parameters))
     x[: len(truth)] = truth
-    x[len(truth) + composition.terms[0].instances * len(composition.terms[0].local_parameters) :] = list(
+    x[len(truth) + structure.terms[0].instances * len(structure.terms[0].local_parameters) :] = list(
         _shapes(name)[0].values()
     )
-    evaluator = TorquePredictor(course)
-    bare = ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig)
-    computed, expected = evaluator.torque(composition, x), evaluator.torque(bare, truth)
+    predictor = TorquePredictor(prepared)
+    computed, expected = predictor.torque(structure, x), predictor.torque(bare, truth)
     known = np.isfinite(computed)
     np.testing.assert_allclose(computed[known], expected[known], atol=1e-6)
 
 
 @pytest.mark.parametrize("name", LIBRARY)
-def test_what_was_planted_is_found(name: str, course: PreparedRecording, truth: Floats) -> None:
-    """The engine's own columns plus the mechanism give back the parameters from which they were made."""
+def test_planted_parameters_are_recovered(name: str, prepared: PreparedRecording, truth: Floats) -> None:
+    """A fit to torque that was computed from known parameters recovers it."""
     effect = LIBRARY[name]
     joints = (0, 1, 2) if effect.whole_robot else (1,)
-    composition = ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig, (Term(name, effect, joints),))
-    x = np.zeros(len(composition.parameters))
+    bare = ModelStructure(prepared.as_recorded.mechanism, prepared.as_recorded.rig)
+    structure = bare.with_term(Term(name, effect, joints))
+    x = np.zeros(len(structure.parameters))
     x[: len(truth)] = truth
     shapes = _shapes(name)[len(_shapes(name)) // 2]
-    own = [_planted(quantity.lower, quantity.initial_guesses) for quantity in composition.terms[0].local_parameters]
-    x[len(truth) :] = [*own, *shapes.values()]
-    evaluator = TorquePredictor(course)
-    made = evaluator.torque(composition, x)
-    object.__setattr__(course.dataset, "torque", np.where(course.usable, made, np.nan))
+    local = [_first_guess(quantity.initial_guesses) for quantity in structure.terms[0].local_parameters]
+    x[len(truth) :] = [*local, *shapes.values()]
+    predictor = TorquePredictor(prepared)
+    planted = predictor.torque(structure, x)
+    object.__setattr__(prepared.dataset, "torque", np.where(prepared.usable, planted, np.nan))
     start = x.copy()
-    start[len(truth) :] *= np.where([entry.free for entry in composition.parameters[len(truth) :]], 1.15, 1.0)
-    found = nonlinear_least_squares([evaluator], composition, start, [np.where(course.usable, 1.0, 0.0)])
-    left = found.residuals[0][np.isfinite(found.residuals[0])]
-    size = made - evaluator.torque(ModelStructure(course.as_recorded.mechanism, course.as_recorded.rig), truth)
-    assert np.sqrt(np.mean(left**2)) < 0.03 * np.sqrt(np.nanmean(size**2))
+    start[len(truth) :] *= np.where([entry.free for entry in structure.parameters[len(truth) :]], 1.15, 1.0)
+    solution = nonlinear_least_squares([predictor], structure, start, [np.where(prepared.usable, 1.0, 0.0)])
+    residual = solution.residuals[0][np.isfinite(solution.residuals[0])]
+    contribution = planted - predictor.torque(bare, truth)
+    assert np.sqrt(np.mean(residual**2)) < 0.03 * np.sqrt(np.nanmean(contribution**2))
 
 
-def _planted(lower: float, starts: tuple[float, ...]) -> float:
-    return starts[0] if starts else 0.5
+def _first_guess(guesses: tuple[float, ...]) -> float:
+    return guesses[0] if guesses else 0.5
 
 
-def test_a_file_of_the_user_is_an_effect(tmp_path: Path) -> None:
+def test_a_file_of_the_user_is_added_to_the_library(tmp_path: Path) -> None:
     path = tmp_path / "my_own.py"
     path.write_text((Path(library_package.__file__).parent / "torque_offset.py").read_text())
     assert "my_own" in library([path])
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "found"),
+    ("name", "text", "message"),
     [
         ("stribeck.py", "effect = 1", "name of its own"),
         ("mine.py", "effect = 1", "int found"),
@@ -168,18 +168,18 @@ def test_a_file_of_the_user_is_an_effect(tmp_path: Path) -> None:
         ("mine.txt", "", "Python file"),
     ],
 )
-def test_what_is_no_effect_is_refused(tmp_path: Path, name: str, text: str, found: str) -> None:
+def test_a_file_without_an_effect_is_refused(tmp_path: Path, name: str, text: str, message: str) -> None:
     (tmp_path / name).write_text(text)
-    with pytest.raises(BadInput, match=found):
+    with pytest.raises(BadInput, match=message):
         library([tmp_path / name])
 
 
-def test_an_unknown_name_is_refused() -> None:
+def test_an_unknown_effect_is_refused() -> None:
     with pytest.raises(BadInput, match="torque_offset"):
         load("magic")
 
 
-def test_what_an_amplifier_does_is_seen_in_its_command_only() -> None:
+def test_amplifier_effects_are_observable_only_in_a_reported_command() -> None:
     motor = simulated_rig()
     drives = [
         drive.model_copy(update={"voltage": drive.voltage.model_copy(update={"kind": "command"})})

@@ -1,4 +1,4 @@
-"""Where a search for play begins is read off the residual."""
+"""Initial guesses for backlash are suggested from the residual."""
 
 from typing import Any
 
@@ -15,8 +15,8 @@ RATE = 500.0
 LIGHT = {"m_p": 0.3, "T_g": 0.3, "I_1": 0.21, "I_2": 0.22, "I_3": 0.23, "m_d": 0.0}
 
 
-class View:
-    """Of three joints that sway, each with a frequency and a phase of its own."""
+class SwayingInputs:
+    """Inputs of three joints that sway, each with its own frequency and phase."""
 
     def __init__(self) -> None:
         time = np.arange(0.0, 6.0, 1 / RATE)[:, None]
@@ -25,27 +25,27 @@ class View:
         position, velocity = 0.3 + 0.25 * np.sin(angle), 0.25 * omega * np.cos(angle)
         self.motion = Motion(position, velocity, -0.25 * omega**2 * np.sin(angle), np.sign(velocity))
 
-    def arms(self, share: float) -> Any:
+    def flexible_joints(self, share: float) -> Any:
         return flexible_joints(simulated_rig(), LIGHT, share, RATE)
 
     def motor_inertia(self, share: float) -> Floats:
         return share * np.array([LIGHT[f"I_{joint}"] for joint in (1, 2, 3)])
 
 
-def test_every_joint_has_a_gap_of_its_own() -> None:
-    view: Any = View()
-    geared, half = view.arms(0.5), np.array([0.0, 1e-3, 3e-4])
-    residual = geared.with_play(view.motion, half) - geared.following(view.motion)
-    smooth = np.apply_along_axis(lambda one: np.convolve(one, [0.25, 0.5, 0.25], "same"), 0, residual)
+def test_motor_share_and_the_gap_of_every_joint_are_suggested() -> None:
+    inputs: Any = SwayingInputs()
+    joints, half_gap = inputs.flexible_joints(0.5), np.array([0.0, 1e-3, 3e-4])
+    residual = joints.backlash_torque(inputs.motion, half_gap) - joints.rigid_torque(inputs.motion)
+    smooth = np.apply_along_axis(lambda signal: np.convolve(signal, [0.25, 0.5, 0.25], "same"), 0, residual)
     suggest = load("backlash").suggest
     assert suggest
-    best = suggest(view, smooth)[0]
+    best = suggest(inputs, smooth)[0]
     assert best["motor"] == pytest.approx(0.5, abs=0.03)
-    assert best["b"][1:] == pytest.approx(half[1:], rel=0.15)
+    assert best["b"][1:] == pytest.approx(half_gap[1:], rel=0.15)
 
 
-def test_where_nothing_looks_like_play_nothing_is_suggested() -> None:
-    view: Any = View()
+def test_nothing_is_suggested_from_a_residual_of_zero() -> None:
+    inputs: Any = SwayingInputs()
     suggest = load("backlash").suggest
     assert suggest
-    assert suggest(view, np.zeros_like(view.motion.position)) == []
+    assert suggest(inputs, np.zeros_like(inputs.motion.position)) == []

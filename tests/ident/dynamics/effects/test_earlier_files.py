@@ -10,6 +10,7 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects import base
 from ident.dynamics.effects.library import load
 from ident.dynamics.effects.user_files import from_file
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
 from recordings.recording import Recording
 
@@ -61,7 +62,7 @@ assert is_never(effect.shapes[0].starts[0], "s")
 def inputs(make: object, truth: np.ndarray) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=100.0)  # type: ignore[operator]
     prepared = prepare(recording, "parallel", 20.0)
-    return prepared.as_recorded.effect_inputs(prepared, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
 
 
 def written(folder: Path, text: str) -> Path:

@@ -1,4 +1,4 @@
-"""The worked example of docs/effects.md does what it says."""
+"""The worked example of docs/effects.md."""
 
 from pathlib import Path
 
@@ -8,15 +8,15 @@ from ident.cli import program
 from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
 
-EXAMPLE = Path(__file__).parents[3] / "docs" / "examples" / "tight_spot.py"
+EXAMPLE = Path(__file__).parents[4] / "docs" / "examples" / "tight_spot.py"
 
 
-def test_it_is_short_and_an_effect() -> None:
+def test_the_example_is_short_and_an_effect() -> None:
     assert len(EXAMPLE.read_text().splitlines()) < 40
     assert "tight_spot" in library([EXAMPLE])
 
 
-def test_it_is_listed_and_explained() -> None:
+def test_the_example_is_listed_and_explained() -> None:
     listed = CliRunner().invoke(program, ["effects", "--effect-file", str(EXAMPLE), "--json"])
     assert '"tight_spot"' in listed.stdout
     explained = CliRunner().invoke(program, ["effects", "tight_spot", "--effect-file", str(EXAMPLE)])

@@ -1,4 +1,4 @@
-"""What goes wrong in an effect file of the user is said with its name."""
+"""Errors in an effect file of the user name the file."""
 
 from pathlib import Path
 
@@ -9,6 +9,7 @@ from ident.data.prepared_recording import prepare
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.effects.user_files import from_file
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -20,7 +21,7 @@ from ident.dynamics.effects.base import Additive, Quantity, Signal
 TEXT = dict(sentence="It rubs.", symptom="A bump.", causes="dirt", remedy="clean it", equation="a", axis="position")
 """
 ADDITIVE = """
-def columns(view, shapes):
+def columns(inputs, shapes):
     {body}
 
 effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it"),), columns=columns)
@@ -28,10 +29,10 @@ effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it
 
 
 @pytest.fixture(scope="module")
-def view(make: object, truth: Floats) -> EffectInputs:
+def inputs(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=250.0)  # type: ignore[operator]
-    course = prepare(recording, "parallel", 30.0)
-    return course.as_recorded.effect_inputs(course, truth)
+    prepared = prepare(recording, "parallel", 30.0)
+    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
 
 
 @pytest.mark.parametrize(
@@ -39,43 +40,43 @@ def view(make: object, truth: Floats) -> EffectInputs:
     [
         ("return 1 / 0", "columns: ZeroDivisionError division by zero; mend the file"),
         ("sys.exit(0)", "SystemExit 0"),
-        ("return columns(view, shapes)", "RecursionError"),
+        ("return columns(inputs, shapes)", "RecursionError"),
         ("return 'x'", "an array of real numbers .* expected, str found"),
-        ("return view.motion.position", "expected, float64 .* found"),
-        ("return 1j * view.motion.position[..., None]", "complex128"),
-        ("return np.full((*view.motion.position.shape, 1), np.nan)", "finite numbers where the motion is known"),
-        ("view.motion.velocity[...] *= 0.5", "read-only"),
+        ("return inputs.motion.position", "expected, float64 .* found"),
+        ("return 1j * inputs.motion.position[..., None]", "complex128"),
+        ("return np.full((*inputs.motion.position.shape, 1), np.nan)", "finite numbers where the motion is known"),
+        ("inputs.motion.velocity[...] *= 0.5", "read-only"),
         ("raise ValueError('two' + chr(10) + 'lines')", "ValueError two lines; mend"),
     ],
 )
-def test_a_function_that_fails_is_named(tmp_path: Path, view: EffectInputs, body: str, expected: str) -> None:
+def test_an_error_names_file_and_function(tmp_path: Path, inputs: EffectInputs, body: str, expected: str) -> None:
     path = tmp_path / "mine.py"
     path.write_text(HEAD + ADDITIVE.format(body=body))
     effect = from_file(path)
     assert isinstance(effect, Additive)
-    before = view.motion.velocity.copy()
+    before = inputs.motion.velocity.copy()
     with pytest.raises(BadInput, match=rf"effect file .*mine\.py: .*{expected}"):
-        effect.columns(view, {})
-    np.testing.assert_array_equal(view.motion.velocity, before)
+        effect.columns(inputs, {})
+    np.testing.assert_array_equal(inputs.motion.velocity, before)
 
 
-def test_what_is_right_passes(tmp_path: Path, view: EffectInputs) -> None:
+def test_a_correct_function_is_unchanged(tmp_path: Path, inputs: EffectInputs) -> None:
     path = tmp_path / "mine.py"
-    path.write_text(HEAD + ADDITIVE.format(body="return view.motion.position[..., None] ** 3"))
+    path.write_text(HEAD + ADDITIVE.format(body="return inputs.motion.position[..., None] ** 3"))
     effect = from_file(path)
     assert isinstance(effect, Additive)
-    np.testing.assert_array_equal(effect.columns(view, {})[..., 0], view.motion.position**3)
+    np.testing.assert_array_equal(effect.columns(inputs, {})[..., 0], inputs.motion.position**3)
 
 
-def test_a_report_keeps_its_shape(tmp_path: Path, view: EffectInputs) -> None:
+def test_a_report_of_another_shape_is_refused(tmp_path: Path, inputs: EffectInputs) -> None:
     path = tmp_path / "mine.py"
     path.write_text(
         HEAD
         + """
 effect = Signal(
     **TEXT,
-    parameters=(Quantity(name="a", unit="1", meaning="it", starts=(0.1,)),),
-    report=lambda torque, view, values: torque[:-1],
+    parameters=(Quantity(name="a", unit="1", meaning="it", initial_guesses=(0.1,)),),
+    report=lambda torque, inputs, values: torque[:-1],
 )
 """
     )
@@ -83,10 +84,10 @@ effect = Signal(
     assert isinstance(effect, Signal)
     assert effect.report
     with pytest.raises(BadInput, match="an array of real numbers"):
-        effect.report(np.zeros((5, 3)), view, {})
+        effect.report(np.zeros((5, 3)), inputs, {})
 
 
-def test_a_file_that_ends_the_program_is_an_error(tmp_path: Path) -> None:
+def test_a_file_that_exits_is_an_error(tmp_path: Path) -> None:
     path = tmp_path / "mine.py"
     path.write_text("import sys\nsys.exit(0)\n")
     with pytest.raises(BadInput, match=r"mine\.py: SystemExit 0"):

@@ -1,4 +1,4 @@
-"""What an effect says of itself is checked before anything is done with it."""
+"""Descriptions of effects are checked when they are loaded."""
 
 import re
 from dataclasses import replace
@@ -12,7 +12,7 @@ from ident.dynamics.effects.validation import validation_error
 
 
 @pytest.mark.parametrize("name", names())
-def test_nothing_is_wrong_with_the_effects_of_the_library(name: str) -> None:
+def test_the_effects_of_the_library_are_valid(name: str) -> None:
     assert validation_error(library()[name]) is None
 
 
@@ -24,13 +24,13 @@ def test_nothing_is_wrong_with_the_effects_of_the_library(name: str) -> None:
         ({"axis": "colour"}, "axis: one of position, velocity"),
         ({"coefficients": ()}, "at least one Quantity expected"),
         ({"coefficients": ("a",)}, "coefficients: a tuple of Quantity expected"),
-        ({"suggest": None}, "v_s: starts .* expected, none found"),
+        ({"suggest": None}, "v_s: initial_guesses .* expected, none found"),
     ],
 )
-def test_what_is_wrong_with_an_effect_is_said(changed: dict[str, Any], message: str) -> None:
+def test_an_error_in_an_effect_is_named(changed: dict[str, Any], message: str) -> None:
     effect = library()["stribeck"]
-    shape = replace(effect.shapes[0], starts=())
-    assert_says(validation_error(replace(effect, shapes=(shape,), **changed)), message)
+    shape = replace(effect.shapes[0], initial_guesses=())
+    assert_matches(validation_error(replace(effect, shapes=(shape,), **changed)), message)
 
 
 @pytest.mark.parametrize(
@@ -41,16 +41,16 @@ def test_what_is_wrong_with_an_effect_is_said(changed: dict[str, Any], message: 
         ({"name": "a b"}, "a name like a variable's expected"),
         ({"name": "v_s"}, "two quantities of the name 'v_s'"),
         ({"lower": 0.5, "upper": 0.02}, "a: lower below upper expected, 0.5 and 0.02 found"),
-        ({"starts": "abc"}, "a: starts: a tuple of numbers expected"),
-        ({"lower": 0.0, "upper": 1.0, "starts": (2.0,)}, "a: starts within 0 and 1 expected"),
+        ({"initial_guesses": "abc"}, "a: initial_guesses: a tuple of numbers expected"),
+        ({"lower": 0.0, "upper": 1.0, "initial_guesses": (2.0,)}, "a: initial_guesses within 0 and 1 expected"),
         ({"meaning": None}, "a: meaning: a text expected"),
     ],
 )
-def test_what_is_wrong_with_a_quantity_is_said(changed: dict[str, Any], message: str) -> None:
-    own = Quantity(**({"name": "a", "unit": "1", "meaning": "something"} | changed))
-    assert_says(validation_error(replace(library()["stribeck"], coefficients=(own,))), message)
+def test_an_error_in_a_quantity_is_named(changed: dict[str, Any], message: str) -> None:
+    coefficient = Quantity(**({"name": "a", "unit": "1", "meaning": "something"} | changed))
+    assert_matches(validation_error(replace(library()["stribeck"], coefficients=(coefficient,))), message)
 
 
-def assert_says(found: str | None, message: str) -> None:
-    assert found
-    assert re.search(message, found)
+def assert_matches(error: str | None, message: str) -> None:
+    assert error
+    assert re.search(message, error)

@@ -44,15 +44,15 @@ def test_is_eq_37_term_by_term() -> None:
 
 @pytest.mark.parametrize("method", ["rls", "dls", "svd", "ls"])
 def test_planted_parameters_are_recovered(make: Callable[..., Recording], method: str) -> None:
-    """Torque that fits the model exactly; svd without truncation, which is what makes it another method."""
-    made = make("excitation", cycles=1)
-    form = mechanisms.create(made.rig, "lagrange14")
-    dataset = build(made, form, "parallel", None)
+    """The torque fits the model exactly; svd is used without truncation."""
+    recording = make("excitation", cycles=1)
+    form = mechanisms.create(recording.rig, "lagrange14")
+    dataset = build(recording, form, "parallel", None)
     object.__setattr__(dataset, "torque", np.where(np.isnan(dataset.torque), np.nan, dataset.regressor @ THETA_HAT))
-    given = {"svd": {"threshold": 1e-6}, "dls": {"damping": 1e-6}}.get(method, {})
-    settings = estimators.settings(method, given)
-    found = fit([dataset], form, method, settings, np.random.default_rng(0), lambda *_: None)
-    np.testing.assert_allclose(found.parameters, THETA_HAT, rtol=1e-3)
+    arguments = {"svd": {"threshold": 1e-6}, "dls": {"damping": 1e-6}}.get(method, {})
+    settings = estimators.settings(method, arguments)
+    estimate = fit([dataset], form, method, settings, np.random.default_rng(0), lambda *_: None)
+    np.testing.assert_allclose(estimate.parameters, THETA_HAT, rtol=1e-3)
 
 
 def test_every_parameter_is_named_once_with_its_unit() -> None:
@@ -62,7 +62,7 @@ def test_every_parameter_is_named_once_with_its_unit() -> None:
     assert {parameter.unit for parameter in parameters} == {"kg m^2", "N", "N m"}
 
 
-def test_the_manufacturers_model_is_the_same() -> None:
+def test_the_nominal_torque_is_that_of_the_mechanism() -> None:
     moving = motion()
     np.testing.assert_array_equal(
         mechanisms.create(RIG, "lagrange14").nominal_torque(moving), mechanisms.create(RIG).nominal_torque(moving)
@@ -76,5 +76,7 @@ def test_another_mechanism_has_no_such_form() -> None:
 
 
 def test_every_form_belongs_to_a_mechanism() -> None:
-    for name in plugins.names("forms"):
-        assert plugins.load("forms", name).MECHANISM in plugins.names("mechanisms")
+    forms = plugins.names("ident.dynamics.forms")
+    assert "lagrange14" in forms
+    for name in forms:
+        assert plugins.load("ident.dynamics.forms", name).MECHANISM in plugins.names("ident.dynamics.mechanisms")

@@ -25,7 +25,7 @@ def torque(motion: Motion, **parameters: float) -> Floats:
     return mechanism.regressor(motion) @ np.array(list(values.values()))
 
 
-def test_parameters_carry_the_units_of_their_joint() -> None:
+def test_parameters_have_the_units_of_their_joint() -> None:
     units = {parameter.name: parameter.unit for parameter in mechanisms.create(RIG).parameters}
     assert units == {
         **{"I_1": "kg m^2", "m_2": "kg", "I_3": "kg m^2"},
@@ -36,14 +36,14 @@ def test_parameters_carry_the_units_of_their_joint() -> None:
 
 
 def test_torque_is_newtons_law(motion: Motion) -> None:
-    found = torque(motion, I_1=0.2, c_v1=0.3, c_c1=0.4, G_c1=0.5, G_s1=0.6, m_2=7.0, c_v2=0.8, c_c2=0.9, G_2=1.1)
+    computed = torque(motion, I_1=0.2, c_v1=0.3, c_c1=0.4, G_c1=0.5, G_s1=0.6, m_2=7.0, c_v2=0.8, c_c2=0.9, G_2=1.1)
     q, v, a = motion.position, motion.velocity, motion.acceleration
     first = 0.2 * a[:, 0] + 0.3 * v[:, 0] + 0.4 * np.sign(v[:, 0]) + 0.5 * np.cos(q[:, 0]) + 0.6 * np.sin(q[:, 0])
     second = 7.0 * a[:, 1] + 0.8 * v[:, 1] + 0.9 * np.sign(v[:, 1]) + 1.1
-    np.testing.assert_allclose(found, np.stack([first, second, 0 * first], axis=1))
+    np.testing.assert_allclose(computed, np.stack([first, second, 0 * first], axis=1))
 
 
-def test_an_unknown_instant_is_unknown_in_its_joint_only(motion: Motion) -> None:
+def test_columns_are_nan_at_an_unknown_instant_of_that_joint_only(motion: Motion) -> None:
     signals = {name: getattr(motion, name).copy() for name in ("position", "velocity", "acceleration", "direction")}
     for values in signals.values():
         values[7, 1] = np.nan
@@ -53,5 +53,5 @@ def test_an_unknown_instant_is_unknown_in_its_joint_only(motion: Motion) -> None
     assert np.isfinite(np.delete(columns, 7, axis=0)).all()
 
 
-def test_there_is_no_model_to_beat(motion: Motion) -> None:
+def test_axes_have_no_nominal_torque(motion: Motion) -> None:
     assert mechanisms.create(RIG).nominal_torque(motion) is None

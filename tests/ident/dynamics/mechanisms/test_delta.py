@@ -1,4 +1,4 @@
-"""The regressor against mechanics that is derived here from forward kinematics alone."""
+"""The regressor, compared with mechanics derived from forward kinematics alone."""
 
 import numpy as np
 import pytest
@@ -18,7 +18,7 @@ G = np.array([0.0, 0.0, -9.81])
 
 
 def angles(t: Floats) -> Floats:
-    """Some smooth motion (n, 3) [rad]."""
+    """Smooth motion (n, 3) [rad]."""
     phase = np.array([0.3, 1.4, 2.9])
     return 0.2 + 0.35 * np.sin(4 * t[:, None] + phase) + 0.1 * np.cos(9 * t[:, None] - 2 * phase)
 
@@ -39,14 +39,14 @@ def motion() -> Motion:
 
 @pytest.fixture(scope="module")
 def platform_force() -> Floats:
-    """(n, 3): what carries one kilogram on the platform, P_ddot - g, by differences of forward kinematics in time."""
+    """Force (n, 3) on one kilogram at the platform, P_ddot - g, by finite differences of forward kinematics."""
     t, h = np.linspace(0, 2, 60), 1e-3
     P = [kinematics.forward(GEOMETRY, angles(t + k * h)) for k in (-2, -1, 0, 1, 2)]
     return (-P[0] + 16 * P[1] - 30 * P[2] + 16 * P[3] - P[4]) / (12 * h**2) - G
 
 
 def virtual_work(theta: Floats, force: Floats) -> Floats:
-    """Joint torques (n, 3) that hold the platform against -force (n, 3), from virtual displacements of each joint."""
+    """Joint torques (n, 3) that balance a force (n, 3) at the platform, by virtual displacements of each joint."""
     h = 1e-4
     torque = np.empty_like(theta)
     for joint in range(3):
@@ -62,7 +62,7 @@ def test_platform_column_is_virtual_work(motion: Motion, platform_force: Floats)
 
 
 def test_arm_columns_are_potential_and_kinetic_energy(motion: Motion) -> None:
-    """Of arms alone: the power is the rate at which T_g sin(theta) + I theta_dot^2 / 2 grows."""
+    """Without platform, the power is the derivative of T_g sin(theta) + I theta_dot^2 / 2."""
     parameters = np.zeros(11)
     parameters[1:5] = 5.0, 0.3, 0.4, 0.5
     power = np.sum(ROBOT.regressor(motion) @ parameters * motion.velocity, axis=1)
@@ -77,13 +77,13 @@ def test_arm_columns_are_potential_and_kinetic_energy(motion: Motion) -> None:
     np.testing.assert_allclose(power, growth, atol=1e-5)
 
 
-def test_positive_friction_takes_power(motion: Motion) -> None:
+def test_positive_friction_dissipates_power(motion: Motion) -> None:
     friction = ROBOT.regressor(motion)[:, :, 5:] @ np.ones(6)
     assert (friction * motion.velocity >= 0).all()
 
 
-def test_nominal_model_is_table_1_with_the_forearms_counted_twice(motion: Motion, platform_force: Floats) -> None:
-    """Eqs. (1)-(2) say with multipliers what virtual work says without; as printed but for g = -9.81."""
+def test_nominal_model_is_table_1_with_the_rods_counted_twice(motion: Motion, platform_force: Floats) -> None:
+    """Eqs. (1)-(2), with multipliers, agree with virtual work; as printed but for g = -9.81."""
     nominal = Nominal()
     on_platform = virtual_work(motion.position, (nominal.m_p + 3 * nominal.m_d) * platform_force)
     inertia = nominal.motor_inertia + nominal.I_L1 + GEOMETRY.L1**2 * nominal.m_d
@@ -92,7 +92,7 @@ def test_nominal_model_is_table_1_with_the_forearms_counted_twice(motion: Motion
     np.testing.assert_allclose(ROBOT.nominal_torque(motion), on_platform + on_arms, atol=1e-5)
 
 
-def test_at_rest_the_robot_must_be_held_up() -> None:
+def test_at_rest_the_torque_holds_the_weight() -> None:
     still = Motion(np.full((1, 3), 0.2), *(np.zeros((1, 3)) for _ in range(3)))
     assert (ROBOT.nominal_torque(still) > 1).all()
     assert (ROBOT.regressor(still)[:, :, :2] > 0).all()
@@ -102,18 +102,18 @@ def test_at_rest_the_robot_must_be_held_up() -> None:
 def test_torque_is_linear_in_the_parameters(values: list[float], factor: float) -> None:
     motion = Motion(np.full((1, 3), 0.1), *(np.full((1, 3), value) for value in (2.0, -3.0, 1.0)))
     regressor = ROBOT.regressor(motion)
-    one, other = np.reshape(values, (2, 11))
+    first, second = np.reshape(values, (2, 11))
     np.testing.assert_allclose(
-        regressor @ (one + factor * other), regressor @ one + factor * (regressor @ other), atol=1e-9
+        regressor @ (first + factor * second), regressor @ first + factor * (regressor @ second), atol=1e-9
     )
 
 
-def test_an_unknown_instant_is_unknown_alone(motion: Motion) -> None:
+def test_results_are_nan_at_an_unknown_instant_only(motion: Motion) -> None:
     position = motion.position.copy()
     position[7, 1] = np.nan
     gapped = Motion(position, motion.velocity, motion.acceleration, motion.direction)
-    for of in (ROBOT.nominal_torque, ROBOT.regressor):
-        unknown = np.isnan(of(gapped)).reshape(60, -1).any(axis=1)
+    for function in (ROBOT.nominal_torque, ROBOT.regressor):
+        unknown = np.isnan(function(gapped)).reshape(60, -1).any(axis=1)
         assert np.flatnonzero(unknown).tolist() == [7]
 
 
