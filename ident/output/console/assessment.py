@@ -69,7 +69,7 @@ def _interval_line(assessment: Assessment) -> str:
     if assessment.gain_uncertainty:
         gain = f"gain uncertainty of {100 * assessment.gain_uncertainty:.2g} % included"
     else:
-        gain = "absolute" if assessment.absolute else "up to the common torque gain: only ratios are determined"
+        gain = "absolute" if assessment.absolute else "known up to the common torque gain: only ratios are determined"
     return (
         f"± is half the 95 % interval of a fit by least {assessment.loss} ({sources[assessment.source]}; "
         f"autocorrelation of the residuals is counted), given model and geometry; {gain}."
