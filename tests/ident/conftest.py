@@ -72,7 +72,7 @@ def make_recording(
 
 
 def write_recording(recording: Recording) -> Path:
-    """Write `recording` to its path as MCAP, closed properly unless its run has no exit status."""
+    """Write `recording` to its path as MCAP, properly closed unless its run has no exit status."""
     with RecordingWriter(
         recording.path, recording.rig, recording.run.model_copy(update={"exit_status": None})
     ) as writer:

@@ -1,4 +1,4 @@
-"""The low-pass that is read from the spectra."""
+"""The cut-off of the low-pass, chosen from the spectra."""
 
 from collections.abc import Callable
 
@@ -14,12 +14,12 @@ from recordings.recording import Floats, Recording
 Make = Callable[..., Recording]
 
 
-def signals(made: Recording, bits: int | None = None) -> tuple[Floats, Floats, float]:
-    position = made.position
+def signals(recording: Recording, bits: int | None = None) -> tuple[Floats, Floats, float]:
+    position = recording.position
     if bits is not None:
         counts = 2**bits / (2 * np.pi)
         position = np.round(position * counts) / counts
-    return position, torque_from_voltage(made.voltage, made.rig.torque), made.run.rate
+    return position, torque_from_voltage(recording.voltage, recording.rig.torque), recording.run.rate
 
 
 @pytest.fixture(scope="module")
@@ -31,27 +31,27 @@ def noisy(make: Make) -> Recording:
     ("bits", "hz", "reason"),
     [(12, 12, "encoder"), (14, 22, "encoder"), (17, 30, "usual"), (None, 30, "usual")],
 )
-def test_a_coarse_encoder_lowers_it(noisy: Recording, bits: int | None, hz: float, reason: str) -> None:
-    found = choose(*signals(noisy, bits))
-    assert found.reason == reason
-    assert found.hz == pytest.approx(hz, rel=0.1)
+def test_a_coarse_encoder_lowers_the_cutoff(noisy: Recording, bits: int | None, hz: float, reason: str) -> None:
+    cutoff = choose(*signals(noisy, bits))
+    assert cutoff.reason == reason
+    assert cutoff.hz == pytest.approx(hz, rel=0.1)
 
 
-def test_a_slow_recording_lowers_it(make: Make) -> None:
-    found = choose(*signals(make(cycles=2, rate=60, noise=0.01)))
-    assert (found.hz, found.reason) == (12, "rate")
+def test_a_slow_recording_lowers_the_cutoff(make: Make) -> None:
+    cutoff = choose(*signals(make(cycles=2, rate=60, noise=0.01)))
+    assert (cutoff.hz, cutoff.reason) == (12, "rate")
 
 
-def test_a_torque_that_reaches_further_raises_it() -> None:
+def test_a_torque_of_larger_bandwidth_raises_the_cutoff() -> None:
     t = np.arange(20000) / 1000
     position = (np.sin(2 * t) + 1e-3 * np.sin(2 * np.pi * 70 * t))[:, None]
     torque = np.sin(2 * np.pi * 70 * t)[:, None]
-    found = choose(position, torque + np.random.default_rng(0).normal(0, 0.01, torque.shape), 1000.0)
-    assert found.reason == "signal"
-    assert found.hz == pytest.approx(70, abs=3)
+    cutoff = choose(position, torque + np.random.default_rng(0).normal(0, 0.01, torque.shape), 1000.0)
+    assert cutoff.reason == "signal"
+    assert cutoff.hz == pytest.approx(70, abs=3)
 
 
-def test_the_propagated_noise_at_the_limit_is_what_is_tolerated() -> None:
+def test_propagated_noise_at_the_limit_has_the_maximum_share() -> None:
     rng = np.random.default_rng(1)
     t, rate, inertia = np.arange(40000) / 500, 500.0, 0.4
     clean = np.sin(5 * t) + 0.05 * np.sin(40 * t)
@@ -66,17 +66,17 @@ def test_the_propagated_noise_at_the_limit_is_what_is_tolerated() -> None:
     assert noise == pytest.approx(MAX_NOISE_SHARE * np.sqrt(np.mean(torque**2)), rel=0.2)
 
 
-def test_a_gap_does_not_hide_the_rest(noisy: Recording) -> None:
+def test_a_gap_does_not_change_the_cutoff(noisy: Recording) -> None:
     position, torque, rate = signals(noisy, 12)
     position[1500:1503] = np.nan
     assert choose(position, torque, rate).hz == pytest.approx(12, abs=1)
 
 
-def test_without_a_stretch_long_enough_the_usual_one_is_taken() -> None:
+def test_short_data_give_the_default_cutoff() -> None:
     assert choose(np.zeros((50, 1)), np.zeros((50, 1)), 500.0).reason == "usual"
 
 
-def test_what_is_given_is_taken_if_the_rate_permits_it(noisy: Recording) -> None:
+def test_a_given_cutoff_is_used_if_the_rate_permits_it(noisy: Recording) -> None:
     assert given_or_chosen(45.0, sample(noisy)).sentence() == "45 Hz, as given"
     with pytest.raises(BadInput, match="a fifth of the rate"):
         given_or_chosen(101.0, sample(noisy))

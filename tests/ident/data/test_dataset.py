@@ -12,7 +12,7 @@ from recordings.errors import BadInput
 from recordings.recording import Recording
 
 
-def built(recording: Recording) -> Dataset:
+def build_dataset(recording: Recording) -> Dataset:
     return build(recording, mechanisms.create(recording.rig), "parallel", None)
 
 
@@ -23,7 +23,7 @@ def with_column(recording: Recording, signal: str, joint: int, value: float) -> 
 
 
 def test_rows_are_the_repeated_motion_only(recording: Recording) -> None:
-    dataset = built(recording)
+    dataset = build_dataset(recording)
     usable = np.isfinite(dataset.torque).all(axis=1)
     repeated = recording.time[recording.repeat >= 0]
     assert dataset.time[usable][0] == pytest.approx(repeated[0], abs=1 / dataset.rate)
@@ -34,39 +34,39 @@ def test_rows_are_the_repeated_motion_only(recording: Recording) -> None:
     assert np.isfinite(torque).all()
 
 
-def test_without_repetitions_all_samples_are_used(recording: Recording) -> None:
+def test_without_cycles_all_samples_are_used(recording: Recording) -> None:
     everything = replace(recording, repeat=np.full_like(recording.repeat, -1))
-    assert len(built(everything).rows()[1]) > len(built(recording).rows()[1])
+    assert len(build_dataset(everything).rows()[1]) > len(build_dataset(recording).rows()[1])
 
 
 def test_an_unanswered_sync_is_a_gap(recording: Recording) -> None:
-    there = np.delete(np.arange(len(recording.time)), [900, 901])
+    answered = np.delete(np.arange(len(recording.time)), [900, 901])
     signals = ("time", "position", "voltage", "repeat")
-    shorter = replace(recording, **{name: getattr(recording, name)[there] for name in signals})
-    dataset, whole = built(shorter), built(recording)
-    assert dataset.time[-1] == whole.time[-1]
-    lost = np.isnan(dataset.torque) & np.isfinite(whole.torque)
+    shorter = replace(recording, **{name: getattr(recording, name)[answered] for name in signals})
+    dataset, expected = build_dataset(shorter), build_dataset(recording)
+    assert dataset.time[-1] == expected.time[-1]
+    lost = np.isnan(dataset.torque) & np.isfinite(expected.torque)
     assert lost.any()
-    np.testing.assert_array_equal(dataset.torque[~lost], whole.torque[~lost])
+    np.testing.assert_array_equal(dataset.torque[~lost], expected.torque[~lost])
 
 
-def interrupted_early(recording: Recording) -> Recording:
+def interrupted_before_motion(recording: Recording) -> Recording:
     run = recording.run.model_copy(update={"exit_status": None})
     return replace(recording, run=run, repeat=np.full_like(recording.repeat, -1))
 
 
-def backwards(recording: Recording) -> Recording:
+def with_decreasing_time(recording: Recording) -> Recording:
     return replace(recording, time=recording.time[::-1])
 
 
-def short(recording: Recording) -> Recording:
+def shortened(recording: Recording) -> Recording:
     signals = ("time", "position", "voltage", "repeat")
     return replace(recording, **{name: getattr(recording, name)[:600] for name in signals})
 
 
 @pytest.mark.parametrize("n", [1, 2, 7, 40])
 @pytest.mark.parametrize("method", ["central", "parallel"])
-def test_a_handful_of_samples_is_refused(recording: Recording, n: int, method: str) -> None:
+def test_too_few_samples_are_refused(recording: Recording, n: int, method: str) -> None:
     signals = ("time", "position", "voltage", "repeat")
     few = replace(recording, **{name: getattr(recording, name)[1000 : 1000 + n] for name in signals})
     few = replace(few, time=few.time - few.time[0])
@@ -74,55 +74,60 @@ def test_a_handful_of_samples_is_refused(recording: Recording, n: int, method: s
         build(few, mechanisms.create(few.rig), method, None)
 
 
-def folded(recording: Recording) -> Recording:
+def with_impossible_angles(recording: Recording) -> Recording:
     return replace(recording, position=recording.position * [6, 6, -6])
 
 
-BAD: list[tuple[str, Callable[[Recording], Recording]]] = [
-    ("joint 2 should move, but its position is constant", lambda made: with_column(made, "position", 1, 0.3)),
-    ("joint 3 should move", lambda made: with_column(made, "position", 2, np.nan)),
-    ("joint 1 is 0 V throughout", lambda made: with_column(made, "voltage", 0, 0.0)),
-    ("joint 1 is never received", lambda made: with_column(made, "voltage", 0, np.nan)),
-    ("interrupted before", interrupted_early),
-    (r"made\.mcap: .*check the angles, their zero offsets and the geometry", folded),
-    ("time that increases from sample to sample expected, 10 s is followed by 9.998 s", backwards),
-    ("at least 110 usable samples per joint expected after preprocessing, 16 of 600", short),
+UNUSABLE: list[tuple[str, Callable[[Recording], Recording]]] = [
+    (
+        "joint 2 should move, but its position is constant",
+        lambda recording: with_column(recording, "position", 1, 0.3),
+    ),
+    ("joint 3 should move", lambda recording: with_column(recording, "position", 2, np.nan)),
+    ("joint 1 is 0 V throughout", lambda recording: with_column(recording, "voltage", 0, 0.0)),
+    ("joint 1 is never received", lambda recording: with_column(recording, "voltage", 0, np.nan)),
+    ("interrupted before", interrupted_before_motion),
+    (r"made\.mcap: .*check the angles, their zero offsets and the geometry", with_impossible_angles),
+    ("time that increases from sample to sample expected, 10 s is followed by 9.998 s", with_decreasing_time),
+    ("at least 110 usable samples per joint expected after preprocessing, 16 of 600", shortened),
 ]
 
 
-@pytest.mark.parametrize(("message", "spoil"), BAD, ids=[message for message, _ in BAD])
-def test_a_useless_recording_is_refused(recording: Recording, message: str, spoil: Any) -> None:
+@pytest.mark.parametrize(("message", "corrupt"), UNUSABLE, ids=[message for message, _ in UNUSABLE])
+def test_an_unusable_recording_is_refused(recording: Recording, message: str, corrupt: Any) -> None:
     with pytest.raises(BadInput, match=message):
-        built(spoil(recording))
+        build_dataset(corrupt(recording))
 
 
 @pytest.mark.parametrize("method", ["parallel", "central", "savgol"])
-def test_blocks_leave_no_seam(recording: Recording, method: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    lost = recording.position.copy()
-    lost[1000:1003] = np.nan
-    holed = replace(recording, position=lost)
-    mechanism = mechanisms.create(holed.rig)
-    whole = build(holed, mechanism, method, None)
+def test_blocks_give_the_same_regressor_as_the_whole(
+    recording: Recording, method: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    gapped_position = recording.position.copy()
+    gapped_position[1000:1003] = np.nan
+    gapped = replace(recording, position=gapped_position)
+    mechanism = mechanisms.create(gapped.rig)
+    expected = build(gapped, mechanism, method, None)
     monkeypatch.setattr(dataset_module, "BLOCK", 97)
-    blocks = build(holed, mechanism, method, None)
-    np.testing.assert_array_equal(blocks.regressor, whole.regressor)
-    np.testing.assert_array_equal(blocks.nominal, whole.nominal)
+    blocks = build(gapped, mechanism, method, None)
+    np.testing.assert_array_equal(blocks.regressor, expected.regressor)
+    np.testing.assert_array_equal(blocks.nominal, expected.nominal)
 
 
-def test_several_recordings_get_one_bandwidth(make: Callable[..., Recording]) -> None:
+def test_several_recordings_get_a_common_bandwidth(make: Callable[..., Recording]) -> None:
     fine = make(cycles=1, noise=0.01)
     counts = 2**12 / (2 * np.pi)
     coarse = replace(fine, position=np.round(fine.position * counts) / counts)
     mechanism = mechanisms.create(fine.rig)
     both = build_all([fine, coarse], mechanism, "parallel", None)
     alone = build(coarse, mechanism, "parallel", None)
-    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < built(fine).bandwidth
+    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < build_dataset(fine).bandwidth
     assert both[0].rate == both[1].rate
     assert both[0].cutoff == both[1].cutoff
 
 
 def test_rows_do_not_keep_the_motion_at_full_rate_in_memory(recording: Recording) -> None:
-    dataset = built(recording)
+    dataset = build_dataset(recording)
     assert len(dataset.motion.position) < len(recording.time)
     assert all(
         signal.base is None or len(signal.base) <= len(dataset.time) for signal in vars(dataset.motion).values()

@@ -15,7 +15,7 @@ Make = Callable[..., Recording]
 
 
 def samples(position: Floats, torque: Floats, rate: float, repeat: Ints | None = None) -> Samples:
-    """Signals (n, dof), all of them wanted."""
+    """Samples with the signals (n, dof), all of them selected."""
     n = len(position)
     repeat = np.zeros(n, np.int64) if repeat is None else repeat
     return Samples(
@@ -29,38 +29,38 @@ def relative_residual(recording: Recording, parameters: Floats, method: str, cut
 
 
 @pytest.mark.parametrize(("rate", "cutoff"), [(500, None), (500, 10), (1000, 40), (200, None)])
-def test_parallel_filtering_of_exact_motion_leaves_next_to_nothing(
+def test_parallel_filtering_of_exact_motion_leaves_a_small_residual(
     make: Make, truth: Floats, rate: float, cutoff: float | None
 ) -> None:
     assert relative_residual(make(rate=rate, cycles=1), truth, "parallel", cutoff) < 2e-3 * (200 / rate)
 
 
-def test_parallel_filtering_survives_the_encoder(make: Make, truth: Floats) -> None:
-    made = make()
-    counts = made.rig.drives[0].counts_per_radian
-    coarse = replace(made, position=np.round(made.position * counts) / counts)
+def test_parallel_filtering_is_robust_against_encoder_quantization(make: Make, truth: Floats) -> None:
+    recording = make()
+    counts = recording.rig.drives[0].counts_per_radian
+    coarse = replace(recording, position=np.round(recording.position * counts) / counts)
     assert relative_residual(coarse, truth, "parallel") < 0.01
-    # The paper's differences of the same angles bury the torque in noise.
+    # With central differences, encoder noise dominates.
     assert relative_residual(coarse, truth, "central") > 0.1
 
 
-def test_central_differences_are_the_papers() -> None:
+def test_central_differences_are_those_of_the_paper() -> None:
     t = np.arange(50) / 100
     position, torque = np.sin(3 * t)[:, None], np.cos(t)[:, None]
-    prepared = preprocessing.load("central")(samples(position, torque, 100.0), None)
+    preprocessed = preprocessing.load("central")(samples(position, torque, 100.0), None)
     inner = slice(1, -1)
-    np.testing.assert_allclose(prepared.motion.velocity[inner], (position[2:] - position[:-2]) * 50)
+    np.testing.assert_allclose(preprocessed.motion.velocity[inner], (position[2:] - position[:-2]) * 50)
     np.testing.assert_allclose(
-        prepared.motion.acceleration[inner], (position[2:] - 2 * position[1:-1] + position[:-2]) * 1e4, atol=1e-9
+        preprocessed.motion.acceleration[inner], (position[2:] - 2 * position[1:-1] + position[:-2]) * 1e4, atol=1e-9
     )
-    np.testing.assert_array_equal(prepared.motion.direction[inner], np.sign(prepared.motion.velocity[inner]))
-    np.testing.assert_array_equal(prepared.condition(torque), torque)
-    assert np.isnan(prepared.motion.velocity[[0, -1]]).all()
+    np.testing.assert_array_equal(preprocessed.motion.direction[inner], np.sign(preprocessed.motion.velocity[inner]))
+    np.testing.assert_array_equal(preprocessed.condition(torque), torque)
+    assert np.isnan(preprocessed.motion.velocity[[0, -1]]).all()
 
 
 @pytest.mark.parametrize("method", ["central", "parallel", "savgol"])
 @pytest.mark.parametrize("signal", ["position", "voltage"])
-def test_a_gap_is_masked_and_spoils_no_more_than_the_filters_reach(
+def test_a_gap_affects_only_samples_within_the_filters_length(
     recording: Recording, truth: Floats, method: str, signal: str
 ) -> None:
     gap = slice(1000, 1003)
@@ -68,19 +68,19 @@ def test_a_gap_is_masked_and_spoils_no_more_than_the_filters_reach(
     values[gap, 1] = np.nan
     gapped = replace(recording, **{signal: values})
     mechanism = mechanisms.create(recording.rig)
-    whole, part = (build(made, mechanism, method, None) for made in (recording, gapped))
-    lost = np.isfinite(whole.torque) & np.isnan(part.torque)
+    expected, result = (build(source, mechanism, method, None) for source in (recording, gapped))
+    lost = np.isfinite(expected.torque) & np.isnan(result.torque)
     # At most, parallel at 30 Hz: 25 samples to either side, 9 more of the light filter and 4 of the derivatives.
-    lost_time = whole.time[lost.any(axis=1)]
+    lost_time = expected.time[lost.any(axis=1)]
     assert abs(lost_time - 1001 / 500).max() < 0.081
     # Without its voltage one joint is lost, without its position the whole platform.
     assert lost.any(axis=0).tolist() == ([False, True, False] if signal == "voltage" else [True] * 3)
-    np.testing.assert_array_equal(part.torque[~lost], whole.torque[~lost])
+    np.testing.assert_array_equal(result.torque[~lost], expected.torque[~lost])
     assert relative_residual(gapped, truth, method) == pytest.approx(relative_residual(recording, truth, method), 0.1)
 
 
 @pytest.mark.parametrize("cutoff", [0, -5, 101, np.nan])
-def test_a_cutoff_out_of_reach_is_refused(recording: Recording, cutoff: float) -> None:
+def test_an_invalid_cutoff_is_refused(recording: Recording, cutoff: float) -> None:
     with pytest.raises(BadInput, match="cut-off"):
         build(recording, mechanisms.create(recording.rig), "parallel", cutoff)
 
@@ -90,7 +90,7 @@ def test_central_differences_take_no_cutoff(recording: Recording) -> None:
         build(recording, mechanisms.create(recording.rig), "central", 30.0)
 
 
-def test_unknown_method_is_refused_with_those_there_are() -> None:
+def test_the_error_for_an_unknown_method_lists_the_known_methods() -> None:
     with pytest.raises(BadInput, match="central, cycle_average, fourier, parallel, savgol"):
         preprocessing.load("magic")
 
@@ -100,25 +100,28 @@ def test_fourier_differentiation_of_a_periodic_motion_is_exact(method: str) -> N
     t = np.arange(400) / 100
     omega = 2 * np.pi / 2
     position = np.stack([np.sin(omega * t), np.cos(3 * omega * t)], axis=1)
-    made = samples(position, position**2, 100.0, (t >= 2).astype(np.int64))
-    prepared = preprocessing.load(method)(made, 10.0)
+    periodic = samples(position, position**2, 100.0, (t >= 2).astype(np.int64))
+    preprocessed = preprocessing.load(method)(periodic, 10.0)
     expected = np.stack([omega * np.cos(omega * t), -3 * omega * np.sin(3 * omega * t)], axis=1)
-    n = len(prepared.instants)
+    n = len(preprocessed.instants)
     assert n == (400 if method == "fourier" else 200)
-    np.testing.assert_allclose(prepared.motion.velocity, expected[:n], atol=1e-9)
-    np.testing.assert_allclose(prepared.motion.acceleration, -(np.array([1, 9]) * omega**2 * position)[:n], atol=1e-8)
-    np.testing.assert_allclose(prepared.torque, (position**2)[:n], atol=1e-9)
-    assert np.isfinite(prepared.motion.direction).all()
+    np.testing.assert_allclose(preprocessed.motion.velocity, expected[:n], atol=1e-9)
+    np.testing.assert_allclose(
+        preprocessed.motion.acceleration, -(np.array([1, 9]) * omega**2 * position)[:n], atol=1e-8
+    )
+    np.testing.assert_allclose(preprocessed.torque, (position**2)[:n], atol=1e-9)
+    assert np.isfinite(preprocessed.motion.direction).all()
 
 
 def test_the_mean_cycle_has_less_noise_and_no_gaps(make: Make, truth: Floats) -> None:
-    made = make(cycles=4, noise=0.05)
-    gapped = replace(made, position=made.position.copy())
+    recording = make(cycles=4, noise=0.05)
+    gapped = replace(recording, position=recording.position.copy())
     gapped.position[2000:2010] = np.nan
-    alone, averaged = (
-        relative_residual(one, truth, method) for one, method in ((made, "fourier"), (gapped, "cycle_average"))
+    without_average, averaged = (
+        relative_residual(source, truth, method)
+        for source, method in ((recording, "fourier"), (gapped, "cycle_average"))
     )
-    assert averaged == pytest.approx(alone / 2, rel=0.3)
+    assert averaged == pytest.approx(without_average / 2, rel=0.3)
 
 
 @pytest.mark.parametrize(
@@ -135,25 +138,25 @@ def test_fourier_methods_need_whole_cycles(method: str, repeat: Ints, message: s
         preprocessing.load(method)(samples(position, position, 100.0, repeat), 5.0)
 
 
-def test_fourier_methods_refuse_what_no_cycle_knows() -> None:
+def test_fourier_methods_refuse_gaps() -> None:
     position = np.sin(np.arange(400) * 2 * np.pi / 200)[:, None]
-    made = samples(position, position.copy(), 100.0, np.repeat([0, 1], 200))
-    made.torque[[50, 250]] = np.nan
+    gapped = samples(position, position.copy(), 100.0, np.repeat([0, 1], 200))
+    gapped.torque[[50, 250]] = np.nan
     with pytest.raises(BadInput, match="choose cycle_average or parallel"):
-        preprocessing.load("fourier")(made, 5.0)
+        preprocessing.load("fourier")(gapped, 5.0)
     with pytest.raises(BadInput, match="at every phase in at least one cycle"):
-        preprocessing.load("cycle_average")(made, 5.0)
+        preprocessing.load("cycle_average")(gapped, 5.0)
 
 
 @pytest.mark.parametrize("cutoff", [4.0, 9.0, 20.0])
 def test_savitzky_golay_smooths_by_three_decibels_at_the_cutoff(cutoff: float) -> None:
     t = np.arange(1000) / 200
     wave = np.cos(2 * np.pi * cutoff * t)[:, None]
-    prepared = preprocessing.load("savgol")(samples(wave, wave, 200.0), cutoff)
-    assert np.nanmax(prepared.torque) == pytest.approx(np.sqrt(0.5), abs=0.05)
-    np.testing.assert_allclose(prepared.condition(wave), prepared.torque)
+    preprocessed = preprocessing.load("savgol")(samples(wave, wave, 200.0), cutoff)
+    assert np.nanmax(preprocessed.torque) == pytest.approx(np.sqrt(0.5), abs=0.05)
+    np.testing.assert_allclose(preprocessed.condition(wave), preprocessed.torque)
 
 
 @pytest.mark.parametrize("method", ["savgol", "fourier", "cycle_average"])
-def test_every_method_recovers_the_truth(make: Make, truth: Floats, method: str) -> None:
+def test_other_methods_recover_the_true_parameters(make: Make, truth: Floats, method: str) -> None:
     assert relative_residual(make(cycles=2), truth, method) < 0.02

@@ -1,4 +1,4 @@
-"""Even grids from even, lossy and uneven time stamps."""
+"""Uniform grids from uniform, incomplete and non-uniform time stamps."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,7 +15,7 @@ from recordings.recording import Floats, Recording, Run
 
 
 def imported(time: Floats, rate: float = 100.0, effort: bool = True) -> Recording:
-    """One axis that moves as sin(3 t), imported from elsewhere."""
+    """An imported recording of one axis that moves as sin(3 t)."""
     position = np.sin(3 * time)[:, None]
     signal = np.cos(3 * time)[:, None]
     n, unknown = len(time), np.full((len(time), 1), np.nan)
@@ -50,56 +50,56 @@ def imported(time: Floats, rate: float = 100.0, effort: bool = True) -> Recordin
 
 
 @given(st.integers(0, 10**6), st.floats(0.12, 0.4))
-def test_uneven_samples_are_brought_onto_an_even_grid(seed: int, jitter: float) -> None:
+def test_non_uniform_samples_are_interpolated_to_a_uniform_grid(seed: int, jitter: float) -> None:
     time = np.arange(400) / 100 + np.random.default_rng(seed).uniform(-jitter, jitter, 400) / 100
     time -= time[0]
-    found = sample(imported(time))
-    grid = np.arange(len(found.position)) / found.rate
-    assert found.rate == pytest.approx(100, rel=0.1)
-    known = np.isfinite(found.position[:, 0])
+    samples = sample(imported(time))
+    grid = np.arange(len(samples.position)) / samples.rate
+    assert samples.rate == pytest.approx(100, rel=0.1)
+    known = np.isfinite(samples.position[:, 0])
     assert known.mean() > 0.98
-    np.testing.assert_allclose(found.position[known, 0], np.sin(3 * grid[known]), atol=1e-5)
-    np.testing.assert_allclose(found.torque[known, 0], np.cos(3 * grid[known]), atol=1e-5)
+    np.testing.assert_allclose(samples.position[known, 0], np.sin(3 * grid[known]), atol=1e-5)
+    np.testing.assert_allclose(samples.torque[known, 0], np.cos(3 * grid[known]), atol=1e-5)
 
 
-def test_nothing_is_invented_in_a_hole() -> None:
+def test_long_gaps_are_not_interpolated() -> None:
     time = np.delete(np.arange(400) / 100 + np.tile([0.0, 0.002], 200), [100, *range(200, 204)])
-    found = sample(imported(time))
-    grid = np.arange(len(found.position)) / found.rate
-    unknown = grid[np.isnan(found.position[:, 0])]
+    samples = sample(imported(time))
+    grid = np.arange(len(samples.position)) / samples.rate
+    unknown = grid[np.isnan(samples.position[:, 0])]
     assert len(unknown) > 0
-    # One lost sample is bridged, four in a row are not.
+    # One lost sample is interpolated, four in a row are not.
     assert ((unknown > time[198]) & (unknown < time[200])).all()
 
 
 def test_a_gap_in_one_signal_is_a_gap_in_that_signal() -> None:
-    made = imported(np.arange(400) / 100 + np.tile([0.0, 0.002], 200))
-    assert made.effort is not None
-    made.effort[100:110] = np.nan
-    found = sample(made)
-    assert np.isnan(found.torque).any()
-    assert np.isfinite(found.position).all()
+    recording = imported(np.arange(400) / 100 + np.tile([0.0, 0.002], 200))
+    assert recording.effort is not None
+    recording.effort[100:110] = np.nan
+    samples = sample(recording)
+    assert np.isnan(samples.torque).any()
+    assert np.isfinite(samples.position).all()
 
 
-def test_measured_effort_is_the_torque_and_voltage_goes_before_it() -> None:
+def test_effort_is_used_as_torque_unless_there_is_a_voltage() -> None:
     time = np.arange(300) / 100
-    made = imported(time)
-    assert holds_torque(made)
-    np.testing.assert_array_equal(sample(made).torque, made.effort)
-    assert (sample(made).slope == 1).all()
-    both = replace(made, voltage=2 * np.cos(3 * time)[:, None])
-    assert not holds_torque(both)
-    assert drive_signal(both) is both.voltage
+    recording = imported(time)
+    assert holds_torque(recording)
+    np.testing.assert_array_equal(sample(recording).torque, recording.effort)
+    assert (sample(recording).slope == 1).all()
+    with_voltage = replace(recording, voltage=2 * np.cos(3 * time)[:, None])
+    assert not holds_torque(with_voltage)
+    assert drive_signal(with_voltage) is with_voltage.voltage
 
 
-def test_rest_before_and_after_an_unmarked_motion_is_not_wanted() -> None:
+def test_rest_before_and_after_a_motion_without_cycles_is_not_selected() -> None:
     time = np.arange(600) / 100
-    made = imported(time)
-    made.position[:, 0] = np.sin(np.clip(time - 1, 0, 3))
-    wanted = sample(made).selected
-    assert time[wanted][[0, -1]].tolist() == pytest.approx([1.01, 4.0], abs=0.15)
-    assert wanted[120:380].all()
-    marked = replace(made, repeat=np.repeat([-1, 0], [50, 550]))
+    recording = imported(time)
+    recording.position[:, 0] = np.sin(np.clip(time - 1, 0, 3))
+    selected = sample(recording).selected
+    assert time[selected][[0, -1]].tolist() == pytest.approx([1.01, 4.0], abs=0.15)
+    assert selected[120:380].all()
+    marked = replace(recording, repeat=np.repeat([-1, 0], [50, 550]))
     assert np.flatnonzero(sample(marked).selected)[[0, -1]].tolist() == [50, 599]
 
 
@@ -110,38 +110,38 @@ def test_time_that_runs_backwards_is_refused() -> None:
         sample(imported(time))
 
 
-@pytest.mark.parametrize(("value", "found"), [(0.0, "0 N m throughout"), (np.nan, "never received")])
-def test_a_drive_that_gives_nothing_is_refused(value: float, found: str) -> None:
-    made = imported(np.arange(300) / 100)
-    assert made.effort is not None
-    made.effort[:] = value
-    made = made if np.isfinite(value) else replace(made, effort=None)
-    with pytest.raises(BadInput, match=f"of joint 1 is {found}"):
-        sample(made)
+@pytest.mark.parametrize(("value", "reading"), [(0.0, "0 N m throughout"), (np.nan, "never received")])
+def test_a_constant_drive_signal_is_refused(value: float, reading: str) -> None:
+    recording = imported(np.arange(300) / 100)
+    assert recording.effort is not None
+    recording.effort[:] = value
+    recording = recording if np.isfinite(value) else replace(recording, effort=None)
+    with pytest.raises(BadInput, match=f"of joint 1 is {reading}"):
+        sample(recording)
 
 
 def delayed(delay: float, lost: list[int]) -> Recording:
-    """Every value measured by so much later than its SYNC [s], and told to be."""
-    made = imported(np.arange(400) / 100)
-    made.position[:, 0] = np.sin(3 * (made.time + delay))
-    made.position[lost] = np.nan
-    told = np.where(np.isnan(made.position[:, 0]), np.nan, delay)
-    return replace(made, extra={"position_delay_1": told})
+    """A recording whose positions are measured `delay` [s] after their SYNC, with the delays recorded."""
+    recording = imported(np.arange(400) / 100)
+    recording.position[:, 0] = np.sin(3 * (recording.time + delay))
+    recording.position[lost] = np.nan
+    delays = np.where(np.isnan(recording.position[:, 0]), np.nan, delay)
+    return replace(recording, extra={"position_delay_1": delays})
 
 
 @given(st.floats(-0.002, 0.009), st.lists(st.integers(5, 390), max_size=3))
-def test_what_was_measured_later_is_brought_back_to_the_instant(delay: float, lost: list[int]) -> None:
-    found = sample(delayed(delay, lost))
-    known = np.isfinite(found.position[:, 0])
-    np.testing.assert_allclose(found.position[known, 0], np.sin(3 * np.arange(400)[known] / 100), atol=1e-5)
-    # Where a sample was lost, the instant between its neighbours is not known; nor are those at the very ends.
+def test_delayed_positions_are_interpolated_to_the_instants(delay: float, lost: list[int]) -> None:
+    samples = sample(delayed(delay, lost))
+    known = np.isfinite(samples.position[:, 0])
+    np.testing.assert_allclose(samples.position[known, 0], np.sin(3 * np.arange(400)[known] / 100), atol=1e-5)
+    # Instants next to a lost sample and at the ends are unknown.
     assert known.sum() >= 400 - len(lost) * 2 - 2
-    np.testing.assert_allclose(found.torque[:, 0], np.cos(3 * np.arange(400) / 100), atol=1e-12)
+    np.testing.assert_allclose(samples.torque[:, 0], np.cos(3 * np.arange(400) / 100), atol=1e-12)
 
 
-def test_delays_of_some_joints_only_are_numbers_of_another_program() -> None:
-    made = replace(imported(np.arange(300) / 100), extra={"position_delay_2": np.full(300, 0.005)})
-    np.testing.assert_array_equal(sample(made).position, made.position)
+def test_delays_of_only_some_joints_are_ignored() -> None:
+    recording = replace(imported(np.arange(300) / 100), extra={"position_delay_2": np.full(300, 0.005)})
+    np.testing.assert_array_equal(sample(recording).position, recording.position)
 
 
 @pytest.mark.parametrize("step", [1.0, 0.976, 4.0])

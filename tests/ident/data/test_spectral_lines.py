@@ -1,4 +1,4 @@
-"""Vibrations are told from noise, and noise from vibrations."""
+"""Vibrations are distinguished from noise."""
 
 from collections.abc import Callable
 
@@ -20,18 +20,18 @@ def dataset(make: Callable[..., Recording]) -> Dataset:
 
 def _noise(dataset: Dataset, seed: int) -> np.ndarray:
     taps = filters.low_pass(30.0, dataset.rate)
-    drawn = np.random.default_rng(seed).normal(size=(len(dataset.time), 3))
-    smooth = filters.convolve(drawn, taps)
-    return np.where(np.isfinite(dataset.torque), smooth / np.nanstd(smooth), np.nan)
+    white = np.random.default_rng(seed).normal(size=(len(dataset.time), 3))
+    low_passed = filters.convolve(white, taps)
+    return np.where(np.isfinite(dataset.torque), low_passed / np.nanstd(low_passed), np.nan)
 
 
 def test_noise_has_no_lines(dataset: Dataset) -> None:
-    found = [strongest_lines([dataset], [_noise(dataset, seed)]) for seed in range(40)]
-    assert not any(line for joints in found for line in joints)
+    lines = [strongest_lines([dataset], [_noise(dataset, seed)]) for seed in range(40)]
+    assert not any(line for joints in lines for line in joints)
 
 
 @pytest.mark.parametrize("frequency", [3.3, 7.37, 18.2])
-def test_a_vibration_is_found_with_its_frequency_and_size(dataset: Dataset, frequency: float) -> None:
+def test_a_vibration_is_found_with_its_frequency_and_mean_square(dataset: Dataset, frequency: float) -> None:
     vibration = np.sin(2 * np.pi * frequency * dataset.time + 0.3)
     residual = _noise(dataset, 1)
     residual[:, 1] += vibration

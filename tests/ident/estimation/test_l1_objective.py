@@ -16,36 +16,36 @@ def problem(m: int, k: int, n: int) -> tuple[Floats, Floats, Floats]:
 
 @settings(deadline=None)
 @given(m=st.integers(1, 200), n=st.integers(1, 70))
-def test_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
+def test_objective_is_the_sum_of_absolute_residuals(m: int, n: int) -> None:
     regressor, torque, particles = problem(m, 11, n)
     expected = np.abs(torque - particles @ regressor.T).sum(axis=1)
     np.testing.assert_allclose(L1Objective(regressor, torque)(particles), expected, rtol=1e-12)
 
 
-def test_number_of_threads_and_neighbours_in_the_block_change_no_bit() -> None:
+def test_result_does_not_depend_on_threads_or_other_particles() -> None:
     regressor, torque, particles = problem(20_000, 11, 300)
     assert len(torque) * len(particles) > l1_objective._MIN_PARALLEL_WORK
     objective = L1Objective(regressor, torque)
-    together = objective(particles)
+    all_at_once = objective(particles)
     threads = numba.get_num_threads()
     numba.set_num_threads(1)
     try:
-        np.testing.assert_array_equal(objective(particles), together)
+        np.testing.assert_array_equal(objective(particles), all_at_once)
     finally:
         numba.set_num_threads(threads)
-    alone = np.concatenate([objective(particle[None]) for particle in particles[:20]])
-    np.testing.assert_array_equal(alone, together[:20])
+    one_by_one = np.concatenate([objective(particle[None]) for particle in particles[:20]])
+    np.testing.assert_array_equal(one_by_one, all_at_once[:20])
 
 
-def test_works_where_nothing_can_be_cached(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_objective_works_without_a_cache(monkeypatch: pytest.MonkeyPatch) -> None:
     compile_ = numba.njit
 
-    def nowhere_to_write(*, cache: bool = False, **options: object) -> object:
+    def njit_without_cache(*, cache: bool = False, **options: object) -> object:
         if cache:
             raise RuntimeError("cannot cache function: no locator available")
         return compile_(**options)
 
-    monkeypatch.setattr(numba, "njit", nowhere_to_write)
+    monkeypatch.setattr(numba, "njit", njit_without_cache)
     l1_objective._kernel.cache_clear()
     regressor, torque, particles = problem(10, 3, 4)
     expected = np.abs(torque - particles @ regressor.T).sum(axis=1)

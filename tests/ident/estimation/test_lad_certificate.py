@@ -28,27 +28,31 @@ def exact(certificate: Certificate) -> bool:
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_is_the_optimum_of_the_linear_program(seed: int, least_absolute_deviations: LinearProgram) -> None:
+def test_minimum_equals_the_optimum_of_the_linear_program(
+    seed: int, least_absolute_deviations: LinearProgram
+) -> None:
     regressor, torque = problem(seed=seed)
-    found = certify(regressor, torque, WIDE)
+    certificate = certify(regressor, torque, WIDE)
     parameters, minimum = least_absolute_deviations(regressor, torque, WIDE)
-    assert exact(found)
-    assert found.objective == pytest.approx(minimum, rel=1e-10)
-    assert found.objective == pytest.approx(objective(regressor, torque, found.parameters), rel=1e-14)
-    np.testing.assert_allclose(found.parameters, parameters, rtol=1e-6)
+    assert exact(certificate)
+    assert certificate.objective == pytest.approx(minimum, rel=1e-10)
+    assert certificate.objective == pytest.approx(objective(regressor, torque, certificate.parameters), rel=1e-14)
+    np.testing.assert_allclose(certificate.parameters, parameters, rtol=1e-6)
 
 
-def test_is_the_optimum_within_the_search_region(least_absolute_deviations: LinearProgram) -> None:
+def test_minimum_within_the_search_region_equals_the_optimum_of_the_linear_program(
+    least_absolute_deviations: LinearProgram,
+) -> None:
     regressor, torque = problem()
-    free = certify(regressor, torque, WIDE).parameters
-    bounds = np.stack([free - 3, free + 3], axis=1)
-    bounds[1], bounds[3] = free[1] + [0.1, 4], free[3] - [4, 0.001]
-    found = certify(regressor, torque, bounds)
+    unconstrained = certify(regressor, torque, WIDE).parameters
+    bounds = np.stack([unconstrained - 3, unconstrained + 3], axis=1)
+    bounds[1], bounds[3] = unconstrained[1] + [0.1, 4], unconstrained[3] - [4, 0.001]
+    certificate = certify(regressor, torque, bounds)
     parameters, minimum = least_absolute_deviations(regressor, torque, bounds)
-    assert exact(found)
-    assert found.objective == pytest.approx(minimum, rel=1e-10)
-    np.testing.assert_allclose(found.parameters, parameters, rtol=1e-5)
-    assert ((bounds[:, 0] <= found.parameters) & (found.parameters <= bounds[:, 1])).all()
+    assert exact(certificate)
+    assert certificate.objective == pytest.approx(minimum, rel=1e-10)
+    np.testing.assert_allclose(certificate.parameters, parameters, rtol=1e-5)
+    assert ((bounds[:, 0] <= certificate.parameters) & (certificate.parameters <= bounds[:, 1])).all()
 
 
 @settings(deadline=None, max_examples=40)
@@ -59,17 +63,19 @@ def test_is_the_optimum_within_the_search_region(least_absolute_deviations: Line
     quantised=st.booleans(),
     width=st.sampled_from([0.1, 1.0, 1e3]),
 )
-def test_nothing_in_the_region_is_below_the_bound(m: int, k: int, seed: int, quantised: bool, width: float) -> None:
+def test_no_objective_in_the_region_is_below_the_bound(
+    m: int, k: int, seed: int, quantised: bool, width: float
+) -> None:
     rng = np.random.default_rng(seed)
     regressor, torque = rng.normal(size=(m, k)), rng.normal(size=m)
     if quantised:  # many equal rows and residuals
         regressor, torque = np.round(regressor), np.round(torque)
     bounds = np.sort(rng.uniform(-width, width, (k, 2)), axis=1)
-    found = certify(regressor, torque, bounds)
-    assert ((bounds[:, 0] <= found.parameters) & (found.parameters <= bounds[:, 1])).all()
-    assert found.objective >= found.lower_bound
-    for parameters in [*rng.uniform(*bounds.T, (30, k)), found.parameters]:
-        assert objective(regressor, torque, parameters) >= found.lower_bound * (1 - 1e-13)
+    certificate = certify(regressor, torque, bounds)
+    assert ((bounds[:, 0] <= certificate.parameters) & (certificate.parameters <= bounds[:, 1])).all()
+    assert certificate.objective >= certificate.lower_bound
+    for parameters in [*rng.uniform(*bounds.T, (30, k)), certificate.parameters]:
+        assert objective(regressor, torque, parameters) >= certificate.lower_bound * (1 - 1e-13)
 
 
 def degenerate(kind: str) -> tuple[Floats, Floats]:
@@ -86,28 +92,28 @@ def degenerate(kind: str) -> tuple[Floats, Floats]:
 
 
 @pytest.mark.parametrize("kind", ["equal columns", "column of zeros", "standstill", "quantised"])
-def test_degenerate_data(kind: str, least_absolute_deviations: LinearProgram) -> None:
+def test_degenerate_data_have_the_exact_minimum(kind: str, least_absolute_deviations: LinearProgram) -> None:
     regressor, torque = degenerate(kind)
-    found = certify(regressor, torque, WIDE)
+    certificate = certify(regressor, torque, WIDE)
     _, minimum = least_absolute_deviations(regressor, torque, WIDE)
-    assert found.objective == pytest.approx(minimum, rel=1e-8)
-    assert found.lower_bound == pytest.approx(minimum, rel=1e-5)
+    assert certificate.objective == pytest.approx(minimum, rel=1e-8)
+    assert certificate.lower_bound == pytest.approx(minimum, rel=1e-5)
 
 
-def test_a_perfect_fit_has_an_excess_in_units_of_the_torque() -> None:
+def test_the_excess_of_a_perfect_fit_is_relative_to_the_torque() -> None:
     regressor, _ = problem()
     truth = np.arange(1.0, 6.0)
     torque = regressor @ truth
-    found = certify(regressor, torque, WIDE)
-    np.testing.assert_allclose(found.parameters, truth, rtol=1e-9)
-    assert found.excess(found.objective) < 1e-3
-    assert found.excess(1e-9 * np.abs(torque).sum()) == pytest.approx(1, rel=1e-3)
+    certificate = certify(regressor, torque, WIDE)
+    np.testing.assert_allclose(certificate.parameters, truth, rtol=1e-9)
+    assert certificate.excess(certificate.objective) < 1e-3
+    assert certificate.excess(1e-9 * np.abs(torque).sum()) == pytest.approx(1, rel=1e-3)
 
 
-def test_no_torque_at_all() -> None:
-    found = certify(problem()[0], np.zeros(500), WIDE)
-    assert found.objective == pytest.approx(0, abs=1e-9)
-    assert np.isfinite(found.excess(1.0))
+def test_zero_torque_has_a_finite_excess() -> None:
+    certificate = certify(problem()[0], np.zeros(500), WIDE)
+    assert certificate.objective == pytest.approx(0, abs=1e-9)
+    assert np.isfinite(certificate.excess(1.0))
 
 
 def test_the_excess_is_relative_and_never_negative() -> None:

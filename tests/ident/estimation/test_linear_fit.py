@@ -14,30 +14,30 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
 
-@pytest.mark.parametrize("preprocessing", plugins.names("preprocess"))
-def test_the_values_of_eq_36_are_found_within_one_percent(
+@pytest.mark.parametrize("preprocessing", plugins.names("ident.data.preprocessing"))
+def test_parameters_of_eq_36_are_estimated_within_one_percent(
     make: Callable[..., Recording], truth: Floats, preprocessing: str
 ) -> None:
-    made = make(cycles=3, noise=0.02)
-    mechanism = mechanisms.create(made.rig)
-    dataset = build(made, mechanism, preprocessing, None)
+    recording = make(cycles=3, noise=0.02)
+    mechanism = mechanisms.create(recording.rig)
+    dataset = build(recording, mechanism, preprocessing, None)
     settings = estimators.settings("pso", {"iterations": 300})
-    found = fit([dataset], mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
-    np.testing.assert_allclose(found.parameters, truth, rtol=0.01)
-    assert not any(found.at_bound)
+    result = fit([dataset], mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
+    np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
+    assert not any(result.at_bound)
 
 
 def test_recordings_are_fitted_together(make: Callable[..., Recording], truth: Floats) -> None:
-    made = [make("fig5a", cycles=1), make("fig5b", cycles=1)]
-    mechanism = mechanisms.create(made[0].rig)
-    datasets = [build(recording, mechanism, "parallel", None) for recording in made]
+    recordings = [make("fig5a", cycles=1), make("fig5b", cycles=1)]
+    mechanism = mechanisms.create(recordings[0].rig)
+    datasets = [build(recording, mechanism, "parallel", None) for recording in recordings]
     settings = estimators.settings("pso", {"iterations": 300})
-    found = fit(datasets, mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
-    assert found.rows == sum(len(dataset.rows()[1]) for dataset in datasets)
-    np.testing.assert_allclose(found.parameters, truth, rtol=0.01)
+    result = fit(datasets, mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
+    assert result.rows == sum(len(dataset.rows()[1]) for dataset in datasets)
+    np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
 
 
-def test_the_search_region_follows_an_unknown_gain() -> None:
+def test_the_search_region_scales_with_the_torque() -> None:
     rng = np.random.default_rng(0)
     regressor, torque = rng.normal(size=(100, 2)), rng.normal(size=100)
     parameters = (Parameter("mass", "kg", "a mass", nonnegative=True), Parameter("c", "N m", "friction"))
@@ -47,13 +47,13 @@ def test_the_search_region_follows_an_unknown_gain() -> None:
     np.testing.assert_allclose(search_region(parameters, regressor, 7 * torque), 7 * bounds)
 
 
-def test_a_parameter_without_effect_is_named() -> None:
+def test_the_error_names_a_parameter_without_effect() -> None:
     parameters = (Parameter("mass", "kg", "a mass"), Parameter("drag", "N m", "what the air does"))
     with pytest.raises(BadInput, match="drag \\(what the air does\\)"):
         search_region(parameters, np.array([[1.0, 0.0], [2.0, 0.0]]), np.ones(2))
 
 
-def test_a_parameter_on_the_edge_of_the_region_is_flagged() -> None:
+def test_a_parameter_at_a_bound_is_flagged() -> None:
     bounds = np.array([[0.0, 10.0]] * 3)
     estimate = Estimate(np.array([1e-9, 5.0, 10.0]), 0.0, np.zeros(1))
     assert Fit(estimate, bounds, rows=1).at_bound == (True, False, True)

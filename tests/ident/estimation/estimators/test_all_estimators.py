@@ -1,4 +1,4 @@
-"""What every estimator must do, whatever it is."""
+"""Requirements that every estimator meets."""
 
 from typing import Any
 
@@ -10,7 +10,7 @@ from ident.estimation import estimators
 from ident.estimation.problem import Problem
 from recordings.errors import BadInput
 
-NAMES = plugins.names("estimators")
+NAMES = plugins.names("ident.estimation.estimators")
 TRUTH = np.array([2.0, -0.5, 30.0, 0.1])
 
 
@@ -26,24 +26,24 @@ def estimate(name: str, seed: int, noise: float = 1e-3) -> estimators.Estimate:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_recovers_planted_parameters(name: str) -> None:
-    found = estimate(name, seed=1)
-    np.testing.assert_allclose(found.parameters, TRUTH, rtol=1e-2)
-    assert found.history[-1] == found.objective
-    assert (np.diff(found.history) <= 0).all()
+    result = estimate(name, seed=1)
+    np.testing.assert_allclose(result.parameters, TRUTH, rtol=1e-2)
+    assert result.history[-1] == result.objective
+    assert (np.diff(result.history) <= 0).all()
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_data_without_any_noise_is_no_trouble(name: str) -> None:
-    found = estimate(name, seed=1, noise=0.0)
-    np.testing.assert_allclose(found.parameters, TRUTH, rtol=1e-2)
-    assert np.isfinite(found.objective)
+def test_data_without_noise_are_fitted(name: str) -> None:
+    result = estimate(name, seed=1, noise=0.0)
+    np.testing.assert_allclose(result.parameters, TRUTH, rtol=1e-2)
+    assert np.isfinite(result.objective)
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_same_seed_same_bits(name: str) -> None:
-    one, other = estimate(name, seed=2), estimate(name, seed=2)
-    np.testing.assert_array_equal(one.parameters, other.parameters)
-    np.testing.assert_array_equal(one.history, other.history)
+def test_the_same_seed_gives_identical_results(name: str) -> None:
+    first, second = estimate(name, seed=2), estimate(name, seed=2)
+    np.testing.assert_array_equal(first.parameters, second.parameters)
+    np.testing.assert_array_equal(first.history, second.history)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -53,21 +53,21 @@ def test_an_unknown_setting_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_progress_ends(name: str) -> None:
-    told: list[tuple[Any, ...]] = []
+def test_progress_is_reported_within_the_total(name: str) -> None:
+    calls: list[tuple[Any, ...]] = []
     problem = Problem(np.eye(4), np.arange(4.0), np.tile([-9.0, 9.0], (4, 1)), np.ones(4))
     settings = estimators.settings(name, {})
-    estimators.load(name).estimate(problem, np.random.default_rng(0), lambda *step: told.append(step), settings)
-    assert told
-    assert all(0 < done <= of for done, of, *_ in told)
+    estimators.load(name).estimate(problem, np.random.default_rng(0), lambda *step: calls.append(step), settings)
+    assert calls
+    assert all(0 < done <= total for done, total, *_ in calls)
 
 
-def test_the_baselines_identify_the_papers_linear_form_and_nothing_else_does() -> None:
+def test_only_the_baselines_identify_the_linear_form_of_the_paper() -> None:
     forms = {name: estimators.form(name) for name in NAMES}
     assert {name for name, form in forms.items() if form} == {"rls", "dls", "svd"}
     assert set(forms.values()) == {None, "lagrange14"}
 
 
-def test_an_unknown_estimator_is_refused_with_those_there_are() -> None:
+def test_the_error_for_an_unknown_estimator_lists_the_known_ones() -> None:
     with pytest.raises(BadInput, match="pso"):
         estimators.load("magic")

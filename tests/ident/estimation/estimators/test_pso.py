@@ -28,64 +28,64 @@ def estimate(settings: pso.Settings, bounds: Floats = BOUNDS, seed: int = 1) -> 
 
 
 @pytest.mark.parametrize("neighbourhood", ["current", "personal"])
-def test_reaches_the_exact_minimum(neighbourhood: str, least_absolute_deviations: LinearProgram) -> None:
-    found = estimate(pso.Settings(neighbourhood=neighbourhood, tolerance=0.0))  # type: ignore[arg-type]
+def test_the_swarm_reaches_the_exact_minimum(neighbourhood: str, least_absolute_deviations: LinearProgram) -> None:
+    result = estimate(pso.Settings(neighbourhood=neighbourhood, tolerance=0.0))  # type: ignore[arg-type]
     parameters, minimum = least_absolute_deviations(*problem(), BOUNDS)
-    assert minimum * (1 - 1e-12) <= found.objective <= minimum * (1 + 1e-6)
-    np.testing.assert_allclose(found.parameters, parameters, atol=1e-2)
+    assert minimum * (1 - 1e-12) <= result.objective <= minimum * (1 + 1e-6)
+    np.testing.assert_allclose(result.parameters, parameters, atol=1e-2)
 
 
 def test_a_minimum_on_the_edge_of_the_region_is_reached(least_absolute_deviations: LinearProgram) -> None:
     bounds = BOUNDS.copy()
-    free, _ = least_absolute_deviations(*problem(), BOUNDS)
-    bounds[3] = free[3] + 0.2, free[3] + 5
-    bounds[7] = free[7] - 5, free[7] - 0.1
-    found = estimate(pso.Settings(iterations=500, tolerance=0.0), bounds)
+    unconstrained, _ = least_absolute_deviations(*problem(), BOUNDS)
+    bounds[3] = unconstrained[3] + 0.2, unconstrained[3] + 5
+    bounds[7] = unconstrained[7] - 5, unconstrained[7] - 0.1
+    result = estimate(pso.Settings(iterations=500, tolerance=0.0), bounds)
     _, minimum = least_absolute_deviations(*problem(), bounds)
-    assert found.objective <= minimum * (1 + 1e-6)
-    np.testing.assert_allclose(found.parameters[[3, 7]], [bounds[3, 0], bounds[7, 1]], rtol=1e-9)
+    assert result.objective <= minimum * (1 + 1e-6)
+    np.testing.assert_allclose(result.parameters[[3, 7]], [bounds[3, 0], bounds[7, 1]], rtol=1e-9)
 
 
-def test_the_classical_swarm_comes_near(least_absolute_deviations: LinearProgram) -> None:
-    """But not to the minimum: it contracts too early (Remark 1)."""
-    given = Problem(*problem(), BOUNDS)
-    found = pso_classic.estimate(given, np.random.default_rng(1), lambda *_: None, pso_classic.Settings())
+def test_the_classical_swarm_nearly_reaches_the_minimum(least_absolute_deviations: LinearProgram) -> None:
+    """It does not reach the minimum, as it contracts too early (Remark 1)."""
+    data = Problem(*problem(), BOUNDS)
+    result = pso_classic.estimate(data, np.random.default_rng(1), lambda *_: None, pso_classic.Settings())
     _, minimum = least_absolute_deviations(*problem(), BOUNDS)
-    assert minimum * (1 - 1e-12) <= found.objective <= minimum * (1 + 1e-4)
+    assert minimum * (1 - 1e-12) <= result.objective <= minimum * (1 + 1e-4)
     cyclic = estimate(pso.Settings())
-    assert cyclic.objective < found.objective
+    assert cyclic.objective < result.objective
 
 
-def test_stops_at_the_tolerance_and_not_before() -> None:
-    found = estimate(pso.Settings(tolerance=1e-4))
-    assert found.certificate is not None
-    excess = [found.certificate.excess(value) for value in found.history]
+def test_the_search_stops_at_the_tolerance() -> None:
+    result = estimate(pso.Settings(tolerance=1e-4))
+    assert result.certificate is not None
+    excess = [result.certificate.excess(value) for value in result.history]
     assert excess[-1] <= 1e-4 < excess[-2]
-    assert found.diagnostics["iterations"] == len(found.history) - 1 < 1000
+    assert result.diagnostics["iterations"] == len(result.history) - 1 < 1000
 
 
 def test_without_tolerance_all_iterations_are_run() -> None:
-    found = estimate(pso.Settings(tolerance=0.0, iterations=600))
-    assert len(found.history) == 601
+    result = estimate(pso.Settings(tolerance=0.0, iterations=600))
+    assert len(result.history) == 601
 
 
-def test_the_region_is_never_left() -> None:
+def test_the_result_is_within_the_search_region() -> None:
     bounds = np.tile([0.5, 0.6], (11, 1))
-    found = estimate(pso.Settings(iterations=50), bounds)
-    assert ((found.parameters >= 0.5) & (found.parameters <= 0.6)).all()
+    result = estimate(pso.Settings(iterations=50), bounds)
+    assert ((result.parameters >= 0.5) & (result.parameters <= 0.6)).all()
 
 
-def test_the_two_neighbourhoods_and_other_seeds_are_other_searches() -> None:
+def test_results_depend_on_neighbourhood_and_seed() -> None:
     brief = {"particles": 20, "neighbours": 4, "iterations": 10}
-    ends = [
+    objectives = [
         estimate(pso.Settings(**brief, neighbourhood="current")).objective,  # type: ignore[arg-type]
         estimate(pso.Settings(**brief, neighbourhood="personal")).objective,  # type: ignore[arg-type]
         estimate(pso.Settings(**brief, neighbourhood="current"), seed=2).objective,  # type: ignore[arg-type]
     ]
-    assert len(set(ends)) == 3
+    assert len(set(objectives)) == 3
 
 
-def test_settings_are_the_papers() -> None:
+def test_default_settings_are_those_of_the_paper() -> None:
     settings = pso.Settings()
     assert settings.tolerance  # stops early, unlike the paper
     assert (settings.inertia, settings.cognitive, settings.social) == (0.72984, 1.49618, 1.49618)
@@ -93,16 +93,16 @@ def test_settings_are_the_papers() -> None:
 
 
 @given(st.lists(st.floats(-9, 9), min_size=9, max_size=20, unique=True), st.sampled_from([0, 2, 4, 8]))
-def test_the_best_neighbour_is_sought_on_a_ring_of_indices(values: list[float], neighbours: int) -> None:
+def test_the_best_neighbour_is_taken_from_a_ring_of_indices(values: list[float], neighbours: int) -> None:
     n, half = len(values), neighbours // 2
-    found = pso._best_neighbour(np.array(values), neighbours)
+    result = pso._best_neighbour(np.array(values), neighbours)
     for i in range(n):
-        around = [(i + shift) % n for shift in range(-half, half + 1)]
-        assert found[i] == min(around, key=lambda j: values[j])
+        neighbourhood = [(i + shift) % n for shift in range(-half, half + 1)]
+        assert result[i] == min(neighbourhood, key=lambda j: values[j])
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "invalid",
     [
         {"neighbours": 7},
         {"neighbours": 300},
@@ -112,16 +112,16 @@ def test_the_best_neighbour_is_sought_on_a_ring_of_indices(values: list[float], 
         {"tolerance": -1},
     ],
 )
-def test_impossible_settings_are_refused(wrong: dict[str, int]) -> None:
+def test_invalid_settings_are_refused(invalid: dict[str, int]) -> None:
     with pytest.raises(BadInput, match="expected"):
-        pso.Settings(**wrong)  # type: ignore[arg-type]
+        pso.Settings(**invalid)  # type: ignore[arg-type]
 
 
-def test_progress_is_told_at_every_step() -> None:
-    told: list[tuple[Any, ...]] = []
+def test_progress_is_reported_at_every_step() -> None:
+    calls: list[tuple[Any, ...]] = []
     settings = pso.Settings(iterations=5)
-    given = Problem(*problem(), BOUNDS)
-    found = pso.estimate(given, np.random.default_rng(0), lambda *step: told.append(step), settings)
-    assert found.certificate
-    excess = [found.certificate.excess(value) for value in found.history]
-    assert told == [(i, 5, excess[i]) for i in range(1, 6)]
+    data = Problem(*problem(), BOUNDS)
+    result = pso.estimate(data, np.random.default_rng(0), lambda *step: calls.append(step), settings)
+    assert result.certificate
+    excess = [result.certificate.excess(value) for value in result.history]
+    assert calls == [(i, 5, excess[i]) for i in range(1, 6)]
