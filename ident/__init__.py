@@ -1,0 +1,151 @@
+"""Identify the dynamic model of a recorded robot, and find the physical effect that it lacks: the Python API.
+
+    model = ident.fit(["a.mcap"], validate="b.mcap")
+    diagnosis = ident.diagnose(["a.mcap"], validate="b.mcap")
+
+The commands of `ident` call these functions. Importing this package is fast: the modules behind it are loaded when
+they are needed. Arrays are (n, dof), in SI units. docs/python.md shows a session.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from recordings.errors import BadInput, RunFailed
+
+if TYPE_CHECKING:
+    from ident.diagnosis.diagnosis import StatusCallback
+    from ident.diagnosis.result import DiagnosisResult
+    from ident.estimation.problem import Progress
+    from ident.identification.model import Model
+    from ident.residuals.analysis import ResidualAnalysis
+    from ident.uncertainty.covariance import IntervalMethod
+    from recordings.recording import Recording
+
+__all__ = ["BadInput", "RunFailed", "compare", "diagnose", "fit", "load_model", "read"]
+
+File = str | Path
+
+
+def read(path: File) -> Recording:
+    """Read the recording `path` (.mcap): rig, run, and the measured signals (n, dof).
+
+    Raises:
+        BadInput: the file is missing or is not a recording.
+    """
+    from recordings import reader
+
+    return reader.read(Path(path))
+
+
+def fit(
+    files: Sequence[File],
+    validate: File | None = None,
+    method: str = "pso",
+    effects: Sequence[str] = (),
+    *,
+    effect_files: Sequence[File] = (),
+    preprocessing: str = "parallel",
+    cutoff: float | None = None,
+    physical: bool = False,
+    intervals: IntervalMethod = "stationary",
+    seed: int = 0,
+    settings: Mapping[str, Any] | None = None,
+    progress: Progress = lambda *_: None,
+) -> Model:
+    """Fit the dynamic model, Eq. (26), to the recordings `files` of one rig together.
+
+    validate: recording that the fit does not use, on which the model is judged.
+    method: estimator (`ident fit --help`), with its `settings` by name.
+    effects: added to the base model, each as NAME, on all joints, or as NAME:1,3.
+    effect_files: Python files with effects of your own; they are executed.
+    preprocessing, cutoff: method and low-pass [Hz]; None: the cut-off is chosen from the spectra.
+    physical: allow only friction that opposes motion (search methods).
+
+    Raises:
+        BadInput: a recording cannot be used, the recordings are not of one rig, or an option does not exist.
+    """
+    from ident.data.compatibility import check_not_repeated
+    from ident.dynamics.effects.library import library
+    from ident.estimation import estimators
+    from ident.identification.identify import FitOptions, identify
+    from ident.identification.model import Model
+
+    paths, held_out = _paths(files), Path(validate) if validate else None
+    check_not_repeated([*paths, *([held_out] if held_out else [])])
+    options = FitOptions(
+        method=method,
+        settings=estimators.settings(method, settings or {}),
+        seed=seed,
+        preprocessing=preprocessing,
+        cutoff=cutoff,
+        effects=tuple(effects),
+        effect_files=_paths(effect_files),
+        physical=physical,
+        intervals=intervals,
+    )
+    identification = identify(paths, held_out, options, progress)
+    return Model(identification.model, library(options.effect_files), identification)
+
+
+def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
+    """Load a model file. `effect_files`: Python files with effects of your own that the model has; they are executed.
+
+    Raises:
+        BadInput: the file is missing, is not a model, or an effect file cannot be used.
+    """
+    from ident.dynamics.effects.library import library
+    from ident.identification import model_file
+    from ident.identification.model import Model
+
+    return Model(model_file.load(Path(path)), library(_paths(effect_files)))
+
+
+def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
+    """Compare `model` with the recordings `files`: the residual by joint, phase, window, quantity and frequency.
+
+    Raises:
+        BadInput: a recording cannot be used, or is of another rig than the model.
+    """
+    from ident.identification.prediction import predict
+    from ident.residuals.analysis import analyse
+
+    return analyse(model.file, predict(model.file, _paths(files), model.effects))
+
+
+def diagnose(
+    files: Sequence[File],
+    validate: File | Sequence[File] = (),
+    *,
+    model: Model | None = None,
+    effect_files: Sequence[File] = (),
+    preprocessing: str = "parallel",
+    cutoff: float | None = None,
+    only: Sequence[str] = (),
+    progress: StatusCallback = lambda text: None,
+) -> DiagnosisResult:
+    """Find the physical effects that the model of the recordings `files` lacks, with the evidence.
+
+    validate: recordings of other motions that no fit sees; without any, phase segments are held out.
+    model: the model whose effects are the start; None: the base model.
+    effect_files: Python files with effects of your own; they are executed.
+    preprocessing, cutoff: as in `fit`.
+    only: effects to add in this order, without any others.
+
+    Raises:
+        BadInput: a recording cannot be used, the recordings are not of one rig, or an effect does not exist.
+    """
+    from ident.diagnosis.diagnosis import DiagnosisOptions
+    from ident.diagnosis.result import diagnosed
+
+    held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate)
+    options = DiagnosisOptions(preprocessing, cutoff, tuple(only))
+    return diagnosed(_paths(files), held_out, _paths(effect_files), options, progress, model)
+
+
+def _paths(files: Sequence[File]) -> tuple[Path, ...]:
+    if isinstance(files, (str, Path)):
+        raise BadInput(f"a list of files expected, '{files}' found; write [{str(files)!r}]")
+    return tuple(Path(file) for file in files)

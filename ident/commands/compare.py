@@ -10,7 +10,7 @@ FILE = click.Path(path_type=Path)
 
 
 @click.command(epilog="Example: ident compare fig5a.model.json fig5b.mcap")
-@click.argument("model_file", metavar="MODEL", type=FILE)
+@click.argument("model_path", metavar="MODEL", type=FILE)
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, type=FILE)
 @click.option(
     "--effect-file",
@@ -24,7 +24,7 @@ FILE = click.Path(path_type=Path)
 @click.option("--force", is_flag=True, help="Replace existing pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(
-    model_file: Path,
+    model_path: Path,
     files: tuple[Path, ...],
     effect_files: tuple[Path, ...],
     plots: Path | None,
@@ -40,21 +40,18 @@ def command(
 
     from rich.console import Console
 
-    from ident.dynamics.effects.library import library
-    from ident.identification import model_file, prediction
+    import ident
     from ident.output.console import residuals as console_table
     from ident.output.plots import residuals as pictures
     from ident.output.plots.folder import staged_folder
-    from ident.residuals import analysis
 
     plots = plots or files[0].with_suffix(".compare")
     refuse_existing(plots, force=force)
-    identified = model.load(model_file)
-    result = analysis.analyse(identified, prediction.predict(identified, files, library(effect_files)))
+    result = ident.compare(ident.load_model(model_path, effect_files), files)
     with staged_folder(plots) as folder:
         pictures.draw(result, folder)
     if as_json:
-        click.echo(json.dumps(analysis.as_json(result), indent=2, allow_nan=False))
+        click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
     else:
         console_table.show(result, Console())
     click.echo(f"pictures: {plots}", err=True)

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
 from recordings.command_line import FiniteRange, refuse_existing
 from recordings.errors import BadInput
-
-if TYPE_CHECKING:
-    from ident.diagnosis.diagnosis import Diagnosis
-    from ident.identification.model_file import ModelFile
 
 FILE = click.Path(path_type=Path)
 
@@ -31,7 +26,7 @@ FILE = click.Path(path_type=Path)
     metavar="FILE",
     help="Validate on this recording of another motion, which no fit uses. May be repeated.",
 )
-@click.option("--model", "model_file", type=FILE, metavar="MODEL", help="Start from the effects of this model.")
+@click.option("--model", "model_path", type=FILE, metavar="MODEL", help="Start from the effects of this model.")
 @click.option(
     "--effect-file",
     "effect_files",
@@ -80,7 +75,7 @@ FILE = click.Path(path_type=Path)
 def command(
     files: tuple[Path, ...],
     validate: tuple[Path, ...],
-    model_file: Path | None,
+    model_path: Path | None,
     effect_files: tuple[Path, ...],
     preprocess: str,
     cutoff: float | None,
@@ -102,7 +97,7 @@ def command(
     out = out or files[0].with_suffix(".model.json")
     plots = plots or (None if as_json else files[0].with_suffix(".diagnose"))
     written = (plots, out if apply else None, stand_in)
-    start_files = [model_file] if model_file else []
+    start_files = [model_path] if model_path else []
     _check_output_paths([path for path in written if path], force, [*files, *validate, *effect_files, *start_files])
     _check_output_kinds(plots, [path for path in written[1:] if path])
 
@@ -110,30 +105,38 @@ def command(
 
     from rich.console import Console
 
+    import ident
     from ident.diagnosis import answer
-    from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-    from ident.dynamics.effects.library import library
-    from ident.identification import model_file
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
     from ident.output.plots import diagnosis as pictures
     from ident.output.plots.folder import staged_folder
 
-    start_model = model.load(model_file) if model_file else None
-    effects = library(effect_files)
+    start = ident.load_model(model_path, effect_files) if model_path else None
     with spinner() as progress:
-        result = diagnose(files, validate, effects, DiagnosisOptions(preprocess, cutoff, only), progress, start_model)
-        document = answer.to_document(result)
+        result = ident.diagnose(
+            files,
+            validate,
+            model=start,
+            effect_files=effect_files,
+            preprocessing=preprocess,
+            cutoff=cutoff,
+            only=only,
+            progress=progress,
+        )
+        document = result.document
         if plots:
             progress("drawing")
             with staged_folder(plots, pictures.OPTIONAL_PICTURES) as folder:
-                pictures.draw(result, document, folder)
+                pictures.draw(result.diagnosis, document, folder)
         if stand_in:
             progress("learning curves for the unexplained residual")
-            document = document.model_copy(update={"stand_in": answer.write_learned_curve(result, stand_in)})
+            document = document.model_copy(
+                update={"stand_in": answer.write_learned_curve(result.diagnosis, stand_in)}
+            )
         if apply:
             progress("fitting the model with all effects found")
-            model.save(_improved(result, files, validate[0] if validate else None, preprocess), out)
+            result.apply().save(out)
     if as_json:
         click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
     else:
@@ -170,15 +173,3 @@ def _check_options(apply: bool, out: Path | None, validate: Sequence[Path], stan
         )
     if stand_in and stand_in.suffix != ".py":
         raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")
-
-
-def _improved(diagnosis: Diagnosis, files: Sequence[Path], validate: Path | None, preprocess: str) -> ModelFile:
-    """Return the last model of the selection with its linear parameters fitted to all recordings."""
-    from ident.estimation import estimators
-    from ident.identification import identify
-
-    solution = diagnosis.selection.steps[-1].model.solution
-    bandwidth = diagnosis.split.datasets[0].bandwidth
-    options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, preprocess, bandwidth)
-    fixed_model = solution.structure, solution.x
-    return identify.identify(files, validate, options, lambda *_: None, fixed_model).model

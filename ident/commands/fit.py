@@ -13,6 +13,7 @@ from recordings.errors import BadInput
 
 if TYPE_CHECKING:
     from ident.identification.identify import Identification
+    from ident.identification.model import Model
     from ident.uncertainty.covariance import IntervalMethod
 
 FILE = click.Path(path_type=Path)
@@ -119,21 +120,30 @@ def command(
     plots = plots or files[0].with_suffix(".plots")
     refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
 
-    from ident.data.compatibility import check_not_repeated
+    import ident
     from ident.estimation import estimators
-    from ident.identification.identify import FitOptions, identify
     from ident.output.console.progress import progress_bar
-
-    check_not_repeated((*files, *([validate] if validate else [])))
 
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
-    settings = estimators.settings(method, {name: value for name, value in given.items() if value is not None})
-    options = FitOptions(method, settings, seed, preprocess, cutoff, effects, effect_files, physical, intervals)
     with progress_bar("reading", "fitting") as progress:
-        result = identify(files, validate, options, progress)
-    _write(result, out, plots)
-    _show(result, as_json, details)
+        model = ident.fit(
+            files,
+            validate,
+            method,
+            effects,
+            effect_files=effect_files,
+            preprocessing=preprocess,
+            cutoff=cutoff,
+            physical=physical,
+            intervals=intervals,
+            seed=seed,
+            settings={name: value for name, value in given.items() if value is not None},
+            progress=progress,
+        )
+    assert model.identification is not None
+    _write(model, model.identification, out, plots)
+    _show(model.identification, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
 
 
@@ -145,9 +155,8 @@ def _check_beside_paper(**given: object) -> None:
             )
 
 
-def _write(result: Identification, out: Path, plots: Path) -> None:
+def _write(model: Model, result: Identification, out: Path, plots: Path) -> None:
     """Write model and pictures, or nothing."""
-    from ident.identification import model_file
     from ident.output.plots.fit import draw
     from ident.output.plots.folder import staged_folder
 
@@ -155,7 +164,7 @@ def _write(result: Identification, out: Path, plots: Path) -> None:
         out.parent.mkdir(parents=True, exist_ok=True)
         with staged_folder(plots) as folder:
             draw(result, folder)
-            model.save(result.model, out)
+            model.save(out)
     except OSError as error:
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
 

@@ -22,14 +22,14 @@ from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.linearized_model import LinearizedModel, fit_shape_parameters, parse_terms
 from ident.estimation.problem import Progress
 from ident.identification.goodness_of_fit import goodness_of_fit
-from ident.identification.model import (
+from ident.identification.model_file import (
     Agreement,
     CertifiedMinimum,
     FitMethod,
     FittedParameter,
     JointDelay,
     JointGoodnessOfFit,
-    Model,
+    ModelFile,
     Preprocessing,
     recording_source,
 )
@@ -69,7 +69,7 @@ class FitOptions:
 class Identification:
     """A fitted model with its data."""
 
-    model: Model
+    model: ModelFile
     mechanism: Mechanism
     fit: Fit
     train: tuple[Dataset, ...]
@@ -102,13 +102,13 @@ def identify(
     result = fit(train, mechanism, options.method, options.settings, generator, progress, options.physical)
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
     effects = effect_terms(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
-    trust, uncertainties = None, (ParameterUncertainty(),) * len(mechanism.parameters)
+    assessment, uncertainties = None, (ParameterUncertainty(),) * len(mechanism.parameters)
     if form is None:
         parameter_changes = _parameter_changes(train, mechanism, options)
-        trust, uncertainties = assess(
+        assessment, uncertainties = assess(
             train, result, mechanism, options.method, parameter_changes, relative, options.intervals
         )
-    model = Model(
+    model = ModelFile(
         mechanism=rig.mechanism,
         form=form,
         effects=tuple(term.name for term in effects),
@@ -137,7 +137,7 @@ def identify(
         ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
-        trust=trust,
+        trust=assessment,
     )
     return Identification(model, mechanism, result, train, validation)
 

@@ -1,198 +1,134 @@
-"""The result of a fit as a file: model.json.
+"""An identified model as an object: torque, voltage and inertia for any motion."""
 
-Deterministic: the same recordings, settings and seed give the same bytes.
-"""
-
-import hashlib
-import json
 from collections.abc import Mapping
-from importlib.metadata import version
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
 
-from pydantic import Field
+import numpy as np
+from numpy.typing import ArrayLike
 
-from ident.identification.goodness_of_fit import GoodnessOfFit
-from ident.uncertainty.assessment import Assessment, ParameterUncertainty
-from recordings.config import Section, validated
+from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.motion import Motion
+from ident.dynamics.torque_map import voltage_from_torque
+from ident.identification import model_file
+from ident.identification.identify import Identification
+from ident.identification.inverse_dynamics import InverseDynamics
+from ident.identification.model_file import ModelFile
+from ident.identification.prediction import structure_of
 from recordings.errors import BadInput
-from recordings.recording import Recording
-from recordings.rig import Geometry, Mechanism, Torque
-
-SCHEMA = 1
+from recordings.recording import Floats
+from recordings.rig import Axis, Rig
 
 
-class FittedParameter(ParameterUncertainty):
-    """One identified parameter and its uncertainty; friction is positive where it opposes motion."""
+@dataclass(frozen=True, eq=False)
+class Model:
+    """An identified model: a mechanism with effects, and the values of their parameters.
 
-    name: str
-    value: float
-    unit: str
-    lower: float
-    """Lower bound of the search region."""
-    upper: float
-    at_bound: bool
-    paper_value: float
-    """Value in the form of Eq. (36), where friction has the opposite sign."""
-
-
-class CertifiedMinimum(Section):
-    """The exact minimum of objective (33), and the estimator's distance from it."""
-
-    minimum: float
-    """Computed minimum [N m]."""
-    lower_bound: float
-    """Proven lower bound of the objective in the search region [N m]."""
-    excess: float
-    """Upper bound of the relative difference between the estimator's objective and the minimum."""
-
-
-class FitMethod(Section):
-    """The estimator and its result."""
-
-    name: str
-    settings: dict[str, Any]
-    seed: int
-    objective: float
-    rows: int
-    certified: CertifiedMinimum | None = None
-    """None if the estimator's objective is not (33)."""
-    diagnostics: dict[str, Any] = Field(default_factory=dict)
-    """Further results of the estimator, such as a rank."""
-
-
-class JointDelay(Section):
-    """Time delay between torque and motion of one joint; positive if the torque follows the voltage."""
-
-    seconds: float
-    half_width: float
-    """Half width of the 95 % interval [s]."""
-
-
-class Preprocessing(Section):
-    """Conversion of measured signals to rows of the regression."""
-
-    name: str
-    bandwidth: float
-    """[Hz]"""
-    rate: float
-    """Rows per second and joint [Hz]."""
-    cutoff: str | None = None
-    """Reason for the bandwidth; None if the preprocessing has a fixed one."""
-    delays: tuple[JointDelay, ...] | None = None
-    """Estimated, not applied; None if the training data do not determine them."""
-
-
-class RecordingSource(Section):
-    """Name and digest of a recording."""
-
-    name: str
-    sha256: str
-    simulated: bool
-
-
-class JointGoodnessOfFit(Section):
-    """Agreement with the measured torque, one number per joint."""
-
-    nrmse: tuple[float, ...]
-    """Eq. (41)."""
-    rms: tuple[float, ...]
-    """[N m]"""
-    r2: tuple[float, ...]
-
-    @classmethod
-    def of(cls, fitness: GoodnessOfFit) -> "JointGoodnessOfFit":
-        """Convert `fitness` to the section of the file."""
-        return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
-
-
-class Agreement(Section):
-    """Goodness of fit on some recordings, of the model and of the manufacturer's model."""
-
-    recordings: tuple[RecordingSource, ...]
-    fitted: JointGoodnessOfFit
-    nominal: JointGoodnessOfFit | None
-    """None if there is no manufacturer's model."""
-
-
-class EffectTerm(Section):
-    """An effect on some joints; its linear coefficients are among the model's parameters."""
-
-    name: str
-    joints: tuple[int, ...]
-    """Numbered from 1."""
-    shapes: dict[str, float] = Field(default_factory=dict)
-    parameters: tuple[dict[str, float], ...] = ()
-    """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
-
-
-class Model(Section):
-    """An identified model."""
-
-    schema_version: Literal[1] = Field(1, alias="schema")
-    software: str = Field(default_factory=lambda: version("delta-workbench"))
-    mechanism: Mechanism
-    form: str | None = None
-    """Alternative linear model of the mechanism (`ident/dynamics/forms/`); None: the mechanism's own model."""
-    effects: tuple[str, ...] = ()
-    """Names of the effects, in the order in which they were added."""
-    terms: tuple[EffectTerm, ...] = ()
-    """The same effects, with their joints and the values that are not among the parameters."""
-    joints: tuple[str, ...]
-    effort_units: tuple[str, ...] = ("N m", "N m", "N m")
-    """Unit of the effort of each joint."""
-    geometry: Geometry | None
-    """Geometry of a delta robot; None for other mechanisms."""
-    torque: Torque
-    relative: bool
-    """True if the torque gain is assumed: all parameters are then known up to one common factor."""
-    parameters: tuple[FittedParameter, ...]
-    method: FitMethod
-    preprocessing: Preprocessing
-    train: Agreement
-    validate_: Agreement | None = Field(None, alias="validate")
-    trust: Assessment | None = None
-    """None for alternative forms of the mechanism, which serve only for comparison."""
-
-    def as_json(self) -> Mapping[str, Any]:
-        """Return the document of the file."""
-        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
-        return document
-
-
-def recording_source(recording: Recording) -> RecordingSource:
-    """Return name and digest of the file of `recording`."""
-    with recording.path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return RecordingSource(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
-
-
-def save(model: Model, path: Path) -> None:
-    """Write `model` to `path`, replacing it in one step."""
-    partial = path.with_name(path.name + ".part")
-    try:
-        partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def load(path: Path) -> Model:
-    """Read a model file.
-
-    Raises:
-        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, or is incomplete.
+    Positions are those that the encoders report. Arrays are time-first, (n, dof), in SI units: [rad], [rad/s],
+    [rad/s^2] and [N m] for a revolute joint, [m], [m/s], [m/s^2] and [N] for a prismatic one.
     """
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise BadInput(f"model file {path} does not exist; check the path") from None
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
-    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
-        raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")
-    if content["schema"] > SCHEMA:
-        raise BadInput(
-            f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
+
+    file: ModelFile
+    """As it stands in a model file: parameters with their intervals, and what they were fitted to."""
+    effects: Mapping[str, Effect]
+    """The library in which the model's effects are looked up."""
+    identification: Identification | None = None
+    """The fit with its data; None for a model that was loaded."""
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """Identified parameters by name, in SI units."""
+        return {parameter.name: parameter.value for parameter in self.file.parameters}
+
+    def save(self, path: str | Path) -> None:
+        """Write the model file `path`, as `ident fit` does."""
+        model_file.save(self.file, Path(path))
+
+    def torque(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None, t: ArrayLike | None = None
+    ) -> Floats:
+        """Torque (n, dof) that a motion takes: Eq. (26), with all effects of the model.
+
+        q, qd, qdd: (n, dof) position, velocity, acceleration.
+        dt: time from row to row [s], for effects that remember what was before.
+        t: (n,) time since the run began [s], for effects that change with it.
+
+        Raises:
+            BadInput: an array has another shape, or an effect needs what is not given.
+        """
+        return self._dynamics.torque(self._inputs(q, qd, qdd, dt, t))
+
+    def voltage(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None, t: ArrayLike | None = None
+    ) -> Floats:
+        """Operating voltage (n, dof) [V] that a motion takes, by the torque map and the effects between the two.
+
+        Arguments and errors: as `torque`.
+        """
+        reported = self._dynamics.reported(self._inputs(q, qd, qdd, dt, t))
+        return voltage_from_torque(reported, self.file.torque)
+
+    def inertia(self, q: ArrayLike) -> Floats:
+        """Inertia matrix D(q) (n, dof, dof) at positions `q` (n, dof), Eq. (27) [kg m^2, or kg].
+
+        Raises:
+            BadInput: `q` has another shape.
+        """
+        at_rest = self._motion(q, np.zeros_like(q, float), np.zeros_like(q, float))
+        inputs = self._dynamics.inputs(at_rest)
+        still = inputs.motion
+
+        def accelerated(joint: int) -> Motion:
+            unit = np.zeros_like(still.acceleration)
+            unit[:, joint] = 1.0
+            return Motion(still.position, still.velocity, unit, still.direction)
+
+        joints = range(still.position.shape[1])
+        columns = [inputs.rigid_at(accelerated(joint)) - inputs.rigid for joint in joints]
+        return np.stack(columns, axis=2)
+
+    @cached_property
+    def _dynamics(self) -> InverseDynamics:
+        return InverseDynamics(*structure_of(self.file, _rig(self.file), self.effects))
+
+    def _inputs(
+        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None, t: ArrayLike | None
+    ) -> EffectInputs:
+        motion = self._motion(q, qd, qdd)
+        return self._dynamics.inputs(motion, dt, _time(t, len(motion.position)))
+
+    def _motion(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Motion:
+        arrays = [np.array(x, float) for x in (q, qd, qdd)]
+        dof = len(self.file.joints)
+        if any(x.ndim != 2 or x.shape != arrays[0].shape or x.shape[1] != dof for x in arrays):
+            found = ", ".join(str(x.shape) for x in arrays)
+            raise BadInput(f"q, qd and qdd of shape (n, {dof}) expected, {found} found; give one row per instant")
+        position, velocity, acceleration = arrays
+        return Motion(position, velocity, acceleration, np.sign(velocity))
+
+
+def _time(t: ArrayLike | None, n: int) -> Floats | None:
+    if t is None:
+        return None
+    time = np.asarray(t, float)
+    if time.shape != (n,):
+        raise BadInput(f"t of shape ({n},) expected, {time.shape} found; give one instant per row")
+    return time
+
+
+def _rig(file: ModelFile) -> Rig:
+    """What of the rig a model file holds: mechanism, geometry and torque map."""
+    if file.mechanism == "delta":
+        assert file.geometry is not None
+        return Rig(name="model", geometry=file.geometry, torque=file.torque)
+    weights = {parameter.name for parameter in file.parameters if parameter.name.startswith("G_")}
+    axes = tuple(
+        Axis(
+            type="revolute" if unit == "N m" else "prismatic",
+            gravity=bool(weights & {f"G_{number}", f"G_c{number}"}),
         )
-    return validated(content, Model, f"model file {path}")
+        for number, unit in enumerate(file.effort_units, start=1)
+    )
+    return Rig(name="model", mechanism="axes", axes=axes, torque=file.torque)

@@ -13,7 +13,7 @@ from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
 from ident.estimation import chunks
-from ident.identification.model import EffectTerm, Model
+from ident.identification.model_file import EffectTerm, ModelFile
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -35,7 +35,7 @@ class Prediction:
         return residual
 
 
-def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
+def predict(model: ModelFile, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
     """Apply `model` to the recordings `files`; `library` holds the effects by name.
 
     Raises:
@@ -56,12 +56,15 @@ def predict(model: Model, files: Sequence[Path], library: Mapping[str, Effect]) 
     return tuple(Prediction(recording.dataset, chunks.torque(recording, structure, x)) for recording in prepared)
 
 
-def structure_of(model: Model, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
+def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:
     """Build the mechanism with effects that `model` describes, and its parameters (K,).
 
     Raises:
         BadInput: the model contains effects or parameters that this software does not know.
     """
+    if model.form:
+        mechanism = mechanisms.create(rig, model.form)
+        return ModelStructure(mechanism, rig), _values(model, mechanism.parameters)
     terms = []
     for term in model.terms or [EffectTerm(name=name, joints=_all_joints(rig)) for name in model.effects]:
         if term.name not in library:
@@ -110,7 +113,7 @@ def _searched_values(term: Term, saved: EffectTerm) -> list[float]:
         ) from None
 
 
-def _values(model: Model, parameters: Sequence[ParameterEntry | Parameter]) -> Floats:
+def _values(model: ModelFile, parameters: Sequence[ParameterEntry | Parameter]) -> Floats:
     expected = [parameter.name for parameter in parameters]
     actual = [parameter.name for parameter in model.parameters]
     if actual != expected:
@@ -124,7 +127,7 @@ def _all_joints(rig: Rig) -> tuple[int, ...]:
     return tuple(range(1, rig.dof + 1))
 
 
-def check_model_rig(model: Model, recording: Recording) -> None:
+def check_model_rig(model: ModelFile, recording: Recording) -> None:
     """Check that `recording` is of the same rig as `model`.
 
     Raises:

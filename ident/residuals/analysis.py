@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import CycleStatistics
-from ident.identification.model import ModelFile
+from ident.identification.model_file import ModelFile
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
 from ident.residuals.curves import BinnedCurve, binned_curves
@@ -50,6 +50,22 @@ class ResidualAnalysis:
         """Sentences on the notable residuals."""
         return phases.sentences([joint.summary for joint in self.joints])
 
+    def as_json(self) -> dict[str, Any]:
+        """Return the document that `ident compare --json` prints, see docs/compare.md; its keys are stable."""
+        datasets = [prediction.dataset for prediction in self.predictions]
+        assert self.model is not None
+        return {
+            "schema": SCHEMA,
+            "recordings": [dataset.recording.path.name for dataset in datasets],
+            "simulated": any(dataset.recording.run.simulated for dataset in datasets),
+            "relative": self.model.relative,
+            "effects": list(self.model.effects),
+            "bandwidth_hz": datasets[0].bandwidth,
+            "joints": [_joint(joint) for joint in self.joints],
+            "windows": [vars(window) for window in self.windows],
+            "where": list(self.sentences),
+        }
+
 
 def analyse(model: ModelFile | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
     """Analyse the residuals of the `predictions` of `model`."""
@@ -68,23 +84,6 @@ def analyse(model: ModelFile | None, predictions: Sequence[Prediction]) -> Resid
         for joint, (unit, summary) in enumerate(zip(units, summaries, strict=True))
     )
     return ResidualAnalysis(model, tuple(predictions), joints, worst_windows(predictions, WINDOWS))
-
-
-def as_json(analysis: ResidualAnalysis) -> dict[str, Any]:
-    """Return the document that `ident compare --json` prints, see docs/compare.md; its keys are stable."""
-    datasets = [prediction.dataset for prediction in analysis.predictions]
-    assert analysis.model is not None
-    return {
-        "schema": SCHEMA,
-        "recordings": [dataset.recording.path.name for dataset in datasets],
-        "simulated": any(dataset.recording.run.simulated for dataset in datasets),
-        "relative": analysis.model.relative,
-        "effects": list(analysis.model.effects),
-        "bandwidth_hz": datasets[0].bandwidth,
-        "joints": [_joint(joint) for joint in analysis.joints],
-        "windows": [vars(window) for window in analysis.windows],
-        "where": list(analysis.sentences),
-    }
 
 
 def _joint(joint: JointAnalysis) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.identification import identify, prediction
-from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.identification.prediction import Prediction
 from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
@@ -39,7 +39,7 @@ def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualV
     return _view(None, analysis.analyse(None, predictions))
 
 
-def _view(model: Model | None, analysed: ResidualAnalysis) -> ResidualView:
+def _view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
     return ResidualView(
         model=model,
         recordings=tuple(dict.fromkeys(item.dataset.recording.path.name for item in analysed.predictions)),

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.diagnosis.document import StepEntry
-from ident.identification.model import Model
+from ident.identification.model_file import ModelFile
 from ident.residuals.windows import Window
 from recordings.recording import Bools, Floats, Ints
 from recordings.rig import Geometry
@@ -109,7 +109,7 @@ class SwarmProgress:
 class SwarmResult:
     """Result of the swarm fit."""
 
-    model: Model
+    model: ModelFile
     progress: SwarmProgress
     sentences: tuple[str, ...]
     """Results of the residual analysis."""
@@ -203,7 +203,7 @@ class CandidateList:
 class ResidualView:
     """Residual analysis of the current model."""
 
-    model: Model | None
+    model: ModelFile | None
     """The current model as written by `ident fit`; None for long recordings until the fit to all of them."""
     recordings: tuple[str, ...]
     unit: str

@@ -76,7 +76,7 @@ class ReportContents:
             "models": [{"name": name, "sha256": digest} for name, digest in self.digests.items()],
             "recordings": [source.model_dump(mode="json") for source in self.sources],
             "comparisons": [
-                {"model": name, "held_out": held_out, "comparison": analysis.as_json(result)}
+                {"model": name, "held_out": held_out, "comparison": result.as_json()}
                 for held_out, group in groups
                 for name, result in group.items()
             ],
@@ -92,7 +92,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     """
     effects = library(request.effect_files)
     paths = dict(zip(_display_names(request.models), request.models, strict=True))
-    models = {name: model.load(path) for name, path in paths.items()}
+    models = {name: model_file.load(path) for name, path in paths.items()}
 
     def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
         results = {}
@@ -116,7 +116,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         digests={name: _digest(path) for name, path in paths.items()},
         analyses=analyses,
         held_out_analyses=held_out,
-        sources=tuple(model.recording_source(recording) for recording in recordings),
+        sources=tuple(model_file.recording_source(recording) for recording in recordings),
         diagnosis=diagnosis,
         document=answer.to_document(diagnosis) if diagnosis else None,
     )

@@ -6,7 +6,7 @@ import sys
 from nicegui import run as background
 from nicegui import ui
 
-from ident.identification import model
+from ident.identification import model_file
 from ident.workbench.cli_equivalent import report_command, shell_script
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.session import WorkbenchSession
@@ -105,7 +105,7 @@ def _save(session: WorkbenchSession, file_name: str) -> None:
 def _save_model(session: WorkbenchSession, file_name: str) -> None:
     assert session.residuals is not None
     assert session.residuals.model is not None
-    model.save(session.residuals.model, session.folder.new_file(file_name, ".json"))
+    model_file.save(session.residuals.model, session.folder.new_file(file_name, ".json"))
     session.saved_model = file_name, session.residuals
     session.mark_changed("folder")
 

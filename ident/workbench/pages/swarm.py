@@ -2,8 +2,8 @@
 
 from nicegui import ui
 
-from ident.identification import model as file
-from ident.identification.model import FittedParameter, Model
+from ident.identification import model_file as file
+from ident.identification.model_file import FittedParameter, ModelFile
 from ident.workbench import plots
 from ident.workbench.pages.page import Page, draw_figure, set_test_id
 from ident.workbench.views import SwarmResult
@@ -66,7 +66,7 @@ def _draw_result(page: Page) -> None:
     _save_row(page, result)
 
 
-def _errors(model: Model) -> None:
+def _errors(model: ModelFile) -> None:
     ui.label("Error").classes("head q-mt-sm")
     units = model.effort_units
     with ui.element("table").classes("figures"):
@@ -76,7 +76,7 @@ def _errors(model: Model) -> None:
             _row("held out", *(f"{value:.4f}" for value in model.validate_.fitted.rms))
 
 
-def _parameters(model: Model) -> None:
+def _parameters(model: ModelFile) -> None:
     ui.label(f"Parameters{', relative' if model.relative else ''}").classes("head q-mt-md")
     with ui.element("table").classes("figures"):
         _row("name", "value", "95 % interval", "unit", "at bound", cell="th")
@@ -110,7 +110,7 @@ def _save_row(page: Page, swarm_result: SwarmResult) -> None:
         set_test_id(save, "swarm-save")
 
 
-def _save(page: Page, file_name: str, model: Model) -> None:
+def _save(page: Page, file_name: str, model: ModelFile) -> None:
     file.save(model, page.session.folder.new_file(file_name, ".json"))
     page.session.mark_changed("folder")
     ui.notify(f"Saved {file_name} next to the recording.", type="positive", position="bottom")

@@ -100,7 +100,7 @@ def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, metho
     result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", "--method", method)
     assert "Eq. (38)" in result.stdout
     assert ("Rank 13 of 14" in result.stdout) == (method == "svd")
-    loaded = model.load(folder / "a.model.json")
+    loaded = model_file.load(folder / "a.model.json")
     assert loaded.form == "lagrange14"
     assert [parameter.name for parameter in loaded.parameters] == [f"theta_{i}" for i in range(1, 15)]
     dataset = build(read(folder / "b.mcap"), mechanisms.create(simulated_rig(), loaded.form), "parallel", None)

@@ -1,85 +1,76 @@
-import json
-from pathlib import Path
-from typing import Any
+"""An identified model as an object."""
 
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from ident.identification import model
+import ident
 from ident.identification.model import Model
 from recordings.errors import BadInput
+from recordings.recording import Floats, Recording
+from tests.ident.test_old_files import OLD
 
-AGREEMENT: dict[str, Any] = {
-    "recordings": [{"name": "a.mcap", "sha256": "00", "simulated": True}],
-    "fitted": {"nrmse": [0.9, 0.9, 0.9], "rms": [0.1, 0.1, 0.1], "r2": [0.9, 0.9, 0.9]},
-    "nominal": {"nrmse": [0.8, 0.8, 0.8], "rms": [0.2, 0.2, 0.2], "r2": [0.5, 0.5, 0.5]},
-}
-CONTENT: dict[str, Any] = {
-    "schema": 1,
-    "software": "0.1.0",
-    "mechanism": "delta",
-    "joints": ["joint_1", "joint_2", "joint_3"],
-    "geometry": {},
-    "torque": {},
-    "relative": True,
-    "parameters": [
-        {"name": "m_p", "value": 1, "unit": "kg", "lower": 0, "upper": 9, "at_bound": False, "paper_value": 1}
-    ],
-    "method": {"name": "pso", "settings": {"particles": 300}, "seed": 0, "objective": 1.5, "rows": 100},
-    "preprocessing": {"name": "parallel", "bandwidth": 30, "rate": 125},
-    "train": AGREEMENT,
-    "validate": AGREEMENT,
-}
+TIME = np.arange(200) / 200
+Q = np.stack([0.2 * np.sin(3 * TIME + shift) for shift in (0.0, 2.1, 4.2)], axis=1)
+QD = np.gradient(Q, TIME, axis=0)
+QDD = np.gradient(QD, TIME, axis=0)
 
 
-def written(path: Path, **changes: Any) -> Path:
-    path.write_text(json.dumps({**CONTENT, **changes}))
-    return path
+@pytest.fixture(scope="module")
+def model(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path_factory: pytest.TempPathFactory
+) -> Model:
+    """Fitted to a recording that follows Eq. (26) exactly."""
+    folder = tmp_path_factory.mktemp("model")
+    files = [write(make(cycles=2, path=folder / "a.mcap"))]
+    return ident.fit(files, method="lad")
 
 
-def test_what_is_saved_is_what_is_loaded(tmp_path: Path) -> None:
-    loaded = model.load(written(tmp_path / "a.json"))
-    assert loaded.validate_ is not None
-    model.save(loaded, tmp_path / "b.json")
-    assert model.load(tmp_path / "b.json") == loaded
-    model.save(loaded, tmp_path / "c.json")
-    assert (tmp_path / "b.json").read_bytes() == (tmp_path / "c.json").read_bytes()
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "b.json", "c.json"]
+def test_fitted_torque_is_that_of_the_true_parameters(model: Model, truth: Floats) -> None:
+    from ident.dynamics import mechanisms
+    from ident.dynamics.motion import Motion
+    from recordings.rig import simulated_rig
+
+    expected = mechanisms.create(simulated_rig()).regressor(Motion(Q, QD, QDD, np.sign(QD))) @ truth
+    np.testing.assert_allclose(model.torque(Q, QD, QDD), expected, rtol=0.02, atol=0.1)
 
 
-def test_a_model_without_validation_is_complete(tmp_path: Path) -> None:
-    assert model.load(written(tmp_path / "a.json", validate=None)).validate_ is None
+def test_voltage_gives_the_torque_through_the_torque_map(model: Model) -> None:
+    voltage = model.voltage(Q, QD, QDD)
+    np.testing.assert_allclose(voltage * np.abs(voltage), model.torque(Q, QD, QDD), atol=1e-9)
+
+
+def test_inertia_is_symmetric_positive_definite_and_the_torque_per_acceleration(model: Model) -> None:
+    inertia = model.inertia(Q)
+    np.testing.assert_allclose(inertia, inertia.swapaxes(1, 2), atol=1e-9)
+    assert (np.linalg.eigvalsh(inertia) > 0).all()
+    more = model.torque(Q, QD, QDD + [0.0, 1.0, 0.0]) - model.torque(Q, QD, QDD)
+    np.testing.assert_allclose(inertia[:, :, 1], more, atol=1e-9)
+
+
+def test_saved_and_loaded_it_gives_the_same_torque(model: Model, tmp_path: Path) -> None:
+    model.save(tmp_path / "m.json")
+    loaded = ident.load_model(tmp_path / "m.json")
+    assert loaded.parameters == model.parameters
+    np.testing.assert_array_equal(loaded.torque(Q, QD, QDD), model.torque(Q, QD, QDD))
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"schema": 2}, "schema up to 1 expected, 2 found; update"),
-        ({"schema": None}, "is it a model"),
-        ({"mechanism": "octopod"}, "mechanism"),
-        ({"parameters": [{"name": "m_p"}]}, "parameters"),
-        ({"surprise": 1}, "unknown key 'surprise'"),
-    ],
+    "name", ["stribeck", "signal", "stateful", "rls", "lad", "diagnosed", "slide", "learned", "tight_spot"]
 )
-def test_what_is_not_our_model_is_refused(tmp_path: Path, changes: dict[str, Any], message: str) -> None:
-    with pytest.raises(BadInput, match=message):
-        model.load(written(tmp_path / "a.json", **changes))
+def test_models_of_earlier_versions_give_torque(name: str) -> None:
+    files = [OLD / f"{name}.py"] if name in ("learned", "tight_spot") else []
+    loaded = ident.load_model(OLD / f"{name}.model.json", files)
+    dof = len(loaded.file.joints)
+    torque = loaded.torque(Q[:, :dof], QD[:, :dof], QDD[:, :dof], dt=TIME[1], t=TIME)
+    assert torque.shape == (len(TIME), dof)
+    assert np.isfinite(torque).all()
 
 
-@pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"{", b"[1]", b"89"])
-def test_what_is_no_model_at_all_is_refused(tmp_path: Path, content: bytes) -> None:
-    path = tmp_path / "a.json"
-    path.write_bytes(content)
-    with pytest.raises(BadInput, match=r"a\.json"):
-        model.load(path)
-
-
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="does not exist"):
-        model.load(tmp_path / "none.json")
-
-
-def test_the_software_signs_its_models() -> None:
-    content = {key: value for key, value in CONTENT.items() if key not in ("software", "schema")}
-    signed = Model.model_validate_json(json.dumps(content))
-    assert signed.as_json()["schema"] == model.SCHEMA
-    assert signed.software
+def test_arrays_of_other_shapes_are_refused(model: Model) -> None:
+    with pytest.raises(BadInput, match=r"shape \(n, 3\) expected"):
+        model.torque(Q[:, :2], QD[:, :2], QDD[:, :2])
+    with pytest.raises(BadInput, match="one instant per row"):
+        model.torque(Q, QD, QDD, t=TIME[:5])

@@ -1,0 +1,198 @@
+"""The result of a fit as a file: model.json.
+
+Deterministic: the same recordings, settings and seed give the same bytes.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field
+
+from ident.identification.goodness_of_fit import GoodnessOfFit
+from ident.uncertainty.assessment import Assessment, ParameterUncertainty
+from recordings.config import Section, validated
+from recordings.errors import BadInput
+from recordings.recording import Recording
+from recordings.rig import Geometry, Mechanism, Torque
+
+SCHEMA = 1
+
+
+class FittedParameter(ParameterUncertainty):
+    """One identified parameter and its uncertainty; friction is positive where it opposes motion."""
+
+    name: str
+    value: float
+    unit: str
+    lower: float
+    """Lower bound of the search region."""
+    upper: float
+    at_bound: bool
+    paper_value: float
+    """Value in the form of Eq. (36), where friction has the opposite sign."""
+
+
+class CertifiedMinimum(Section):
+    """The exact minimum of objective (33), and the estimator's distance from it."""
+
+    minimum: float
+    """Computed minimum [N m]."""
+    lower_bound: float
+    """Proven lower bound of the objective in the search region [N m]."""
+    excess: float
+    """Upper bound of the relative difference between the estimator's objective and the minimum."""
+
+
+class FitMethod(Section):
+    """The estimator and its result."""
+
+    name: str
+    settings: dict[str, Any]
+    seed: int
+    objective: float
+    rows: int
+    certified: CertifiedMinimum | None = None
+    """None if the estimator's objective is not (33)."""
+    diagnostics: dict[str, Any] = Field(default_factory=dict)
+    """Further results of the estimator, such as a rank."""
+
+
+class JointDelay(Section):
+    """Time delay between torque and motion of one joint; positive if the torque follows the voltage."""
+
+    seconds: float
+    half_width: float
+    """Half width of the 95 % interval [s]."""
+
+
+class Preprocessing(Section):
+    """Conversion of measured signals to rows of the regression."""
+
+    name: str
+    bandwidth: float
+    """[Hz]"""
+    rate: float
+    """Rows per second and joint [Hz]."""
+    cutoff: str | None = None
+    """Reason for the bandwidth; None if the preprocessing has a fixed one."""
+    delays: tuple[JointDelay, ...] | None = None
+    """Estimated, not applied; None if the training data do not determine them."""
+
+
+class RecordingSource(Section):
+    """Name and digest of a recording."""
+
+    name: str
+    sha256: str
+    simulated: bool
+
+
+class JointGoodnessOfFit(Section):
+    """Agreement with the measured torque, one number per joint."""
+
+    nrmse: tuple[float, ...]
+    """Eq. (41)."""
+    rms: tuple[float, ...]
+    """[N m]"""
+    r2: tuple[float, ...]
+
+    @classmethod
+    def of(cls, fitness: GoodnessOfFit) -> "JointGoodnessOfFit":
+        """Convert `fitness` to the section of the file."""
+        return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
+
+
+class Agreement(Section):
+    """Goodness of fit on some recordings, of the model and of the manufacturer's model."""
+
+    recordings: tuple[RecordingSource, ...]
+    fitted: JointGoodnessOfFit
+    nominal: JointGoodnessOfFit | None
+    """None if there is no manufacturer's model."""
+
+
+class EffectTerm(Section):
+    """An effect on some joints; its linear coefficients are among the model's parameters."""
+
+    name: str
+    joints: tuple[int, ...]
+    """Numbered from 1."""
+    shapes: dict[str, float] = Field(default_factory=dict)
+    parameters: tuple[dict[str, float], ...] = ()
+    """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
+
+
+class ModelFile(Section):
+    """An identified model."""
+
+    schema_version: Literal[1] = Field(1, alias="schema")
+    software: str = Field(default_factory=lambda: version("delta-workbench"))
+    mechanism: Mechanism
+    form: str | None = None
+    """Alternative linear model of the mechanism (`ident/dynamics/forms/`); None: the mechanism's own model."""
+    effects: tuple[str, ...] = ()
+    """Names of the effects, in the order in which they were added."""
+    terms: tuple[EffectTerm, ...] = ()
+    """The same effects, with their joints and the values that are not among the parameters."""
+    joints: tuple[str, ...]
+    effort_units: tuple[str, ...] = ("N m", "N m", "N m")
+    """Unit of the effort of each joint."""
+    geometry: Geometry | None
+    """Geometry of a delta robot; None for other mechanisms."""
+    torque: Torque
+    relative: bool
+    """True if the torque gain is assumed: all parameters are then known up to one common factor."""
+    parameters: tuple[FittedParameter, ...]
+    method: FitMethod
+    preprocessing: Preprocessing
+    train: Agreement
+    validate_: Agreement | None = Field(None, alias="validate")
+    trust: Assessment | None = None
+    """None for alternative forms of the mechanism, which serve only for comparison."""
+
+    def as_json(self) -> Mapping[str, Any]:
+        """Return the document of the file."""
+        document: dict[str, Any] = self.model_dump(mode="json", by_alias=True)
+        return document
+
+
+def recording_source(recording: Recording) -> RecordingSource:
+    """Return name and digest of the file of `recording`."""
+    with recording.path.open("rb") as file:
+        digest = hashlib.file_digest(file, "sha256").hexdigest()
+    return RecordingSource(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
+
+
+def save(model: ModelFile, path: Path) -> None:
+    """Write `model` to `path`, replacing it in one step."""
+    partial = path.with_name(path.name + ".part")
+    try:
+        partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
+        partial.replace(path)
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def load(path: Path) -> ModelFile:
+    """Read a model file.
+
+    Raises:
+        BadInput: the file is missing, is not JSON, has a newer schema or an unknown mechanism, or is incomplete.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInput(f"model file {path} does not exist; check the path") from None
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise BadInput(f"model file {path}: JSON written by `ident fit` expected, {error}") from None
+    if not isinstance(content, dict) or not isinstance(content.get("schema"), int):
+        raise BadInput(f"model file {path}: a key 'schema' with an integer expected, none found; is it a model?")
+    if content["schema"] > SCHEMA:
+        raise BadInput(
+            f"model file {path}: schema up to {SCHEMA} expected, {content['schema']} found; update this software"
+        )
+    return validated(content, ModelFile, f"model file {path}")

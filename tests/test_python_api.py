@@ -1,0 +1,65 @@
+"""The Python API: the session of docs/python.md, its bad input, and what importing it costs."""
+
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import ident
+from tests.readme import ROOT
+
+SAMPLES = ROOT / "recordings" / "samples"
+
+
+@pytest.mark.slow
+def test_the_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("fig5a.mcap", "fig5b.mcap"):
+        shutil.copy(SAMPLES / name, tmp_path)
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(
+        r"^```python\n(.*?)^```$", (ROOT / "docs" / "python.md").read_text(), re.MULTILINE | re.DOTALL
+    )
+    session: dict[str, Any] = {}
+    for block in blocks:
+        exec(compile(block, "docs/python.md", "exec"), session)
+    assert session["diagnosis"].verdict == "adequate"
+    assert session["better"].file.effects == ("rod_inertia",)
+    steps = session["diagnosis"].document.rungs
+    assert max(steps[-1].validate_rms) < 0.3 * min(steps[0].validate_rms)
+    assert session["torque"].shape == session["voltage"].shape == (1001, 3)
+    assert session["inertia"].shape == (1001, 3, 3)
+    with pytest.raises(ident.BadInput, match=r"nothing\.mcap"):
+        ident.fit(["nothing.mcap"])
+
+
+def test_import_is_light() -> None:
+    heavy = ("scipy", "numba", "matplotlib", "pydantic", "plotly")
+    code = f"import sys, ident; print([name for name in {heavy} if name in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def test_every_public_name_has_a_docstring_and_its_types() -> None:
+    for name in ident.__all__:
+        public = getattr(ident, name)
+        assert public.__doc__, name
+        if not isinstance(public, type):
+            assert set(public.__annotations__) >= {"return"}, name
+
+
+def test_a_file_in_place_of_a_list_of_files_is_refused() -> None:
+    with pytest.raises(ident.BadInput, match="a list of files expected"):
+        ident.fit("fig5a.mcap")
+    with pytest.raises(ident.BadInput, match="does not exist"):
+        ident.read("nothing.mcap")
+
+
+def test_an_unknown_method_or_setting_is_refused() -> None:
+    with pytest.raises(ident.BadInput, match="pso"):
+        ident.fit(["a.mcap"], method="magic")
+    with pytest.raises(ident.BadInput, match="'colour'"):
+        ident.fit(["a.mcap"], settings={"colour": "red"})
