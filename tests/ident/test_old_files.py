@@ -67,9 +67,9 @@ def slide(path: Path, seed: int) -> Path:
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in RMS])
 def test_old_models_give_the_same_residual(ident: Runner, tmp_path: Path, name: str) -> None:
     pictures = ["--plots", tmp_path / "pictures"]
-    done = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), *pictures, "--json")
-    assert done.code == 0, done.err
-    assert [joint["rms"] for joint in json.loads(done.out)["joints"]] == pytest.approx(RMS[name], rel=CLOSE)
+    result = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), *pictures, "--json")
+    assert result.code == 0, result.err
+    assert [joint["rms"] for joint in json.loads(result.out)["joints"]] == pytest.approx(RMS[name], rel=CLOSE)
 
 
 @pytest.mark.slow
@@ -78,16 +78,16 @@ def test_an_old_model_of_another_mechanism_gives_the_same_residual(
 ) -> None:
     table = slide(tmp_path / "slide.csv", seed=1)
     assert daq("import", table, "--out", "slide.mcap", "--mechanism", "axes", "--joints", "prismatic").code == 0
-    done = ident("compare", model("slide"), "slide.mcap", "--json")
-    assert done.code == 0, done.err
-    assert json.loads(done.out)["joints"][0]["rms"] == pytest.approx(0.0549399699, rel=CLOSE)
+    result = ident("compare", model("slide"), "slide.mcap", "--json")
+    assert result.code == 0, result.err
+    assert json.loads(result.out)["joints"][0]["rms"] == pytest.approx(0.0549399699, rel=CLOSE)
 
 
 @pytest.mark.parametrize("name", FILES)
 def test_old_effect_files_are_listed(ident: Runner, name: str) -> None:
-    done = ident("effects", name, *effect_file(name))
-    assert done.code == 0, done.err
-    assert name in done.out
+    result = ident("effects", name, *effect_file(name))
+    assert result.code == 0, result.err
+    assert name in result.out
 
 
 @pytest.mark.slow
@@ -101,17 +101,17 @@ def test_old_effect_files_are_listed(ident: Runner, name: str) -> None:
 def test_old_effect_files_are_fitted(ident: Runner, tmp_path: Path, name: str, rms: tuple[float, ...]) -> None:
     outputs = ["-o", "new.model.json", "--plots", tmp_path / "pictures"]
     recording = SAMPLES / "fig5a.mcap"
-    done = ident("fit", recording, "--method", "ls", "--with", f"{name}:2", *effect_file(name), *outputs, "--json")
-    assert done.code == 0, done.err
-    assert json.loads(done.out)["train"]["fitted"]["rms"] == pytest.approx(rms, rel=CLOSE)
+    result = ident("fit", recording, "--method", "ls", "--with", f"{name}:2", *effect_file(name), *outputs, "--json")
+    assert result.code == 0, result.err
+    assert json.loads(result.out)["train"]["fitted"]["rms"] == pytest.approx(rms, rel=CLOSE)
 
 
 @pytest.mark.slow
 def test_a_diagnosis_starts_from_an_old_model(ident: Runner) -> None:
-    old = ["--model", model("tight_spot"), *effect_file("tight_spot")]
-    done = ident("diagnose", SAMPLES / "fig5a.mcap", "--validate", SAMPLES / "fig5b.mcap", *old, "--json")
-    assert done.code == 0, done.err
-    document, rms = json.loads(done.out), (0.3079087039, 0.3146944022, 0.2953723600)
+    options = ["--model", model("tight_spot"), *effect_file("tight_spot")]
+    result = ident("diagnose", SAMPLES / "fig5a.mcap", "--validate", SAMPLES / "fig5b.mcap", *options, "--json")
+    assert result.code == 0, result.err
+    document, rms = json.loads(result.out), (0.3079087039, 0.3146944022, 0.2953723600)
     assert document["verdict"] == "adequate"
     assert "tight_spot" in document["rungs"][0]["effects"]
     assert document["rungs"][0]["validate_rms"] == pytest.approx(rms, rel=CLOSE)

@@ -1,7 +1,7 @@
 """Effect files written for earlier versions: they load unchanged.
 
 Earlier versions kept what an effect file imports in other modules, and had other names for some of it. `translated`
-makes the imports of such a file refer to this module, which holds everything under its earlier name.
+redirects the imports of such a file to this module, which holds everything under its earlier name.
 """
 
 import ast
@@ -24,6 +24,12 @@ from ident.dynamics.platform import Platform as Platform
 from ident.dynamics.platform import platform as platform
 from ident.dynamics.rods import GRAVITY as GRAVITY
 from ident.dynamics.rods import torque as torque
+from ident.filters import contiguous_slices
+from ident.filters import convolve as convolve
+from ident.filters import first_derivative as first_derivative
+from ident.filters import low_pass as low_pass
+from ident.filters import mean_sign as mean_sign
+from ident.filters import second_derivative as second_derivative
 from ident.numba_cache import compiled as compiled
 from recordings.errors import BadInput
 
@@ -33,21 +39,24 @@ Times = learned_curve.Multiplier
 is_never = base.is_infinite
 effect_of = learned_curve.learned_effect
 source = learned_curve.effect_file_text
+stretches = contiguous_slices
 own_inertia = flexible_joints.joint_inertia
 pull = rods.horizontal_gravity_torque
 not_a_command = torque_map.amplifier_unobservable
 
-_GATHERED = ("arms", "compiled", "effects", "forearms", "motion", "platform", "stand_in", "torque_map", "view")
-"""Earlier modules of `ident` whose contents are here."""
+_COLLECTED = (
+    "ident.arms", "ident.compiled", "ident.effects", "ident.forearms", "ident.motion",
+    "ident.platform", "ident.signals", "ident.stand_in", "ident.torque_map", "ident.view",
+)  # fmt: skip
+"""Earlier modules whose contents are in this module."""
 _MOVED = {
     "ident.effects": "ident.dynamics.effects.library",
     "ident.forms": "ident.dynamics.forms",
     "ident.mechanisms": "ident.dynamics.mechanisms",
-    "ident.signals": "ident.filters",
 }
-"""Earlier modules and packages that are elsewhere with all their submodules."""
+"""Earlier packages: present package of their submodules."""
 _LIBRARY = ("names", "load", "library", "from_file")
-"""Functions of the library of effects; it reads effect files itself, so that it is imported when it is needed."""
+"""Functions of the library of effects, which reads effect files itself and is therefore imported on demand."""
 _RENAMED = {
     "starts": "initial_guesses",
     "open": "implausible_bound",
@@ -72,11 +81,11 @@ _RENAMED = {
     "shares": "motor_shares",
     "halves": "half_gaps",
 }
-"""Attributes and keywords: earlier name, present name."""
+"""Attributes and keywords: present name by earlier name."""
 
 
 def _with_keywords(function: Callable[..., Any], renamed: dict[str, str]) -> Callable[..., Any]:
-    """`function`, whose keywords may be the earlier ones; its arguments and its result have earlier names, too."""
+    """Let `function` accept `renamed` keywords; its arguments and result answer to earlier names."""
 
     @wraps(function)
     def call(*arguments: Any, **keywords: Any) -> Any:
@@ -87,7 +96,7 @@ def _with_keywords(function: Callable[..., Any], renamed: dict[str, str]) -> Cal
 
 
 class _Names:
-    """Adds the earlier names of attributes to a class."""
+    """Adds the earlier names of attributes."""
 
     def __getattr__(self, name: str) -> Any:
         if name not in _RENAMED:
@@ -97,7 +106,7 @@ class _Names:
 
 
 class _Description(_Names):
-    """Adds the earlier keywords to the class of a description; its functions receive inputs with earlier names."""
+    """Adds the earlier keywords; functions among them receive inputs that answer to earlier names."""
 
     def __init__(self, *arguments: Any, **keywords: Any) -> None:
         present = {name: value for name, value in keywords.items() if name not in _RENAMED}
@@ -141,11 +150,11 @@ voltage_from_torque = _with_keywords(torque_map.voltage_from_torque, {"map_": "t
 
 
 def _with_names(value: Any) -> Any:
-    """`value`, as an object of the class with the earlier names if there is one."""
+    """Return `value`, as an object of the class with the earlier names if there is one."""
     for present, earlier in ((EffectInputs, View), (flexible_joints.FlexibleJoints, Arms)):
         if type(value) is present:
             twin = object.__new__(earlier)
-            object.__setattr__(twin, "__dict__", value.__dict__)  # shared, with all that is cached in it
+            object.__setattr__(twin, "__dict__", value.__dict__)  # shared, including cached properties
             return twin
     return value
 
@@ -158,10 +167,10 @@ def __getattr__(name: str) -> Any:
 
 
 def translated(tree: ast.Module, path: Path) -> ast.Module:
-    """The syntax `tree` of the effect file `path`, with imports of earlier modules changed to present ones.
+    """Redirect imports of earlier modules in the syntax `tree` of the effect file `path`.
 
     Raises:
-        BadInput: the file imports what no longer exists.
+        BadInput: the file imports a module or a name that no longer exists.
     """
     changed: ast.Module = ast.fix_missing_locations(_Imports(path).visit(tree))
     return changed
@@ -184,7 +193,7 @@ class _Imports(ast.NodeTransformer):
             return ast.Import([ast.alias(submodule, alias.asname or alias.name)])
         self._check_exists(module)
         present = _present(module) or module
-        if present == __name__ and alias.name != "*" and not hasattr(importlib.import_module(present), alias.name):
+        if present == __name__ and alias.name not in ("*", *_LIBRARY, *globals()):
             raise self._gone(name)
         return ast.ImportFrom(present, [alias], 0)
 
@@ -211,14 +220,14 @@ class _Imports(ast.NodeTransformer):
 
     def _gone(self, name: str) -> BadInput:
         return BadInput(
-            f"effect file {self._path}: imports of what an effect may use expected, {name} found, which no longer "
-            "exists; see docs/effects.md and change the file"
+            f"effect file {self._path}: imports of what docs/effects.md lists expected, {name} found, which "
+            "does not exist (any longer); change the file"
         )
 
 
 def _present(module: str) -> str | None:
-    """The present module with the contents of the earlier `module`; None if it is no earlier module."""
-    if module.removeprefix("ident.") in _GATHERED:
+    """Return the present module with the contents of the earlier `module`; None if it is no earlier module."""
+    if module in _COLLECTED:
         return __name__
     for earlier, present in _MOVED.items():
         moved = present + module.removeprefix(earlier)

@@ -90,9 +90,9 @@ def _weights(i: int, axis: Axis) -> tuple[Parameter, ...]:
         return (Parameter(f"G_{i}", "N", f"force that holds joint {i} against its weight"),)
     return tuple(
         Parameter(
-            f"G_{part}{i}", "N m", f"part of the torque that holds joint {i} which goes with {shape} of its angle"
+            f"G_{suffix}{i}", "N m", f"part of the torque that holds joint {i} which goes with {shape} of its angle"
         )
-        for part, shape in (("c", "the cosine"), ("s", "the sine"))
+        for suffix, shape in (("c", "the cosine"), ("s", "the sine"))
     )
 
 
