@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects import earlier_files
 from ident.dynamics.effects.base import Additive, Effect, Signal
 from ident.dynamics.effects.validation import validation_error
 from recordings.errors import BadInput
@@ -27,13 +26,15 @@ def from_file(path: Path) -> Effect:
     Raises:
         BadInput: the file is missing, fails, or holds no effect.
     """
+    from ident.dynamics.effects.earlier_files import translated
+
     if path.suffix != ".py" or not path.is_file():
         raise BadInput(f"effect file {path}: an existing Python file (.py) expected, none found; check the path")
 
     module = ModuleType(path.stem)
     module.__file__ = str(path)
     try:
-        tree = earlier_files.translated(ast.parse(path.read_bytes()), path)
+        tree = translated(ast.parse(path.read_bytes()), path)
         exec(compile(tree, str(path), "exec", dont_inherit=True), vars(module))
     except BadInput:
         raise
