@@ -58,14 +58,18 @@ def sample(recording: Recording) -> Samples:
     drive, is_torque = drive_signal(recording), holds_torque(recording)
     _check_motion_and_drive(recording, drive)
     _check_increasing_time(recording)
-    rate, index, even = _grid(recording)
+    rate, index, uniform = _grid(recording)
     _check_rate(recording, rate)
-    position = _on_grid(recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, even=even)
+    position = _on_grid(
+        recording, recording.position, _delay(recording, POSITION_DELAY), rate, index, uniform=uniform
+    )
     torque = drive if is_torque else torque_from_voltage(drive, recording.rig.torque)
     slope = np.ones_like(drive) if is_torque else torque_per_volt(drive, recording.rig.torque)
     delay = _median_delay(_delay(recording, VOLTAGE_DELAY))
     # The torque is computed before interpolation, since its map is nonlinear and voltages ripple.
-    drive, torque, slope = (_on_grid(recording, x, delay, rate, index, even=even) for x in (drive, torque, slope))
+    drive, torque, slope = (
+        _on_grid(recording, x, delay, rate, index, uniform=uniform) for x in (drive, torque, slope)
+    )
     repeat, phase = _cycles(recording, index, rate)
     return Samples(
         rate=rate,
@@ -138,7 +142,7 @@ def _grid(recording: Recording) -> tuple[float, Ints, bool]:
     """Rate of the grid [Hz], the nearest instant of each sample, and whether the samples lie on the grid."""
     rate = recording.run.rate
     index = np.rint(recording.time * rate).astype(np.int64)
-    if _is_even(recording, index):
+    if _is_uniform(recording, index):
         return rate, index, True
     rate = float(1 / np.median(np.diff(recording.time)))
     last = int(recording.time[-1] * rate * (1 + 1e-12))
@@ -165,21 +169,21 @@ def _median_delay(delay: Floats | None) -> Floats | None:
 
 
 def _on_grid(
-    recording: Recording, x: Floats, delay: Floats | None, rate: float, index: Ints, *, even: bool
+    recording: Recording, x: Floats, delay: Floats | None, rate: float, index: Ints, *, uniform: bool
 ) -> Floats:
     """Resample `x` (n, dof) to the grid."""
-    if even and delay is None:
+    if uniform and delay is None:
         return _fill_gaps(x, index)
     time = np.broadcast_to(recording.time[:, None], x.shape)
     if delay is not None:
         time = time + delay
     instants = np.arange(index[-1] + 1) / rate
-    longest = (MAX_DELAYED_STEP if even else MAX_STEP) / rate
+    longest = (MAX_DELAYED_STEP if uniform else MAX_STEP) / rate
     columns = [_interpolate(t, signal, instants, longest) for t, signal in zip(time.T, x.T, strict=True)]
     return np.stack(columns, axis=1)
 
 
-def _is_even(recording: Recording, index: Ints) -> bool:
+def _is_uniform(recording: Recording, index: Ints) -> bool:
     """Whether every sample is close to its SYNC `index` (n,), with at most one sample per SYNC."""
     off = np.abs(recording.time * recording.run.rate - index)
     return bool((np.diff(index) >= 1).all() and off.max() <= MAX_LATENESS)
