@@ -103,8 +103,8 @@ class Model:
         arrays = [np.array(x, float) for x in (q, qd, qdd)]
         dof = len(self.file.joints)
         if any(x.ndim != 2 or x.shape != arrays[0].shape or x.shape[1] != dof for x in arrays):
-            found = ", ".join(str(x.shape) for x in arrays)
-            raise BadInput(f"q, qd and qdd of shape (n, {dof}) expected, {found} found; give one row per instant")
+            shapes = ", ".join(str(x.shape) for x in arrays)
+            raise BadInput(f"q, qd and qdd of shape (n, {dof}) expected, {shapes} found; give one row per instant")
         position, velocity, acceleration = arrays
         return Motion(position, velocity, acceleration, np.sign(velocity))
 
