@@ -61,7 +61,7 @@ def search(
         BadInput: there is no motion within the limits.
     """
     problem = DesignProblem(rig, mechanism, criterion, period, harmonics, np.ones(len(mechanism.parameters)))
-    starts = _starts(problem, generator)
+    starts = _initial_guesses(problem, generator)
     if criterion != "t":  # the columns of criterion "t" are normalized already
         problem = replace(problem, scale=np.maximum(problem.column_sizes(starts[0]), 1e-9))
     steps = count(1)
@@ -83,14 +83,14 @@ def random_motion(
         BadInput: there is no motion within the limits.
     """
     problem = DesignProblem(rig, mechanism, "d", period, harmonics, np.ones(len(mechanism.parameters)))
-    return _within_limits(problem.series(_starts(problem, generator)[0]), rig)
+    return _within_limits(problem.series(_initial_guesses(problem, generator)[0]), rig)
 
 
 def _objective(problem: DesignProblem, coefficients: Floats) -> float:
     return float(problem.evaluate(coefficients[None])[0][0])
 
 
-def _starts(problem: DesignProblem, generator: Generator) -> list[Floats]:
+def _initial_guesses(problem: DesignProblem, generator: Generator) -> list[Floats]:
     """RANDOM_STARTS random motions (v,), or fewer if there is no room around some of the centres.
 
     Raises:

@@ -114,7 +114,9 @@ class CandidateSearch:
         candidates, excluded, loss_reductions = self.screen(model, skip)
         if not skip:
             self._screened[effect_key(model)] = candidates
-        return Extensions(tuple(self._refine(model, self._significant(model, candidates))), excluded, loss_reductions)
+        return Extensions(
+            tuple(self._fit_nonlinear(model, self._significant(model, candidates))), excluded, loss_reductions
+        )
 
     def _significant(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[Candidate]:
         return [
@@ -147,7 +149,7 @@ class CandidateSearch:
         """Add the `candidate` to `model` and refit all parameters."""
         return self._drop_impossible_joints(self._best_fit(model, candidate), model)
 
-    def _refine(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[FittedModel]:
+    def _fit_nonlinear(self, model: FittedModel, candidates: Sequence[Candidate]) -> list[FittedModel]:
         """Models with each of the `candidates` that promise enough compared with the best one; the best first."""
         before = model.solution.loss
         models: list[FittedModel] = []
@@ -180,7 +182,7 @@ class CandidateSearch:
             yield self._split.fit_linear(structure, x)
             return
         for start in starts:
-            solution = self._split.refine(start)
+            solution = self._split.fit_nonlinear(start)
             yield solution
             if not multistart and before - solution.loss >= _MIN_REALISED * (before - candidate.loss):
                 return

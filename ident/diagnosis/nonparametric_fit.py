@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import estimate_noise_floor
-from ident.diagnosis.residual_dependence import Dependence
+from ident.diagnosis.residual_dependence import ResidualDependence
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.stepwise_selection import is_supported
@@ -33,7 +33,7 @@ class NonparametricFit:
     """Learned curves and the improvement by them."""
 
     curves: tuple[LearnedCurve, ...]
-    dependences: tuple[Dependence, ...]
+    dependences: tuple[ResidualDependence, ...]
     """The variables of the curves."""
     model: FittedModel
     """The final model with the curves."""
@@ -91,7 +91,7 @@ def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
     residual. The residuals of the other joints are meaningful only after that.
     """
     noise_floor = estimate_noise_floor(split, final.solution, final.residuals)
-    used: list[Dependence] = []
+    used: list[ResidualDependence] = []
     curves: list[LearnedCurve] = []
     model = final
     for _ in range(final.residuals[0].shape[1]):
@@ -123,7 +123,7 @@ def _fit_with_curves(split: SplitData, final: FittedModel, curves: Sequence[Lear
     return FittedModel(solution, split.residuals(solution))
 
 
-def _empty_curves(dependence: Dependence) -> list[LearnedCurve]:
+def _empty_curves(dependence: ResidualDependence) -> list[LearnedCurve]:
     """Curves without knots over the variables of `dependence`."""
     return [
         LearnedCurve(

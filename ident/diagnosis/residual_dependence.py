@@ -37,7 +37,7 @@ class CurveInput:
 
 
 @dataclass(frozen=True)
-class Dependence:
+class ResidualDependence:
     """Variables on which the residual of one joint depends."""
 
     joint: int
@@ -68,10 +68,10 @@ class _Rows:
 
 def find_dependences(
     split: SplitData, solution: Solution, residuals: Sequence[Floats], joints: Sequence[int]
-) -> list[Dependence]:
+) -> list[ResidualDependence]:
     """Dependences of the residuals (m, dof) of the given `joints`; joints that no curve explains are left out."""
     rows = _rows(split, solution, residuals)
-    return [dependence for joint in joints if (dependence := _dependence(rows, joint))]
+    return [dependence for joint in joints if (dependence := _joint_dependence(rows, joint))]
 
 
 def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
@@ -100,7 +100,7 @@ def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> 
     return _Rows(residual, regressor, train, test, joined, factors)
 
 
-def _dependence(rows: _Rows, joint: int) -> Dependence | None:
+def _joint_dependence(rows: _Rows, joint: int) -> ResidualDependence | None:
     candidates = [
         (inputs, _explained_share(rows, joint, _columns(rows, joint, inputs)))
         for inputs in _input_candidates(rows, joint)
@@ -110,7 +110,7 @@ def _dependence(rows: _Rows, joint: int) -> Dependence | None:
         return None
     enough = [candidate for candidate in candidates if candidate[1] >= MIN_RELATIVE_SHARE * best]
     inputs, share = min(enough, key=lambda candidate: (len(_variable_names(joint, candidate[0])), -candidate[1]))
-    return Dependence(joint, inputs, _variable_names(joint, inputs), share)
+    return ResidualDependence(joint, inputs, _variable_names(joint, inputs), share)
 
 
 def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...]]:

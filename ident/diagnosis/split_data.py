@@ -143,13 +143,13 @@ class SplitData:
 
     def fit(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the model `structure` to the training rows, starting from `x` (K,)."""
-        return self.refine(self.fit_linear(structure, x))
+        return self.fit_nonlinear(self.fit_linear(structure, x))
 
     def fit_linear(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the linear parameters of `structure` to the training rows, with the others as in `x` (K,)."""
         return initial_solution(self._train_predictors, structure, x, self._train_weights)
 
-    def refine(self, solution: Solution) -> Solution:
+    def fit_nonlinear(self, solution: Solution) -> Solution:
         """Fit all parameters, starting from those of a `solution`."""
         return levenberg_marquardt(self._train_predictors, solution, self._train_weights)
 

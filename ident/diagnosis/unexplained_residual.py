@@ -7,7 +7,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.diagnosis.noise_floor import NoiseFloor
-from ident.diagnosis.residual_dependence import Dependence, find_dependences
+from ident.diagnosis.residual_dependence import ResidualDependence, find_dependences
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
 from ident.diagnosis.steps import FittedModel
@@ -39,12 +39,12 @@ class UnexplainedResidual:
     variables: tuple[str, ...]
     """Variables on which it depends."""
     sentence: str
-    dependences: tuple[Dependence, ...]
+    dependences: tuple[ResidualDependence, ...]
     """Curves that explain a part of it."""
 
 
 def estimate_unexplained(
-    split: SplitData, model: FittedModel, floor: NoiseFloor, known: Sequence[Dependence] | None = None
+    split: SplitData, model: FittedModel, floor: NoiseFloor, known: Sequence[ResidualDependence] | None = None
 ) -> UnexplainedResidual:
     """The residual of `model` above its noise `floor`.
 
@@ -79,7 +79,7 @@ def estimate_unexplained(
 
 
 def _sentence(
-    significant: bool, dependences: Sequence[Dependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools
+    significant: bool, dependences: Sequence[ResidualDependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools
 ) -> str:
     if not significant:
         return "only noise and encoder quantization."

@@ -29,17 +29,17 @@ def residual_view(
     train, validate = files
     options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
     model = identify.identify([train], validate, options, lambda *_: None, solution).model
-    return _view(model, analysis.analyse(model, prediction.predict(model, [validate or train], library)))
+    return _residual_view(model, analysis.analyse(model, prediction.predict(model, [validate or train], library)))
 
 
 def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
     """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
     indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
     predictions = [Prediction(split.datasets[i], split.datasets[i].torque - model.residuals[i]) for i in indices]
-    return _view(None, analysis.analyse(None, predictions))
+    return _residual_view(None, analysis.analyse(None, predictions))
 
 
-def _view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
+def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
     return ResidualView(
         model=model,
         recordings=tuple(dict.fromkeys(item.dataset.recording.path.name for item in analysed.predictions)),
