@@ -101,9 +101,9 @@ class JointGoodnessOfFit(Section):
     r2: tuple[float, ...]
 
     @classmethod
-    def of(cls, fitness: GoodnessOfFit) -> "JointGoodnessOfFit":
-        """Convert `fitness` to the section of the file."""
-        return cls(nrmse=fitness.nrmse, rms=fitness.rms, r2=fitness.r2)
+    def of(cls, goodness: GoodnessOfFit) -> "JointGoodnessOfFit":
+        """Convert `goodness` to the section of the file."""
+        return cls(nrmse=goodness.nrmse, rms=goodness.rms, r2=goodness.r2)
 
 
 class Agreement(Section):
