@@ -46,7 +46,7 @@ def test_inertia_is_symmetric_positive_definite_and_the_torque_per_acceleration(
     inertia = model.inertia(Q)
     np.testing.assert_allclose(inertia, inertia.swapaxes(1, 2), atol=1e-9)
     assert (np.linalg.eigvalsh(inertia) > 0).all()
-    more = model.torque(Q, QD, QDD + [0.0, 1.0, 0.0]) - model.torque(Q, QD, QDD)
+    more = model.torque(Q, QD, QDD + np.array([0.0, 1.0, 0.0])) - model.torque(Q, QD, QDD)
     np.testing.assert_allclose(inertia[:, :, 1], more, atol=1e-9)
 
 
