@@ -15,6 +15,8 @@ from recordings.errors import RunFailed
 
 _SECOND_RESPONSE_TIMEOUT = 0.01
 """Time that a second drive under the same node id may answer after the first [s]."""
+_LOCKSTEP_RESPONSE_TIMEOUT = 2.0
+"""Response timeout with simulated time, where a stall of this machine is not a silent drive [s]."""
 _ABORT_CODE = struct.Struct("<4xL")
 _ABORT_WITHOUT_ADDRESS = b"\x80\0\0\0"
 """Some drives omit the object's address in an abort."""
@@ -54,7 +56,9 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
         return not begins or data[1:4] == self._request[1:4] or data[:4] == _ABORT_WITHOUT_ADDRESS
 
     def read_response(self) -> bytes:
-        deadline = time.monotonic() + self.RESPONSE_TIMEOUT
+        lockstep = self._link.clock is not None
+        timeout = max(self.RESPONSE_TIMEOUT, _LOCKSTEP_RESPONSE_TIMEOUT) if lockstep else self.RESPONSE_TIMEOUT
+        deadline = time.monotonic() + timeout
         while (frame := self._link.receive(deadline - time.monotonic())) is not None:
             arbitration_id, data = frame
             if arbitration_id != self.tx_cobid or len(data) != 8 or not self._is_response(data):
