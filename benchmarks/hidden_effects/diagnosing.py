@@ -49,7 +49,7 @@ class Answers:
 
 def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     """The line to keep: the document of `ident diagnose`, or the error."""
-    from ident.diagnosis import answer
+    from ident.diagnosis import verdict
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.diagnosis import diagnose as run
 
@@ -57,7 +57,7 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
         found = run([folder / "train.mcap"], [folder / "validate.mcap"], _library(), DiagnosisOptions())
-        line["document"] = _short(answer.to_document(found).as_json())
+        line["document"] = _short(verdict.to_document(found).as_json())
     except Exception as error:  # whatever it is, it is a failed case and no reason to stop
         line["error"] = f"{type(error).__name__}: {error}"
     return line | {"seconds": round(time.monotonic() - start, 2)}

@@ -106,7 +106,7 @@ def command(
     from rich.console import Console
 
     import ident
-    from ident.diagnosis import answer
+    from ident.diagnosis import verdict
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
     from ident.output.plots import diagnosis as pictures
@@ -132,7 +132,7 @@ def command(
         if stand_in:
             progress("learning curves for the unexplained residual")
             document = document.model_copy(
-                update={"stand_in": answer.write_learned_curve(result.diagnosis, stand_in)}
+                update={"stand_in": verdict.write_learned_curve(result.diagnosis, stand_in)}
             )
         if apply:
             progress("fitting the model with all effects found")

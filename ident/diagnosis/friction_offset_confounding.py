@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ident.diagnosis.intervals import parameter_uncertainty
+from ident.diagnosis.parameter_intervals import parameter_uncertainty
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure, Term

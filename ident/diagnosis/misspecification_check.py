@@ -4,11 +4,12 @@ An unknown effect is often approximated by several known effects together. If le
 less on the test rows, these effects are removed.
 """
 
+from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import measure_improvement
 from ident.diagnosis.nonparametric_fit import fit_curves
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel, Selection
-from ident.diagnosis.stepwise_selection import Selector, is_supported
+from ident.diagnosis.stepwise_selection import Selector
 
 
 def remove_imitations(split: SplitData, selector: Selector, selection: Selection) -> Selection:

@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import estimate_noise_floor
 from ident.diagnosis.residual_dependence import ResidualDependence
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.stepwise_selection import is_supported
 from ident.diagnosis.unexplained_residual import estimate_unexplained
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect

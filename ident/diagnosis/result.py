@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.diagnosis.answer import to_document
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document import Document, FindingEntry, Verdict
+from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification.identify import FitOptions, identify

@@ -6,6 +6,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key, is_physical
+from ident.diagnosis.confirmation import is_decisive, is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split_data import SplitData, rms
@@ -21,15 +22,6 @@ MAX_ROUNDS = 3
 """Maximum number of times that the selected effects are reviewed."""
 EQUIVALENT_SHARE = 0.04
 """Candidates whose reductions differ by less than this share are equivalent."""
-MIN_T = 3.5
-"""Student's t from which a test improvement is supported; it is high because many candidates are tried."""
-MIN_LOWER_BOUND = 0.1
-"""Lower bound of the interval from which a test improvement is supported as well."""
-MIN_DECISIVE_SHARE = 0.5
-"""An improvement over an equivalent model is decisive if it removes this share of its excess error."""
-MIN_DECISIVE_REDUCTION = 0.05
-"""Smaller reductions of the mean square, in units of the squared noise floor, are never decisive: the floor is not
-known more accurately."""
 MIN_KEPT_SHARE = 0.05
 """An effect is kept if it explains this share of the excess error without it."""
 MIN_ADDED_SHARE = 0.15
@@ -42,20 +34,6 @@ MAX_FLOOR_RATIO = 1.1
 """Joints with an error above this multiple of the noise floor may need effects of other joints."""
 MIN_TORQUE_SHARE = 0.002
 """Changes of the residual below this share of the torque are ignored."""
-
-
-def is_supported(improvement: Improvement) -> bool:
-    """Whether the test rows support an improvement: a small one in most blocks, or a large one in a few."""
-    return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND
-
-
-def is_decisive(improvement: Improvement) -> bool:
-    """Whether an improvement rules out a model that explains nearly as much."""
-    return (
-        improvement.t_statistic > MIN_T
-        and improvement.share > MIN_DECISIVE_SHARE
-        and improvement.reduction > MIN_DECISIVE_REDUCTION
-    )
 
 
 class Selector:

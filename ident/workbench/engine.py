@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ident.data.samples import holds_torque
-from ident.diagnosis import answer
+from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
 from ident.diagnosis.screening import Candidate
@@ -113,7 +113,7 @@ class Engine:
         self._progress("writing the diagnosis")
         findings = {finding.term.name: finding for finding in reversed(diagnosis.selection.findings)}
         figures = {name: plots.to_dict(before_after(diagnosis, finding)) for name, finding in findings.items()}
-        yield views.DiagnosisView(answer.to_document(diagnosis).as_json(), figures)
+        yield views.DiagnosisView(verdict.to_document(diagnosis).as_json(), figures)
         selection.inputs = DiagnosisInputs(
             diagnosis.split, selection.inputs.observable, diagnosis.unobservable, diagnosis.excerpt_share
         )
@@ -218,7 +218,7 @@ class Engine:
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
             simulated=any(data.recording.run.simulated for data in split.datasets),
             bandwidth=split.datasets[0].bandwidth,
-            held_out=answer.describe_test_data(split),
+            held_out=verdict.describe_test_data(split),
             excerpt=selection.inputs.excerpt_share,
             mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
             diagnosed=selection.model is selection.diagnosed,
@@ -229,7 +229,7 @@ class Engine:
             improvement, (label, terms, x) = step.step.improvement, step.spec
             self._step_views[step] = views.StepView(
                 label=label,
-                entry=answer.step_entry(selection.inputs.split, step.step),
+                entry=verdict.step_entry(selection.inputs.split, step.step),
                 terms=terms,
                 x=x,
                 improvement=improvement.share if improvement else None,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.diagnosis import answer
+from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, diagnose
 from ident.diagnosis.document import Document
 from ident.dynamics.effects.library import library
@@ -118,7 +118,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         held_out_analyses=held_out,
         sources=tuple(model_file.recording_source(recording) for recording in recordings),
         diagnosis=diagnosis,
-        document=answer.to_document(diagnosis) if diagnosis else None,
+        document=verdict.to_document(diagnosis) if diagnosis else None,
     )
 
 

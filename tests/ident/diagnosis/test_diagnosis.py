@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ident.commands.diagnose import command
-from ident.diagnosis import answer
+from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import MAX_TORQUE_LOSS, DiagnosisOptions, _band_share, diagnose, prepare_inputs
 from ident.dynamics.effects.library import library
 from recordings.errors import BadInput
@@ -52,9 +52,9 @@ def test_all_validation_recordings_are_scored_and_not_fitted(
     split = prepare_inputs(files[:1], files[1:], library(), DiagnosisOptions()).split
     assert [bool(rows.any()) for rows in split.train] == [True, False, False]
     assert [bool(rows.any()) for rows in split.test] == [False, True, True]
-    assert answer.describe_test_data(split) == "other recordings: b.mcap, c.mcap"
+    assert verdict.describe_test_data(split) == "other recordings: b.mcap, c.mcap"
     single = prepare_inputs(files[:1], files[1:2], library(), DiagnosisOptions()).split
-    assert answer.describe_test_data(single) == "another recording: b.mcap"
+    assert verdict.describe_test_data(single) == "another recording: b.mcap"
 
 
 def test_apply_allows_a_single_validation_recording(tmp_path: Path) -> None:
@@ -84,9 +84,9 @@ def test_validation_recordings_that_disagree_are_named(
         ),
     ]
     effects = {"rod_inertia": library()["rod_inertia"]}
-    document = answer.to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
+    document = verdict.to_document(diagnose(files[:1], files[1:], effects, DiagnosisOptions()))
     (caution,) = [caution for caution in document.cautions if "disagree" in caution]
     assert f"{tmp_path / 'b.mcap'}: 1" in caution
     assert str(tmp_path / "other" / "b.mcap") in document.held_out
-    single = answer.to_document(diagnose(files[:1], files[1:2], effects, DiagnosisOptions()))
+    single = verdict.to_document(diagnose(files[:1], files[1:2], effects, DiagnosisOptions()))
     assert not [caution for caution in single.cautions if "disagree" in caution]

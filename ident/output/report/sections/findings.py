@@ -1,6 +1,6 @@
 """Section with the effects that the base model lacks."""
 
-from ident.diagnosis import answer
+from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document, FindingEntry
 from ident.diagnosis.steps import Finding
@@ -17,7 +17,7 @@ def section(contents: ReportContents) -> ReportSection | None:
     diagnosis, document = contents.diagnosis, contents.document
     if diagnosis is None or document is None:
         return None
-    pairs = list(zip(document.findings, answer.merge_repeated(diagnosis.selection.findings), strict=True))
+    pairs = list(zip(document.findings, verdict.merge_repeated(diagnosis.selection.findings), strict=True))
     # Effects that every machine of this kind has come last: they are no findings.
     pairs.sort(key=lambda pair: pair[1].term.effect.mandatory)
     blocks: list[ReportBlock] = [

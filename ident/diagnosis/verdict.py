@@ -8,6 +8,7 @@ import numpy as np
 
 from ident.data.samples import holds_torque
 from ident.diagnosis.advice import fit_command, next_motion
+from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import (
     Document,
@@ -20,10 +21,9 @@ from ident.diagnosis.document import (
     StepEntry,
     Verdict,
 )
-from ident.diagnosis.intervals import confidence_intervals
+from ident.diagnosis.parameter_intervals import confidence_intervals
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
-from ident.diagnosis.stepwise_selection import is_supported
 from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import effect_file_text
 from recordings.recording import Floats

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.intervals import encoder_step_errors
+from ident.diagnosis.parameter_intervals import encoder_step_errors
 
 ROWS, STEPS = 4000, 0.05
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from ident.diagnosis.answer import _not_added, to_document
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
+from ident.diagnosis.verdict import _not_added, to_document
 from ident.dynamics.effects.library import library
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")
