@@ -112,7 +112,7 @@ class _Search:
     def fit_linear(self, structure: ModelStructure, x: Any) -> Any:
         return SimpleNamespace(loss=self._initial.pop(0), structure=structure, x=x)
 
-    def refine(self, solution: Any) -> Any:
+    def fit_nonlinear(self, solution: Any) -> Any:
         self.optimized.append(solution.loss)
         return SimpleNamespace(loss=self._final.pop(0), structure=solution.structure, x=solution.x)
 
