@@ -24,9 +24,18 @@ if TYPE_CHECKING:
     from ident.uncertainty.covariance import IntervalMethod
     from recordings.recording import Recording
 
-__all__ = ["BadInput", "RunFailed", "compare", "diagnose", "fit", "load_model", "read"]
+__all__ = ["BadInput", "Model", "RunFailed", "compare", "diagnose", "fit", "load_model", "read"]
 
 File = str | Path
+
+
+def __getattr__(name: str) -> Any:
+    """Load `Model` when it is asked for."""
+    if name == "Model":
+        from ident.identification.model import Model
+
+        return Model
+    raise AttributeError(f"module 'ident' has no attribute '{name}'")
 
 
 def read(path: File) -> Recording:
@@ -112,7 +121,7 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     from ident.identification.prediction import predict
     from ident.residuals.analysis import analyse
 
-    return analyse(model.file, predict(model.file, _paths(files), model.effects))
+    return analyse(model.file, predict(model.file, _paths(files), model.library))
 
 
 def diagnose(

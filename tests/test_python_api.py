@@ -27,7 +27,7 @@ def test_the_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pyte
     for block in blocks:
         exec(compile(block, "docs/python.md", "exec"), session)
     assert session["diagnosis"].verdict == "adequate"
-    assert session["better"].file.effects == ("rod_inertia",)
+    assert session["better"].effects == ("rod_inertia",)
     steps = session["diagnosis"].document.rungs
     assert max(steps[-1].validate_rms) < 0.3 * min(steps[0].validate_rms)
     assert session["torque"].shape == session["voltage"].shape == (1001, 3)

@@ -32,10 +32,15 @@ class Model:
 
     file: ModelFile
     """As it stands in a model file: parameters with their intervals, and what they were fitted to."""
-    effects: Mapping[str, Effect]
-    """The library in which the model's effects are looked up."""
+    library: Mapping[str, Effect]
+    """Effects by name, among them those of the model."""
     identification: Identification | None = None
     """The fit with its data; None for a model that was loaded."""
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of the effects that were added to the mechanism, in this order."""
+        return self.file.effects
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -91,7 +96,7 @@ class Model:
 
     @cached_property
     def _dynamics(self) -> InverseDynamics:
-        return InverseDynamics(*structure_of(self.file, _rig(self.file), self.effects))
+        return InverseDynamics(*structure_of(self.file, _rig(self.file), self.library))
 
     def _inputs(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None, t: ArrayLike | None
