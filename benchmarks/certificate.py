@@ -51,9 +51,9 @@ def main() -> None:
 
 
 def _excess(given: Problem, settings: pso.Settings, seed: int) -> float:
-    found = pso.estimate(given, np.random.default_rng(seed), lambda *_: None, settings)
-    assert found.certificate is not None
-    return found.certificate.excess(found.objective)
+    result = pso.estimate(given, np.random.default_rng(seed), lambda *_: None, settings)
+    assert result.certificate is not None
+    return result.certificate.excess(result.objective)
 
 
 if __name__ == "__main__":

@@ -92,10 +92,10 @@ class Machine:
 
     def dataset_with(self, volts: Floats) -> Dataset:
         """What a recording with the noise `volts` (n, dof) becomes; its position, so its regressor, is the same."""
-        made = replace(self.exact, voltage=self.voltage + volts)
-        prepared = preprocessing.load("parallel")(sample(made), CUTOFF)
+        noisy = replace(self.exact, voltage=self.voltage + volts)
+        prepared = preprocessing.load("parallel")(sample(noisy), CUTOFF)
         torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)
-        return replace(self.dataset, recording=made, torque=torque, volt_sensitivity=prepared.sensitivity)
+        return replace(self.dataset, recording=noisy, torque=torque, volt_sensitivity=prepared.sensitivity)
 
     def fitted(self, scenario: Scenario, seed: int) -> Found:
         """Estimates and intervals from one recording."""
@@ -109,9 +109,11 @@ class Machine:
         settings = estimators.settings(method, {})
         result = fit([dataset], self.mechanism, method, settings, np.random.default_rng(0), lambda *_: None)
         residual = dataset.torque - result.torque(dataset)
-        seen, loss = noise.estimate([dataset], [residual]), loss_of(result, method)
+        spectrum, loss = noise.estimate([dataset], [residual]), loss_of(result, method)
         free = np.ones(len(TRUTH), bool)
-        widths = [uncertainty_of([dataset], [residual], seen, loss, source, free).half_width() for source in SOURCES]
+        widths = [
+            uncertainty_of([dataset], [residual], spectrum, loss, source, free).half_width() for source in SOURCES
+        ]
         return result.parameters - TRUTH, np.stack(widths)
 
 
@@ -126,10 +128,10 @@ class Coverage:
     """(methods, sources, k) mean width, over that of one who knows how the errors are spread."""
 
     @classmethod
-    def of(cls, scenario: Scenario, found: Sequence[Found]) -> "Coverage":
+    def of(cls, scenario: Scenario, estimates: Sequence[Found]) -> "Coverage":
         """Count."""
-        errors = np.stack([one.errors for one in found])[:, :, None]
-        half_widths = np.stack([one.half_widths for one in found])
+        errors = np.stack([estimate.errors for estimate in estimates])[:, :, None]
+        half_widths = np.stack([estimate.half_widths for estimate in estimates])
         ideal = norm.ppf(0.975) * errors.std(axis=0)
         return cls(scenario, (np.abs(errors) <= half_widths).mean(axis=0), half_widths.mean(axis=0) / ideal)
 
@@ -172,8 +174,8 @@ def main() -> None:
                 print(f"{RECORDINGS} recordings for each kind of noise; width: over that of one who knows the spread")
             )
             for scenario in SCENARIOS:
-                found = list(pool.map(partial(_work, scenario), range(RECORDINGS), chunksize=25))
-                print("\n".join(Coverage.of(scenario, found).lines(names)), flush=True)
+                estimates = list(pool.map(partial(_work, scenario), range(RECORDINGS), chunksize=25))
+                print("\n".join(Coverage.of(scenario, estimates).lines(names)), flush=True)
 
 
 if __name__ == "__main__":

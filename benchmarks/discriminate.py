@@ -46,7 +46,7 @@ def _story(folder: Path, effect: str, size: float, joints: list[int]) -> None:
     first = _recorded("fig5a", sim, folder / "first.mcap")
     before = _diagnosed([first])
     _say("fig5a", _words(before))
-    if not any(one["confusable_with"] for one in _news(before)):
+    if not any(finding["confusable_with"] for finding in _news(before)):
         return
     motion = folder / "next.toml"
     command = shlex.split(before["next_motion"]["command"])
@@ -60,7 +60,7 @@ def _story(folder: Path, effect: str, size: float, joints: list[int]) -> None:
     both = [first, _recorded(motion, sim, folder / "second.mcap")]
     other = ["--validate", _recorded("fig5b", sim, folder / "other.mcap")]
     for what, after in (("both", _diagnosed(both)), ("and fig5b", _diagnosed([*both, *other]))):
-        names = [(one["effect"], one["confusable_with"]) for one in _news(after)]
+        names = [(finding["effect"], finding["confusable_with"]) for finding in _news(after)]
         _say(what, f"{_words(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
 
 
@@ -89,12 +89,12 @@ def _diagnosed(arguments: Sequence[object]) -> dict[str, Any]:
 
 def _news(document: dict[str, Any]) -> list[dict[str, Any]]:
     """What is found beside the forearms' inertia."""
-    return [one for one in document["findings"] if one["effect"] != "rod_inertia"]
+    return [finding for finding in document["findings"] if finding["effect"] != "rod_inertia"]
 
 
 def _words(document: dict[str, Any]) -> str:
-    found = [" or ".join((one["effect"], *one["confusable_with"])) for one in _news(document)]
-    return ", ".join(found) or document["verdict"]
+    names = [" or ".join((finding["effect"], *finding["confusable_with"])) for finding in _news(document)]
+    return ", ".join(names) or document["verdict"]
 
 
 def _run(command: str, *arguments: object) -> str:

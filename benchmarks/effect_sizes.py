@@ -24,16 +24,16 @@ def rig() -> Rig:
     return simulated_rig().model_copy(update={"drives": tuple(drives)})
 
 
-def row(ruler: EffectSizer, name: str) -> str:
+def row(sizer: EffectSizer, name: str) -> str:
     """Strength at each of SIZES, or the size nearest to it that can be had."""
     effect = draw_effect(np.random.default_rng(_SEED), (name,))
     cells = []
     for wanted in SIZES:
         try:
-            found, size = ruler.nearest(effect, wanted)
+            scaled, size = sizer.nearest(effect, wanted)
         except BadInput as error:
             return f"| `{name}` | {error} |"
-        strength = f"{found.model_dump()[found.strength()]:.3g}"
+        strength = f"{scaled.model_dump()[scaled.strength()]:.3g}"
         reached = abs(size / wanted - 1) < 0.1
         cells.append(strength if reached else f"({strength}: {100 * size:.1f} %)")
     shape = {key: f"{value:.3g}" for key, value in effect.model_dump(exclude={"joints", effect.strength()}).items()}
@@ -54,12 +54,12 @@ def main() -> None:
     """Print one table per robot."""
     names = sys.argv[1:] or [*library(), *out_of_library()]
     for robot in ("heavy", "light"):
-        ruler = EffectSizer(rig(), load_sim(ROBOTS / f"{robot}.toml"))
+        sizer = EffectSizer(rig(), load_sim(ROBOTS / f"{robot}.toml"))
         print(f"\n{robot} robot: strength for a size of\n")
         print("| effect | joints | strength | " + " | ".join(f"{100 * size:g} %" for size in SIZES) + " | shape |")
         print("|---|---|---|---|---|---|---|")
         for name in names:
-            print(row(ruler, name), flush=True)
+            print(row(sizer, name), flush=True)
 
 
 if __name__ == "__main__":

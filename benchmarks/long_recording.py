@@ -71,7 +71,7 @@ def _write_chunk(writer: ContainerWriter, parts: list[Messages], repetition: int
 def _messages(source: Path) -> list[Messages]:
     """All messages of stamped topics, one array for each chunk, topic and length."""
     topics = {channel.id: channel.topic for _, channel in _descriptions(source)}
-    found = []
+    messages = []
     for opcode, _, body in records(contents(source)):
         if opcode != Opcode.CHUNK:
             continue
@@ -81,8 +81,8 @@ def _messages(source: Path) -> list[Messages]:
                 raw = rows(data, length, offsets)
                 fields = parse_schema(schemas.TOPICS[topics[channel]][1])
                 layout = Layout.of(fields, raw[0, HEAD_SIZE:].tobytes())
-                found.append(raw.view(np.dtype([*HEAD, ("message", layout.dtype)]))[:, 0])
-    return found
+                messages.append(raw.view(np.dtype([*HEAD, ("message", layout.dtype)]))[:, 0])
+    return messages
 
 
 def _descriptions(source: Path) -> list[tuple[Schema, Channel]]:

@@ -115,8 +115,8 @@ def _zoom(page: Any) -> float:
 
 
 def _children(process: int) -> list[int]:
-    found = Path(f"/proc/{process}/task/{process}/children").read_text().split()
-    return [int(one) for one in found]
+    identifiers = Path(f"/proc/{process}/task/{process}/children").read_text().split()
+    return [int(identifier) for identifier in identifiers]
 
 
 def _peak(process: int) -> float:

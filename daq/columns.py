@@ -13,12 +13,12 @@ JOINT_COLUMNS = ("position", "velocity", "command", "voltage", "effort")
 
 def columns(recording: Recording) -> dict[str, NDArray[Any]]:
     """Name: (n,) in the order of the file. Gaps are NaN; what was not measured at all is left out."""
-    found: dict[str, NDArray[Any]] = {"time": recording.time}
+    table: dict[str, NDArray[Any]] = {"time": recording.time}
     for name in JOINT_COLUMNS:
         values = getattr(recording, name)
         if values is not None and not np.isnan(values).all():
-            found |= numbered(name, values)
-    return found | {"cycle": recording.repeat} | dict(recording.extra)
+            table |= numbered(name, values)
+    return table | {"cycle": recording.repeat} | dict(recording.extra)
 
 
 def numbered(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:

@@ -74,8 +74,8 @@ def _names(path: Path, header: bytes) -> list[str]:
         raise BadInput(f"{path}, line 1: commas between columns expected, {text[:40]!r} found; convert the file")
     for name in names:
         if not name or names.count(name) > 1:
-            found = f"{name!r} twice" if name else "an empty one"
-            raise BadInput(f"{path}, line 1: every column needs a name of its own, {found} found")
+            problem = f"{name!r} twice" if name else "an empty one"
+            raise BadInput(f"{path}, line 1: every column needs a name of its own, {problem} found")
     return names
 
 

@@ -137,9 +137,9 @@ def _joints(table: Table) -> dict[str, Floats]:
     dof = max(numbers.get("position", {0}))
     if not dof:
         raise BadInput(f"{table.path}, line 1: columns position_1, position_2, ... expected, none found; rename them")
-    for name, found in numbers.items():
+    for name, present in numbers.items():
         expected = set(range(1, dof + 1))
-        if wrong := sorted(found ^ expected):
+        if wrong := sorted(present ^ expected):
             problem = "is missing" if wrong[0] in expected else f"has no position_{wrong[0]}"
             raise BadInput(
                 f"{table.path}, line 1: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}"

@@ -158,22 +158,27 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
         RunFailed: there is no SYNC among the frames; the recording stays as it is.
         OSError: there is no room for the new file; likewise.
     """
-    found = reconstruct(path, rig, trajectory)
-    if found is None:
+    reconstructed = reconstruct(path, rig, trajectory)
+    if reconstructed is None:
         raise RunFailed(
             f"no SYNC was heard, so {path} holds frames but no samples; check the bus, its bit rate, and that a "
             "master is at work"
         )
-    part = path.with_name(path.name + ".part")
-    rewrite(path, part, {**end, **_known(found)}, found.samples)
-    os.replace(part, path)  # noqa: PTH105
-    return found
+    partial = path.with_name(path.name + ".part")
+    rewrite(path, partial, {**end, **_known(reconstructed)}, reconstructed.samples)
+    os.replace(partial, path)  # noqa: PTH105
+    return reconstructed
 
 
-def _known(found: Reconstructed) -> dict[str, str]:
+def _known(reconstructed: Reconstructed) -> dict[str, str]:
     """What the record `run` says of a listened recording."""
-    run = {"rate": found.rate, "period": found.period, "cycles": found.cycles, "simulated": found.simulated}
+    run = {
+        "rate": reconstructed.rate,
+        "period": reconstructed.period,
+        "cycles": reconstructed.cycles,
+        "simulated": reconstructed.simulated,
+    }
     texts = {name: str(value).lower() for name, value in run.items()}
-    if found.trajectory is not None:
-        texts |= {"trajectory": found.trajectory.name, "trajectory_digest": found.trajectory.digest}
+    if reconstructed.trajectory is not None:
+        texts |= {"trajectory": reconstructed.trajectory.name, "trajectory_digest": reconstructed.trajectory.digest}
     return texts

@@ -48,15 +48,15 @@ def _go_first() -> bool:
     return True
 
 
-def _schedule(policy: int, own: int, others: int) -> None:
+def _schedule(policy: int, priority: int, helper_priority: int) -> None:
     """Give the calling thread and all others of this program these priorities; if it may not, none of them."""
     me = threading.get_native_id()
     # The calling thread, which asks for the most, is the first.
     for thread in sorted(
-        (int(one.name) for one in Path("/proc/self/task").iterdir()), key=lambda thread: thread != me
+        (int(task.name) for task in Path("/proc/self/task").iterdir()), key=lambda thread: thread != me
     ):
         with suppress(ProcessLookupError):  # it has ended meanwhile
-            parameters = os.sched_param(own if thread == me else others)
+            parameters = os.sched_param(priority if thread == me else helper_priority)
             os.sched_setscheduler(thread, policy | os.SCHED_RESET_ON_FORK, parameters)
 
 

@@ -91,7 +91,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     stamp = start + np.rint(table.full * period).astype(np.int64)
     log = stamp.copy()
     log[table.rows] = arrival
-    repeat, motion_period, found = _repeat(rig, joints, trajectory)
+    repeat, motion_period, matched_trajectory = _repeat(rig, joints, trajectory)
     samples = Samples(
         joints=rig.joint_names,
         stamp=stamp,
@@ -112,7 +112,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
         missing=int(index[-1]) + 1 - len(index),
         period=motion_period * period / 1e9,
         cycles=max(int(repeat.max()) + 1, 1),
-        trajectory=found,
+        trajectory=matched_trajectory,
         simulated=_says_simulated(frames, rig),
     )
 
@@ -157,20 +157,20 @@ class _Table:
 
     def latest(self, arbitration_id: int, value: Callable[[bytes], int]) -> Ints:
         """(n,) `value` of the last such frame before the next SYNC; 0 before the first one."""
-        which = np.flatnonzero(self._frames["id"] == arbitration_id)
-        values = [value(bytes(frame["data"][: frame["length"]])) for frame in self._frames[which]]
+        matching = np.flatnonzero(self._frames["id"] == arbitration_id)
+        values = [value(bytes(frame["data"][: frame["length"]])) for frame in self._frames[matching]]
         ends = np.append(self._at[1:], len(self._frames))
-        heard = np.array([0, *values])[np.searchsorted(which, ends)]
+        heard = np.array([0, *values])[np.searchsorted(matching, ends)]
         filled: Ints = np.zeros(len(self.full), np.int64)
         filled[self.rows] = heard
         return filled
 
     def _assigned(self, arbitration_id: int, layout: np.dtype[Any], shift: int) -> tuple[Ints, NDArray[Any]]:
         frames = self._frames
-        which = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
-        sync = np.searchsorted(self._at, which) + shift
+        matching = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
+        sync = np.searchsorted(self._at, matching) + shift
         inside = (sync >= 0) & (sync < len(self._at))
-        data = np.ascontiguousarray(frames["data"][which[inside], : layout.itemsize])
+        data = np.ascontiguousarray(frames["data"][matching[inside], : layout.itemsize])
         return self.rows[sync[inside]], data.view(layout)[:, 0]
 
 

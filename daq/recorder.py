@@ -21,14 +21,14 @@ _DECIMALS = 9
 
 def _delays(stamp_ns: int, sample: Sample) -> dict[str, float]:
     """By how much later than the SYNC instant everything was measured [s]."""
-    found = {}
+    delays = {}
     for name, values, stamps in (
         (POSITION_DELAY, sample.position, sample.position_stamp),
         (VOLTAGE_DELAY, sample.voltage, sample.voltage_stamp),
     ):
         for i, (value, stamp) in enumerate(zip(values, stamps or (), strict=bool(stamps)), start=1):
-            found[f"{name}_{i}"] = math.nan if math.isnan(value) else (stamp - stamp_ns) / 1e9
-    return found
+            delays[f"{name}_{i}"] = math.nan if math.isnan(value) else (stamp - stamp_ns) / 1e9
+    return delays
 
 
 class Recorder:

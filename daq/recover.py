@@ -43,26 +43,30 @@ def recover(source: Path, out: Path) -> Recovered:
 
 def recover_in_place(source: Path) -> Recovered:
     """The same, in the place of `source`."""
-    part = source.with_name(source.name + ".part")
-    recovered = recover(source, part)
-    os.replace(part, source)  # noqa: PTH105
+    partial = source.with_name(source.name + ".part")
+    recovered = recover(source, partial)
+    os.replace(partial, source)  # noqa: PTH105
     return recovered
 
 
 def _is_whole(source: Path) -> bool:
     try:
-        found = load(source, _SAMPLES)
+        container = load(source, _SAMPLES)
     except BadInput:
         if source.is_file():
             return False  # damaged; what else may be wrong shows when it is copied
         raise
-    return not found.cut_off and "exit_status" in found.metadata.get("run", {}) and any(found.batches.values())
+    return (
+        not container.cut_off
+        and "exit_status" in container.metadata.get("run", {})
+        and any(container.batches.values())
+    )
 
 
 def _complete(path: Path) -> bool:
     """Make the samples of a recording that was made by listening."""
-    found = load(path, (*_SAMPLES, "/can"))
-    if any(found.batches.get(topic) for topic in _SAMPLES) or not found.batches.get("/can"):
+    container = load(path, (*_SAMPLES, "/can"))
+    if any(container.batches.get(topic) for topic in _SAMPLES) or not container.batches.get("/can"):
         return False
     listen.complete(path, read_rig(path), None, _END)
     return True

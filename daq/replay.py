@@ -155,7 +155,7 @@ def replay(
     wire.
 
     Raises:
-        RunFailed: the bus does not take frames.
+        RunFailed: the bus does not accept frames.
     """
     start = time.perf_counter() + _HEADSTART
     lateness = np.zeros(plan.total)
@@ -177,14 +177,14 @@ def replay(
 def _messages(plan: Plan) -> Iterator[tuple[float, float, can.Message]]:
     frames = plan.frames
     for first in range(0, len(plan.rows), _BLOCK):
-        part = slice(first, first + _BLOCK)
-        rows = plan.rows[part]
+        block = slice(first, first + _BLOCK)
+        rows = plan.rows[block]
         columns: list[list[Any]] = [
             values[rows].tolist() for values in (frames.id, frames.dlc, frames.extended, frames.rtr)
         ]
         data = map(bytes, frames.data[rows])
         for due, wire, arbitration_id, dlc, extended, rtr, content in zip(
-            plan.due[part].tolist(), plan.wire[part].tolist(), *columns, data, strict=True
+            plan.due[block].tolist(), plan.wire[block].tolist(), *columns, data, strict=True
         ):
             yield (
                 due,
@@ -218,5 +218,5 @@ def _send(bus: can.BusABC, message: can.Message) -> None:
         except (can.CanError, OSError) as error:
             code = getattr(error, "error_code", None) or getattr(error, "errno", None)
             if code != errno.ENOBUFS or time.perf_counter() > end:
-                raise RunFailed(f"the CAN bus does not take frames: {error}") from None
+                raise RunFailed(f"the CAN bus does not accept frames: {error}") from None
             time.sleep(1e-4)  # the interface's queue is full: the wire is slower than we are

@@ -79,7 +79,7 @@ class StatusLines:
             "cycles_missed": progress.missed,
             "following_error_max": progress.following_error,
             "lateness": max(late, default=0.0),
-            "rows": [_row(self._rate, due, *one) for due, one in shown],
+            "rows": [_row(self._rate, due, *cycle) for due, cycle in shown],
         }
         line = json.dumps(status, allow_nan=False)
         for tell in self._told:

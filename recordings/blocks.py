@@ -81,8 +81,8 @@ def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) ->
 def encode(samples: Samples, channels: Mapping[str, int]) -> Iterator[Packed]:
     """Chunks of `ROWS` samples each; `channels` gives the channel of every topic."""
     for first in range(0, len(samples.stamp), ROWS):
-        part = slice(first, first + ROWS)
-        messages = {topic: _messages(samples, part, topic, channels[topic]) for topic in _topics(samples)}
+        block = slice(first, first + ROWS)
+        messages = {topic: _messages(samples, block, topic, channels[topic]) for topic in _topics(samples)}
         index, offset = {}, 0
         for topic, records in messages.items():
             places = offset + records.dtype.itemsize * np.arange(len(records), dtype=np.uint64)
@@ -100,9 +100,9 @@ def _topics(samples: Samples) -> Iterator[str]:
         yield "/extra"
 
 
-def _messages(samples: Samples, part: slice, topic: str, channel: int) -> NDArray[Any]:
+def _messages(samples: Samples, block: slice, topic: str, channel: int) -> NDArray[Any]:
     """One Message record for each sample of `part`."""
-    strings, values = _contents(samples, part, topic)
+    strings, values = _contents(samples, block, topic)
     dof = samples.position.shape[1]
     sequences = {name: len(strings) if name in ("name", "value") else dof for name in ("name", "value", *values)}
     # Sequences of what was not measured are empty, as ROS has it.
@@ -110,55 +110,55 @@ def _messages(samples: Samples, part: slice, topic: str, channel: int) -> NDArra
     texts = {"header.frame_id": "", **{f"name.{i}": name for i, name in enumerate(strings)}}
     known = {name: len(text.encode()) + 1 for name, text in texts.items()} | lengths
     layout = Layout(_FIELDS[topic], lambda name, _: known[name])
-    records = _records(samples, part, channel, layout)
+    records = _records(samples, block, channel, layout)
     message = records["message"]
     message["encapsulation"] = int.from_bytes(HEADER, "little")
     for length in layout.lengths:
         message[f"length of {length.name}"] = length.value
     for name, text in texts.items():
         message[name] = text.encode()
-    _fill_time(message["header.stamp"], samples.stamp[part])
+    _fill_time(message["header.stamp"], samples.stamp[block])
     for name, value in values.items():
         # A sequence of one has no axis of its own.
         message[name] = value.reshape(message[name].shape)
     return records
 
 
-def _contents(samples: Samples, part: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
+def _contents(samples: Samples, block: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
     """The names in the messages of a topic, and their other values."""
-    n, dof = samples.position[part].shape
+    n, dof = samples.position[block].shape
     if topic == "/joint_states":
         measured = {"position": samples.position, "velocity": samples.velocity, "effort": samples.effort}
-        return list(samples.joints), {name: value[part] for name, value in measured.items() if value is not None}
+        return list(samples.joints), {name: value[block] for name, value in measured.items() if value is not None}
     if topic == "/joint_commands":
         assert samples.command is not None
-        return list(samples.joints), {"position": samples.command[part]}
+        return list(samples.joints), {"position": samples.command[block]}
     if topic == "/extra":
-        return list(samples.extra), {"value": np.column_stack([value[part] for value in samples.extra.values()])}
+        return list(samples.extra), {"value": np.column_stack([value[block] for value in samples.extra.values()])}
     gap, zeros = np.full((n, dof), np.nan), np.zeros((n, dof), np.int64)
     stamps = np.zeros((n, dof), [("sec", "<i4"), ("nanosec", "<u4")])
-    _fill_time(stamps, samples.stamp[part, None])
+    _fill_time(stamps, samples.stamp[block, None])
     return [], {
-        "cycle": samples.cycle[part],
-        "repeat": samples.repeat[part],
+        "cycle": samples.cycle[block],
+        "repeat": samples.repeat[block],
         "lateness": gap[:, 0],
-        "voltage": gap if samples.voltage is None else samples.voltage[part],
+        "voltage": gap if samples.voltage is None else samples.voltage[block],
         "voltage_stamp": stamps,
-        "statusword": zeros if samples.statusword is None else samples.statusword[part],
-        "error_code": zeros if samples.error_code is None else samples.error_code[part],
+        "statusword": zeros if samples.statusword is None else samples.statusword[block],
+        "error_code": zeros if samples.error_code is None else samples.error_code[block],
     }
 
 
-def _records(samples: Samples, part: slice, channel: int, layout: Layout) -> NDArray[Any]:
+def _records(samples: Samples, block: slice, channel: int, layout: Layout) -> NDArray[Any]:
     """Message records with their head filled in."""
     head = [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8")]
     dtype = np.dtype([*head, ("publish", "<u8"), ("message", layout.dtype)])
-    records = np.zeros(len(samples.stamp[part]), dtype)
+    records = np.zeros(len(samples.stamp[block]), dtype)
     records["opcode"] = Opcode.MESSAGE
     records["length"] = dtype.itemsize - 9
     records["channel"] = channel
-    records["log"] = samples.log[part]
-    records["publish"] = samples.stamp[part]
+    records["log"] = samples.log[block]
+    records["publish"] = samples.stamp[block]
     return records
 
 

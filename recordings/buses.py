@@ -119,8 +119,8 @@ class SerialBus(Section):
 
 def _transport(bus: Any) -> str:
     # The brackets tell `recordings.config` that this is no key of the file.
-    found = bus.get("transport", "canopen") if isinstance(bus, dict) else getattr(bus, "transport", None)
-    return f"<{found}>"
+    transport = bus.get("transport", "canopen") if isinstance(bus, dict) else getattr(bus, "transport", None)
+    return f"<{transport}>"
 
 
 Bus = Annotated[

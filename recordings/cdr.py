@@ -64,10 +64,10 @@ def parse_schema(text: str) -> tuple[Field, ...]:
     Raises:
         ValueError: a line is not a field, or its type is neither primitive nor defined in the text.
     """
-    main, *others = re.split(r"^={3,}\s*$", text, flags=re.MULTILINE)
+    main, *dependencies = re.split(r"^={3,}\s*$", text, flags=re.MULTILINE)
     definitions = {}
-    for other in others:
-        title, _, body = other.strip().partition("\n")
+    for dependency in dependencies:
+        title, _, body = dependency.strip().partition("\n")
         definitions[_short(title.removeprefix("MSG:").strip())] = body
     return tuple(_flatten(main, "", definitions))
 

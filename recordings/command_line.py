@@ -27,7 +27,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
         BadInput: one of the `paths` is there already, and no `force` was given; or it is among those that are read,
             a recording, or no file at all; or its folder cannot be written.
     """
-    inputs = [one.resolve() for one in read]
+    inputs = [path_read.resolve() for path_read in read]
     for path in filter(None, paths):
         if path.resolve() in inputs:
             raise BadInput(f"{path} is one of the inputs and would be replaced; give the output another name")

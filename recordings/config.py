@@ -60,8 +60,8 @@ def _refuse_monstrous(content: Any, key: str, where: str) -> None:
         for name, value in content.items() if isinstance(content, dict) else enumerate(content):
             _refuse_monstrous(value, f"{key}.{name}" if key else str(name), where)
     elif isinstance(content, int | float) and not abs(content) <= _LARGEST:
-        found = "a number of many digits" if isinstance(content, int) else f"{content:g}"
-        raise BadInput(f"{where}: '{key}': a number of at most {_LARGEST:g} in size expected, found {found}")
+        shown = "a number of many digits" if isinstance(content, int) else f"{content:g}"
+        raise BadInput(f"{where}: '{key}': a number of at most {_LARGEST:g} in size expected, found {shown}")
 
 
 def validated(content: Any, model: type[Model], where: str) -> Model:
@@ -77,8 +77,8 @@ def validated(content: Any, model: type[Model], where: str) -> Model:
         first = error.errors()[0]
         # Parts in angle brackets are tags of unions (see `recordings.buses`), not keys of the file.
         key = ".".join(str(part) for part in first["loc"] if not str(part).startswith("<"))
-        more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
-        raise BadInput(f"{where}: {_explain(key, first)}{more}") from None
+        further = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+        raise BadInput(f"{where}: {_explain(key, first)}{further}") from None
 
 
 def _explain(key: str, error: Any) -> str:

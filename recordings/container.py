@@ -106,12 +106,12 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
     """
     try:
         with path.open("rb") as file:
-            found = file.read(len(MAGIC))
-            if not found:
+            magic = file.read(len(MAGIC))
+            if not magic:
                 raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
-            if found != MAGIC:
+            if magic != MAGIC:
                 raise BadInput(
-                    f"{path} is not an MCAP file: it begins with {found!r}; bring a table in with daq import"
+                    f"{path} is not an MCAP file: it begins with {magic!r}; bring a table in with daq import"
                 )
             file.seek(0)
             yield file
@@ -228,9 +228,9 @@ class _Loader:
         for (channel, length), offsets in messages.items():
             topic = self._channels.get(channel)
             if topic in self.container.fields:
-                found = rows(data, length, offsets)
+                records = rows(data, length, offsets)
                 batches = self.container.batches.setdefault(topic, [])
-                batches.extend(map(self._condense, _batches(self.container.fields[topic], found)))
+                batches.extend(map(self._condense, _batches(self.container.fields[topic], records)))
 
 
 def unpacked(chunk: Chunk) -> bytes:
@@ -298,7 +298,7 @@ def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:
     return read(ReadDataStream(BytesIO(body)))
 
 
-def _compare_crc(expected: bytes, found: int) -> None:
+def _compare_crc(expected: bytes, actual: int) -> None:
     crc = int.from_bytes(expected[:4], "little")
-    if crc not in (0, found):  # 0: the file was written without
+    if crc not in (0, actual):  # 0: the file was written without
         raise ValueError("its checksum does not match its contents")

@@ -63,10 +63,12 @@ def find_cycles(motion: Floats) -> Cycles | None:
     moving = _bridged(x[start:end])
     stride = 1 + len(moving) // _THINNED
     proposed = [_sharpened(moving, stride * period, stride) for period in _periods(moving[::stride])]
-    found = [cycles for period in dict.fromkeys(proposed) if (cycles := _extent(x, period, start, end)) is not None]
+    candidates = [
+        cycles for period in dict.fromkeys(proposed) if (cycles := _extent(x, period, start, end)) is not None
+    ]
     # Twice the period repeats as well, and a piece of the motion may by itself: the shortest that covers most of it.
-    longest = max((cycles.period * cycles.count for cycles in found), default=0)
-    covering = [cycles for cycles in found if cycles.period * cycles.count > _MOST * longest]
+    longest = max((cycles.period * cycles.count for cycles in candidates), default=0)
+    covering = [cycles for cycles in candidates if cycles.period * cycles.count > _MOST * longest]
     return min(covering, key=lambda cycles: cycles.period, default=None)
 
 
@@ -92,9 +94,9 @@ def _awake(x: Floats) -> tuple[int, int]:
     known = np.flatnonzero(np.isfinite(x).all(axis=1) & (x.shape[1] > 0))
     if not len(known):
         return 0, 0
-    left = np.flatnonzero((np.abs(x - x[known[0]]) > _TOLERANCE).any(axis=1))
-    right = np.flatnonzero((np.abs(x - x[known[-1]]) > _TOLERANCE).any(axis=1))
-    return max(int(left[0]) - 1, 0), min(int(right[-1]) + 2, len(x))
+    from_start = np.flatnonzero((np.abs(x - x[known[0]]) > _TOLERANCE).any(axis=1))
+    from_end = np.flatnonzero((np.abs(x - x[known[-1]]) > _TOLERANCE).any(axis=1))
+    return max(int(from_start[0]) - 1, 0), min(int(from_end[-1]) + 2, len(x))
 
 
 def _periods(x: Floats) -> list[int]:

@@ -133,14 +133,14 @@ class _Grid:
 
     def extra(self) -> dict[str, Floats]:
         """Name: (n,) of every number in /extra."""
-        found: dict[str, Floats] = {}
+        columns: dict[str, Floats] = {}
         for batch in self.container.batches.get("/extra", []):
             rows, message = self._rows(batch), batch["message"]
             values = message["value"].reshape(len(message), -1)
             for i in range(values.shape[1]):
                 name = message[f"name.{i}"][0].decode(errors="replace")
-                found.setdefault(name, np.full(len(self.stamps), np.nan))[rows] = values[:, i]
-        return found
+                columns.setdefault(name, np.full(len(self.stamps), np.nan))[rows] = values[:, i]
+        return columns
 
     def _rows(self, batch: Batch) -> Ints:
         return np.searchsorted(self.stamps, _nanoseconds(batch["message"]))
@@ -150,14 +150,14 @@ class _Grid:
         names = [name for name in batch["message"].dtype.names or () if name.startswith("name.")]
         if not names:
             return list(range(self.rig.dof))
-        found = [set(batch["message"][name].tolist()) for name in names]
+        present = [set(batch["message"][name].tolist()) for name in names]
         expected = [name.encode() for name in self.rig.joint_names]
         try:
-            return [found.index({name}) for name in expected]
+            return [present.index({name}) for name in expected]
         except ValueError:
             raise BadInput(
                 f"recording {self.container.path}: joints {b', '.join(expected).decode()} expected, "
-                f"{b', '.join(set().union(*found)).decode(errors='replace')} found; "
+                f"{b', '.join(set().union(*present)).decode(errors='replace')} found; "
                 f"the file was changed by another program"
             ) from None
 
@@ -206,11 +206,11 @@ class _Condenser:
     def _room(self, count: int, kind: np.dtype[Any]) -> Batch:
         if count < _FEW:
             return np.empty(count, kind)
-        left = self._pieces.get(kind)
-        if left is None or len(left) < count:
-            left = np.empty(max(count, _PIECE // kind.itemsize), kind)
-        self._pieces[kind] = left[count:]
-        return left[:count]
+        piece = self._pieces.get(kind)
+        if piece is None or len(piece) < count:
+            piece = np.empty(max(count, _PIECE // kind.itemsize), kind)
+        self._pieces[kind] = piece[count:]
+        return piece[:count]
 
 
 def _check_layout(container: Container) -> None:

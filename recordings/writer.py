@@ -116,7 +116,7 @@ class RecordingWriter:
         if voltage_stamp_ns is None:
             voltage_stamps = [*stamp] * len(self._joints)
         else:
-            voltage_stamps = [part for own in voltage_stamp_ns for part in divmod(own, 10**9)]
+            voltage_stamps = [number for instant in voltage_stamp_ns for number in divmod(instant, 10**9)]
         values = [*stamp, cycle, repeat, lateness, *voltage, *voltage_stamps, *statusword, *error_code]
         self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers.pack(values))
 

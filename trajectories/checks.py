@@ -78,10 +78,10 @@ def check(trajectory: Trajectory, rig: Rig) -> None:
         return
     bound = min(broken, key=lambda bound: bound.first)
     row, column = bound.first, int(np.argmax(bound.broken[bound.first]))
-    time, found = row / trajectory.rate, bound.values[row, column]
+    time, value = row / trajectory.rate, bound.values[row, column]
     raise LimitExceeded(
         f"{trajectory.name}, t = {time:.3f} s: {bound.quantity.format(joint=column + 1)} {bound.expected} expected, "
-        f"{found:.4g} found; {bound.remedy} or change limits.{bound.limit} in the rig file",
+        f"{value:.4g} found; {bound.remedy} or change limits.{bound.limit} in the rig file",
         time,
     )
 

@@ -64,10 +64,10 @@ def _draw_views(figure: Figure, platform: Floats, rate: float, limits: Limits) -
     circle = radius * np.exp(1j * np.linspace(0, 2 * np.pi, 181))
     box = np.array([[-radius, floor], [radius, floor], [radius, ceiling], [-radius, ceiling], [-radius, floor]])
     outlines = (np.column_stack([circle.real, circle.imag]), box)
-    for left, vertical, title, outline in zip(
+    for x_offset, vertical, title, outline in zip(
         (0.05, 0.29), (1, 2), ("from above", "from the side"), outlines, strict=True
     ):
-        view = figure.add_axes((left, 0.06, 0.17, 0.27))
+        view = figure.add_axes((x_offset, 0.06, 0.17, 0.27))
         line = _coloured(P[:, [0, vertical]], speed)
         view.add_collection(line)
         view.plot(*outline.T, color=QUIET, lw=0.8, ls="--")

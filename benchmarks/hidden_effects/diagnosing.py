@@ -56,8 +56,8 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     folder, start = root / case.name, time.monotonic()
     line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
-        found = run([folder / "train.mcap"], [folder / "validate.mcap"], _library(), DiagnosisOptions())
-        line["document"] = _short(verdict.to_document(found).as_json())
+        diagnosis = run([folder / "train.mcap"], [folder / "validate.mcap"], _library(), DiagnosisOptions())
+        line["document"] = _short(verdict.to_document(diagnosis).as_json())
     except Exception as error:  # whatever it is, it is a failed case and no reason to stop
         line["error"] = f"{type(error).__name__}: {error}"
     return line | {"seconds": round(time.monotonic() - start, 2)}

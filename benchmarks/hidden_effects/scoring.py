@@ -68,7 +68,7 @@ class Judgement:
     @property
     def found(self) -> int:
         """How many of the hidden effects are named, each by a finding of its own."""
-        return _named(self.findings, [one["name"] for one in self.truth])
+        return _named(self.findings, [effect["name"] for effect in self.truth])
 
     @property
     def extra(self) -> int:
@@ -98,7 +98,9 @@ class Judgement:
     def right_joints(self) -> bool:
         """Whether the hidden effects that are named exactly are said to be on the right joints."""
         by_name = {finding.effect: finding.joints for finding in self.findings}
-        return all(tuple(one["joints"]) == by_name[one["name"]] for one in self.truth if one["name"] in by_name)
+        return all(
+            tuple(effect["joints"]) == by_name[effect["name"]] for effect in self.truth if effect["name"] in by_name
+        )
 
 
 def _named(findings: Sequence[Finding], effects: Sequence[str]) -> int:
@@ -107,7 +109,9 @@ def _named(findings: Sequence[Finding], effects: Sequence[str]) -> int:
         return 0
     first, rest = effects[0], effects[1:]
     ways = [
-        1 + _named([other for other in findings if other is not one], rest) for one in findings if one.names(first)
+        1 + _named([other for other in findings if other is not finding], rest)
+        for finding in findings
+        if finding.names(first)
     ]
     return max([_named(findings, rest), *ways])
 
@@ -119,12 +123,12 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         return Judgement(case, hidden, "error", (), (), math.inf, {}, (), False, line["seconds"], line["error"])
     document = line["document"]
     findings = tuple(
-        Finding(one["effect"], (one["effect"], *one["confusable_with"]), tuple(one["joints"]))
-        for one in document["findings"]
-        if one["effect"] != _ALWAYS_TRUE
+        Finding(entry["effect"], (entry["effect"], *entry["confusable_with"]), tuple(entry["joints"]))
+        for entry in document["findings"]
+        if entry["effect"] != _ALWAYS_TRUE
     )
     last = document["rungs"][-1]
-    values = {name: one["value"] for name, one in last["parameters"].items()}
+    values = {name: entry["value"] for name, entry in last["parameters"].items()}
     return Judgement(
         case=case,
         truth=hidden,

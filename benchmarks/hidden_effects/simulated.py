@@ -43,10 +43,10 @@ def record(case: Case, folder: Path) -> dict[str, Any]:
 def _effects(case: Case) -> tuple[EffectSpec, ...]:
     drawn: tuple[EffectSpec, ...] = ()
     for effect, size in zip(case.effects, case.sizes, strict=True):
-        ruler = _ruler(case.robot, case.reports_command)
+        sizer = _ruler(case.robot, case.reports_command)
         machine = _machine(case.robot)
         drawn += draw(
-            case.seed, _described(case.reports_command), machine, names=[effect], sizes=(size,), sizer=ruler
+            case.seed, _described(case.reports_command), machine, names=[effect], sizes=(size,), sizer=sizer
         )
     return drawn
 

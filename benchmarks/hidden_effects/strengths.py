@@ -30,12 +30,15 @@ _SAME: dict[str, str] = {
 }
 """The parameter that is its strength, where plant and `ident` call it the same."""
 _OTHER: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
-    "cogging": (lambda true: true["a"], lambda own: math.hypot(own["a"], own["b"])),
-    "encoder_eccentricity": (lambda true: true["a"], lambda own: math.hypot(own["a"], own["b"])),
-    "base_tilt": (lambda true: _GRAVITY * math.sin(true["angle"]), lambda own: math.hypot(own["g_x"], own["g_y"])),
-    "actuation_delay": (lambda true: true["delay"], lambda own: own["delta"]),
-    "torque_gain_mismatch": (lambda true: true["mismatch"], lambda own: own["e"]),
-    "geometry_error": (lambda true: true["error"] * (-1 if true["r"] else 1), lambda own: own["e"]),
+    "cogging": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
+    "encoder_eccentricity": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
+    "base_tilt": (
+        lambda true: _GRAVITY * math.sin(true["angle"]),
+        lambda estimate: math.hypot(estimate["g_x"], estimate["g_y"]),
+    ),
+    "actuation_delay": (lambda true: true["delay"], lambda estimate: estimate["delta"]),
+    "torque_gain_mismatch": (lambda true: true["mismatch"], lambda estimate: estimate["e"]),
+    "geometry_error": (lambda true: true["error"] * (-1 if true["r"] else 1), lambda estimate: estimate["e"]),
 }
 """Its strength by the parameters of the plant, and by those of `ident`, where they differ."""
 
@@ -45,14 +48,14 @@ def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, 
 
     truth: the hidden effects; values: parameters of the last model by name. What the model lacks is left out.
     """
-    found = {}
-    for one in truth:
-        own = [_own(one["name"], joint, values) for joint in one["joints"]]
-        strengths = [_strength(one["name"], parameters) for parameters in own if parameters]
+    relative_errors = {}
+    for effect in truth:
+        estimates = [_own(effect["name"], joint, values) for joint in effect["joints"]]
+        strengths = [_strength(effect["name"], parameters) for parameters in estimates if parameters]
         if strengths:
-            true = _true(one["name"], one["parameters"])
-            found[one["name"]] = sum(abs(strength / true - 1) for strength in strengths) / len(strengths)
-    return found
+            true = _true(effect["name"], effect["parameters"])
+            relative_errors[effect["name"]] = sum(abs(strength / true - 1) for strength in strengths) / len(strengths)
+    return relative_errors
 
 
 def inside(truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]) -> tuple[bool, ...]:
@@ -60,14 +63,14 @@ def inside(truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[
 
     truth: the hidden effects; parameters: of the last model by name, as in the document of a diagnosis.
     """
-    found = []
-    for one in truth:
-        name = _SAME.get(one["name"], "")
-        for joint in ("", *map(str, one["joints"])):
-            limits = parameters.get(f"{one['name']}.{name}{joint}", {}).get("ci95")
+    covered = []
+    for effect in truth:
+        name = _SAME.get(effect["name"], "")
+        for joint in ("", *map(str, effect["joints"])):
+            limits = parameters.get(f"{effect['name']}.{name}{joint}", {}).get("ci95")
             if limits:
-                found.append(limits[0] <= one["parameters"][name] <= limits[1])
-    return tuple(found)
+                covered.append(limits[0] <= effect["parameters"][name] <= limits[1])
+    return tuple(covered)
 
 
 def _own(effect: str, joint: int, values: Parameters) -> dict[str, float]:
@@ -80,9 +83,9 @@ def _own(effect: str, joint: int, values: Parameters) -> dict[str, float]:
     return parameters if needed is None or needed in parameters else {}
 
 
-def _strength(effect: str, own: Parameters) -> float:
+def _strength(effect: str, estimate: Parameters) -> float:
     try:
-        return own[_SAME[effect]] if effect in _SAME else _OTHER[effect][1](own)
+        return estimate[_SAME[effect]] if effect in _SAME else _OTHER[effect][1](estimate)
     except KeyError:
         return math.nan
 

@@ -77,7 +77,8 @@ def figures(judged: Sequence[Judgement]) -> Iterator[Figure]:
     yield Figure("findings with four names at most", [len(f.group) <= 4 for j in judged for f in j.findings], 100)
     yield Figure("on the right joints, where named", [j.right_joints for j in (*singles, *pairs) if j.right])
     yield Figure(
-        "95 % intervals of strengths that hold the truth", [one for j in singles if j.right for one in j.inside]
+        "95 % intervals of strengths that hold the truth",
+        [covered for j in singles if j.right for covered in j.inside],
     )
     yield Figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)])
 
@@ -96,12 +97,12 @@ def _confusion(judged: Sequence[Judgement]) -> Iterator[str]:
 
 def _parameters(judged: Sequence[Judgement]) -> Iterator[str]:
     yield "\nerror of the strength where named, median (90 % are better than)"
-    found: dict[str, list[float]] = {}
+    errors: dict[str, list[float]] = {}
     for j in judged:
         for effect, error in j.errors.items():
-            found.setdefault(effect, []).append(error)
-    for effect in sorted(found):
-        known = [error for error in found[effect] if np.isfinite(error)]
+            errors.setdefault(effect, []).append(error)
+    for effect in sorted(errors):
+        known = [error for error in errors[effect] if np.isfinite(error)]
         if known:
             median, worst = np.median(known), np.quantile(known, _WORST)
             yield f"  {effect:26}{100 * median:7.1f} % ({100 * worst:.1f} %) of {len(known)}"
@@ -113,7 +114,7 @@ def _failures(judged: Sequence[Judgement]) -> Iterator[str]:
     for j in failed:
         said = ", ".join("|".join(f.group) + f" {list(f.joints)}" for f in j.findings)
         on = f" on {', '.join(j.variables) or 'nothing'}" if j.verdict == "unknown-structure" else ""
-        truth = "; ".join(f"{one['name']} {one['joints']} {100 * one['size']:.1f} %" for one in j.truth)
+        truth = "; ".join(f"{effect['name']} {effect['joints']} {100 * effect['size']:.1f} %" for effect in j.truth)
         yield f"  {j.case.name}\n      there: {truth or 'nothing'}\n      said: {j.problem or j.verdict + on}: {said}"
         yield f"      held-out error {j.over_floor:.2f} noise floors"
 

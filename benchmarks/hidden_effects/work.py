@@ -23,8 +23,8 @@ def over(
     with get_context("spawn").Pool(jobs, _ignore_interrupts) as pool:
         results = pool.imap_unordered(partial(_with_case, task), todo)
         for done, (case, result) in enumerate(results, start=1):
-            left = (time.monotonic() - start) / done * (len(todo) - done)
-            print(f"{what} {done}/{len(todo)}, {left / 60:.0f} min left: {case.name}: {say(result)}", flush=True)
+            remaining = (time.monotonic() - start) / done * (len(todo) - done)
+            print(f"{what} {done}/{len(todo)}, {remaining / 60:.0f} min left: {case.name}: {say(result)}", flush=True)
             yield result
 
 

@@ -173,10 +173,10 @@ def _listen(
                 _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(heard.syncs, None, f"{heard.syncs} SYNCs, {heard.frames} frames")
 
-        heard, found = record(rig, out, trajectory, duration, look)
-    if trajectory is not None and found.trajectory is None:
+        heard, reconstructed = record(rig, out, trajectory, duration, look)
+    if trajectory is not None and reconstructed.trajectory is None:
         _say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
-    figures = {"frames": heard.frames, "syncs": heard.syncs, **found.figures()}
+    figures = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}
     if as_json:
         click.echo(json.dumps({"schema": 1, "recording": str(out), **figures}))
         return

@@ -22,10 +22,10 @@ def write(file: Path, stream: BinaryIO) -> str:
             "`pip install 'delta-workbench[parquet]'`, or export csv or mat"
         ) from None
     recording = read(file)
-    found = columns(recording)
-    found |= numbered("statusword", recording.statusword) | numbered("error_code", recording.error_code)
-    found |= {"lateness": recording.lateness}
-    table = pyarrow.table({name: pyarrow.array(values, from_pandas=True) for name, values in found.items()})
+    columns_by_name = columns(recording)
+    columns_by_name |= numbered("statusword", recording.statusword) | numbered("error_code", recording.error_code)
+    columns_by_name |= {"lateness": recording.lateness}
+    table = pyarrow.table({name: pyarrow.array(values, from_pandas=True) for name, values in columns_by_name.items()})
     described = {"rig": recording.rig.model_dump_json(), "run": recording.run.model_dump_json()}
     pyarrow.parquet.write_table(table.replace_schema_metadata(described), stream)
-    return f"{len(recording.time)} samples, {len(found)} columns"
+    return f"{len(recording.time)} samples, {len(columns_by_name)} columns"

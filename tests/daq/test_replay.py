@@ -204,7 +204,7 @@ def test_a_full_queue_is_waited_for_and_a_lost_bus_is_not() -> None:
     bus = FullBus(20)
     replay(plan_, bus, StopRequest())  # type: ignore[arg-type]
     assert bus.sent == 1
-    with pytest.raises(RunFailed, match="does not take frames"):
+    with pytest.raises(RunFailed, match="does not accept frames"):
         replay(plan_, FullBus(1, errno.ENETDOWN), StopRequest())  # type: ignore[arg-type]
 
 
