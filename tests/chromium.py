@@ -15,8 +15,8 @@ PATIENCE = 300.0
 @contextmanager
 def tab() -> Iterator[Any]:
     """An empty tab. The test is skipped where there is no browser, except on CI, where a missing one is a failure."""
-    found = shutil.which("chromium")
-    if found is None:
+    matches = shutil.which("chromium")
+    if matches is None:
         if os.environ.get("CI") == "true":
             pytest.fail("chromium expected on CI, none found; apt-get install chromium")
         pytest.skip("needs Debian's chromium")
@@ -24,7 +24,7 @@ def tab() -> Iterator[Any]:
 
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=found, args=flags)
+        launched = playwright.chromium.launch(executable_path=matches, args=flags)
         page = launched.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(1e3 * PATIENCE)
         yield page

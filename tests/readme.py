@@ -46,12 +46,12 @@ def printed(command: str, folder: Path) -> str:
 
 def examples(document: Path) -> list[Example]:
     """The examples of a Markdown document, in its order."""
-    found = []
+    printed = []
     for block in _BLOCK.findall(document.read_text(encoding="utf-8")):
         for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
             command, _, output = part.partition("\n")
-            found.append(Example(command.strip(), output))
-    return found
+            printed.append(Example(command.strip(), output))
+    return printed
 
 
 def agrees(shown: str, printed: str, tolerance: float = 0.05) -> bool:
@@ -63,8 +63,10 @@ def agrees(shown: str, printed: str, tolerance: float = 0.05) -> bool:
     if match is None:
         return False
     expected = [float(number) for piece in pieces for number in _NUMBER.findall(piece)]
-    found = [float(number) for number in match.groups()]
-    return all(abs(a - b) <= tolerance * max(abs(a), abs(b)) + 2e-4 for a, b in zip(expected, found, strict=True))
+    actual_words = [float(number) for number in match.groups()]
+    return all(
+        abs(a - b) <= tolerance * max(abs(a), abs(b)) + 2e-4 for a, b in zip(expected, actual_words, strict=True)
+    )
 
 
 def _words(piece: str) -> str:

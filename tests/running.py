@@ -26,7 +26,7 @@ def last_told(lines: Iterable[str]) -> dict[str, Any]:
 
 def free_port() -> int:
     """A UDP port that nobody on this machine uses now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("", 0))
-        port: int = one.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("", 0))
+        port: int = probe.getsockname()[1]
         return port

@@ -16,8 +16,8 @@ def test_commands_print_what_is_shown(tmp_path: Path) -> None:
     shown = examples(README)
     assert len(shown) >= 4
     for example in shown:
-        found = printed(example.command, folder)
-        assert agrees(example.output, found), f"$ {example.command}\n{found}"
+        outputs = printed(example.command, folder)
+        assert agrees(example.output, outputs), f"$ {example.command}\n{outputs}"
 
 
 def test_every_command_is_in_the_readme() -> None:

@@ -88,7 +88,7 @@ def _watch(step: float) -> None:
         late.append(max(0.0, woken - slept - step))
         took.append(time.perf_counter() - woken)
     # A stall while it computes is a stall.
-    stalls = [one + max(0.0, other - 4 * _TURNS_TAKE) for one, other in zip(late, took, strict=True)]
+    stalls = [delay + max(0.0, duration - 4 * _TURNS_TAKE) for delay, duration in zip(late, took, strict=True)]
     print(max(stalls), sorted(stalls)[int(0.99 * len(stalls))], sum(took) / len(took) / _TURNS_TAKE)
 
 

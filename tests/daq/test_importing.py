@@ -94,15 +94,15 @@ def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[Samp
     blocks.write(tmp_path / "a.mcap", imported_rig("a", dof, 100.0, mechanism="axes"), its_run, samples)
     exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
     import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
-    one, other = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
+    original, imported = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
     for name in ("time", "position", "command", "voltage", "repeat"):
-        np.testing.assert_array_equal(getattr(other, name), getattr(one, name), err_msg=name)
-    assert (other.effort is None) == (one.effort is None)
-    if one.effort is not None:
-        np.testing.assert_array_equal(other.effort, one.effort)
-    assert list(other.extra) == list(one.extra)
-    for name in one.extra:
-        np.testing.assert_array_equal(other.extra[name], one.extra[name])
+        np.testing.assert_array_equal(getattr(imported, name), getattr(original, name), err_msg=name)
+    assert (imported.effort is None) == (original.effort is None)
+    if original.effort is not None:
+        np.testing.assert_array_equal(imported.effort, original.effort)
+    assert list(imported.extra) == list(original.extra)
+    for name in original.extra:
+        np.testing.assert_array_equal(imported.extra[name], original.extra[name])
 
 
 @pytest.mark.parametrize("name", ["fig5a", "fig5b"])
@@ -110,12 +110,16 @@ def test_a_sample_recording_there_and_back(name: str, tmp_path: Path) -> None:
     source = Path(__file__).parents[2] / "recordings" / "samples" / f"{name}.mcap"
     exporting.export(source, "csv", tmp_path / "a.csv")
     import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
-    one, other = read(source), read(tmp_path / "b.mcap")
+    original, imported = read(source), read(tmp_path / "b.mcap")
     for array in ("time", "position", "command", "voltage", "repeat"):
-        np.testing.assert_array_equal(getattr(other, array), getattr(one, array), err_msg=array)
-    assert (other.run.rate, other.run.period, other.run.cycles) == (one.run.rate, one.run.period, one.run.cycles)
-    assert other.run.simulated
-    assert other.rig.mechanism == "delta"
+        np.testing.assert_array_equal(getattr(imported, array), getattr(original, array), err_msg=array)
+    assert (imported.run.rate, imported.run.period, imported.run.cycles) == (
+        original.run.rate,
+        original.run.period,
+        original.run.cycles,
+    )
+    assert imported.run.simulated
+    assert imported.rig.mechanism == "delta"
 
 
 def test_cycles_are_found_where_the_file_does_not_tell_them(tmp_path: Path) -> None:

@@ -84,9 +84,9 @@ def test_the_samples_are_made_at_the_end(tmp_path: Path) -> None:
     path = tmp_path / "r.mcap"
     with pytest.raises(BadInput, match="holds no samples"):
         read(path)
-    found = listen.complete(path, RIG, None, {"exit_status": "0", "reason": reason})
+    reconstructed = listen.complete(path, RIG, None, {"exit_status": "0", "reason": reason})
     recording = read(path)
-    assert len(recording.time) == 50 + found.missing
+    assert len(recording.time) == 50 + reconstructed.missing
     known = np.flatnonzero(np.isfinite(recording.position[:, 0]))
     assert len(known) == 50
     counts = (recording.position[known] - recording.position[0]) * RIG.drives[0].counts_per_radian
@@ -96,7 +96,7 @@ def test_the_samples_are_made_at_the_end(tmp_path: Path) -> None:
     assert (recording.repeat[known] == 0).all()
     assert recording.run.trajectory == "listened"
     assert (recording.run.exit_status, recording.run.reason) == (0, "enough")
-    assert recording.run.rate == found.rate
+    assert recording.run.rate == reconstructed.rate
     assert [(event.level, event.source) for event in recording.events] == [("error", "joint 2")]
     assert "0x3210" in recording.events[0].message
     assert not path.with_name("r.mcap.part").exists()

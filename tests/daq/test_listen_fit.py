@@ -39,9 +39,9 @@ def fitted(ident: Runner, file: Path) -> dict[str, float]:
     return {parameter["name"]: parameter["value"] for parameter in parameters}
 
 
-def worst(found: dict[str, float], expected: dict[str, float]) -> float:
+def worst(estimate: dict[str, float], expected: dict[str, float]) -> float:
     """Largest relative difference of a parameter."""
-    return max(abs(found[name] / value - 1) for name, value in expected.items())
+    return max(abs(estimate[name] / value - 1) for name, value in expected.items())
 
 
 @pytest.mark.slow
@@ -55,9 +55,9 @@ def test_jitter_of_the_arrivals_does_not_reach_the_parameters(ident: Runner, tmp
     for name, clock in (("ours", 1.0), ("another", 1 + 1e-4)):
         file = tmp_path / f"{name}.mcap"
         write(file, sample.rig, frames, jittered(frames, 4e6 * clock, seed=1))
-        found = listen.complete(file, sample.rig, trajectory, end)
-        assert found.own_clock == (name == "ours")
-        assert found.rate == pytest.approx(250 / clock, rel=5e-6)
+        estimate = listen.complete(file, sample.rig, trajectory, end)
+        assert estimate.own_clock == (name == "ours")
+        assert estimate.rate == pytest.approx(250 / clock, rel=5e-6)
         # Another clock makes everything slower by 1e-4, in truth.
         assert worst(fitted(ident, file), expected) < 1e-3
     assert _worst_by_arrivals(ident, tmp_path, expected) > 5e-3
@@ -66,10 +66,10 @@ def test_jitter_of_the_arrivals_does_not_reach_the_parameters(ident: Runner, tmp
 def _worst_by_arrivals(ident: Runner, folder: Path, expected: dict[str, float]) -> float:
     """The same with samples stamped by the arrivals, of which none changes places: what the line is for."""
     recording, file = read(folder / "ours.mcap"), folder / "arrivals.mcap"
-    found = reconstruct(folder / "ours.mcap", recording.rig, load("fig5a", recording.rig, 2))
-    assert found is not None
-    rng, n = np.random.default_rng(2), len(found.samples.stamp)
+    estimate = reconstruct(folder / "ours.mcap", recording.rig, load("fig5a", recording.rig, 2))
+    assert estimate is not None
+    rng, n = np.random.default_rng(2), len(estimate.samples.stamp)
     late = rng.normal(0, JITTER, n) + rng.uniform(0.5e6, 2e6, n) * (rng.random(n) < OUTLIERS)
-    stamp = found.samples.stamp + np.rint(late).astype(np.int64)
-    blocks.write(file, recording.rig, recording.run, replace(found.samples, stamp=stamp))
+    stamp = estimate.samples.stamp + np.rint(late).astype(np.int64)
+    blocks.write(file, recording.rig, recording.run, replace(estimate.samples, stamp=stamp))
     return worst(fitted(ident, file), expected)

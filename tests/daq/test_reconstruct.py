@@ -36,28 +36,28 @@ def test_the_same_arrays_from_a_sender_with_our_clock(
     tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
 ) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
-    found = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
-    assert found is not None
-    samples = found.samples
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
+    samples = reconstructed.samples
     np.testing.assert_array_equal(samples.stamp - samples.stamp[0], np.arange(len(sample.time)) * 4_000_000)
     np.testing.assert_allclose(samples.position, sample.position, rtol=0, atol=1e-15)
     for name in ("voltage", "statusword", "error_code", "repeat"):
         np.testing.assert_array_equal(getattr(samples, name), getattr(sample, name), err_msg=name)
     known = np.isfinite(sample.command)
     assert np.abs(samples.command - sample.command)[known].max() <= 0.51 * ONE_COUNT
-    assert (found.rate, found.own_clock, found.missing) == (250.0, True, 0)
-    assert (found.period, found.cycles, found.simulated) == (4.0, 2, True)
-    assert found.trajectory is trajectory
+    assert (reconstructed.rate, reconstructed.own_clock, reconstructed.missing) == (250.0, True, 0)
+    assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
+    assert reconstructed.trajectory is trajectory
 
 
 def test_another_clock_gives_another_period(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD * 1.0003, 0))
-    found = reconstruct(tmp_path / "r.mcap", sample.rig)
-    assert found is not None
-    assert not found.own_clock
-    assert found.rate == pytest.approx(250 / 1.0003, rel=1e-6)
-    assert np.ptp(np.diff(found.samples.stamp)) <= 1
-    assert found.period == pytest.approx(4.0012, rel=1e-6)
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
+    assert not reconstructed.own_clock
+    assert reconstructed.rate == pytest.approx(250 / 1.0003, rel=1e-6)
+    assert np.ptp(np.diff(reconstructed.samples.stamp)) <= 1
+    assert reconstructed.period == pytest.approx(4.0012, rel=1e-6)
 
 
 def test_lost_answers_and_syncs_are_gaps(
@@ -68,38 +68,38 @@ def test_lost_answers_and_syncs_are_gaps(
     keep &= (frames.id != 0x182) | (cycle != 900)
     keep &= (cycle < 1500) | (cycle > 1504)
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 1), keep)
-    found = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
-    assert found is not None
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, trajectory)
+    assert reconstructed is not None
     lost = np.zeros(sample.position.shape, bool)
     lost[900, 1] = True
     lost[1500:1505] = True
-    np.testing.assert_array_equal(np.isnan(found.samples.position), lost)
-    np.testing.assert_array_equal(np.isnan(found.samples.voltage), lost)
-    np.testing.assert_array_equal(found.samples.statusword == 0, lost | (sample.statusword == 0))
-    np.testing.assert_array_equal(found.samples.repeat, sample.repeat)
-    assert found.missing == 5
-    assert found.figures()["answers_lost"] == [5, 6, 5]
+    np.testing.assert_array_equal(np.isnan(reconstructed.samples.position), lost)
+    np.testing.assert_array_equal(np.isnan(reconstructed.samples.voltage), lost)
+    np.testing.assert_array_equal(reconstructed.samples.statusword == 0, lost | (sample.statusword == 0))
+    np.testing.assert_array_equal(reconstructed.samples.repeat, sample.repeat)
+    assert reconstructed.missing == 5
+    assert reconstructed.figures()["answers_lost"] == [5, 6, 5]
 
 
 def test_a_long_pause_is_no_loss(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     log = arrivals(frames, PERIOD, 0)
     log[np.cumsum(frames.id == 0x80) > 1000] += 10 * 10**9
     write(tmp_path / "r.mcap", sample.rig, frames, log)
-    found = reconstruct(tmp_path / "r.mcap", sample.rig)
-    assert found is not None
-    assert len(found.samples.stamp) == len(sample.time)
-    assert np.diff(found.samples.stamp).max() == pytest.approx(10 * 10**9 + PERIOD, abs=10)
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
+    assert len(reconstructed.samples.stamp) == len(sample.time)
+    assert np.diff(reconstructed.samples.stamp).max() == pytest.approx(10 * 10**9 + PERIOD, abs=10)
 
 
 def test_cycles_are_found_where_the_motion_is_not_known(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
     for given in (None, load("fig5b", sample.rig, 2)):
-        found = reconstruct(tmp_path / "r.mcap", sample.rig, given)
-        assert found is not None
-        assert found.trajectory is None
-        assert (found.period, found.cycles) == (4.0, 2)
+        reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, given)
+        assert reconstructed is not None
+        assert reconstructed.trajectory is None
+        assert (reconstructed.period, reconstructed.cycles) == (4.0, 2)
         # Where the motion begins to repeat, it can be told from the commands to within a few counts.
-        assert abs(int(np.argmax(found.samples.repeat == 0)) - int(np.argmax(sample.repeat == 0))) < 15
+        assert abs(int(np.argmax(reconstructed.samples.repeat == 0)) - int(np.argmax(sample.repeat == 0))) < 15
 
 
 def test_a_motion_that_does_not_repeat_is_what_was_done_with_power(
@@ -107,12 +107,12 @@ def test_a_motion_that_does_not_repeat_is_what_was_done_with_power(
 ) -> None:
     half = np.cumsum(frames.id == 0x80) < 1400
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0), half)
-    found = reconstruct(tmp_path / "r.mcap", sample.rig)
-    assert found is not None
+    reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
+    assert reconstructed is not None
     enabled = (sample.statusword[:1399] & 0x6F == 0x27).all(axis=1)
     assert 1000 < enabled.sum() < 1399
-    np.testing.assert_array_equal(found.samples.repeat, np.where(enabled, 0, -1))
-    assert (found.period, found.cycles) == (0.0, 1)
+    np.testing.assert_array_equal(reconstructed.samples.repeat, np.where(enabled, 0, -1))
+    assert (reconstructed.period, reconstructed.cycles) == (0.0, 1)
 
 
 def test_torque_and_emergencies(tmp_path: Path) -> None:
@@ -132,16 +132,16 @@ def test_torque_and_emergencies(tmp_path: Path) -> None:
             hear(now + 1000, 0x185, bytes.fromhex("3712e803000064ff"))
             hear(now + 2000, 0x285, bytes.fromhex("f401"))
             hear(now + 3000, 0x185, b"short")
-    found = reconstruct(tmp_path / "r.mcap", rig)
-    assert found is not None
-    samples = found.samples
+    reconstructed = reconstruct(tmp_path / "r.mcap", rig)
+    assert reconstructed is not None
+    samples = reconstructed.samples
     counts = 8192 * 21 / (2 * np.pi)
     np.testing.assert_allclose(samples.position, np.full((6, 1), 0.5 - 1000 / counts))
     np.testing.assert_allclose(samples.voltage, np.full((6, 1), 156 * 0.0005))
     np.testing.assert_allclose(samples.effort, np.full((6, 1), -0.5 * 10.0))
     # It came before the fourth SYNC: still with the third cycle.
     assert samples.error_code[:, 0].tolist() == [0, 0, 0x3210, 0x3210, 0x3210, 0x3210]
-    assert not found.simulated
+    assert not reconstructed.simulated
     assert np.isnan(samples.command).all()
 
 

@@ -61,9 +61,9 @@ def test_another_seed_gives_other_noise_on_the_same_motion(daq: Runner, tmp_path
     for seed in (0, 1):
         arguments = ["--traj", "fig5b", "--cycles", 1, "--rate", 250, "--seed", seed, "--out", f"{seed}.mcap"]
         assert daq("record", *arguments).code == 0
-    one, other = (read(tmp_path / f"{seed}.mcap") for seed in (0, 1))
-    np.testing.assert_array_equal(one.command, other.command)
-    assert 0.005 < np.std(one.voltage - other.voltage) < 0.05
+    first, second = (read(tmp_path / f"{seed}.mcap") for seed in (0, 1))
+    np.testing.assert_array_equal(first.command, second.command)
+    assert 0.005 < np.std(first.voltage - second.voltage) < 0.05
 
 
 def test_the_measured_position_follows_the_command_one_cycle_later(daq: Runner, tmp_path: Path) -> None:

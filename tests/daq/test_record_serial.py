@@ -101,8 +101,8 @@ def test_three_fast_lines_and_canopen_give_the_same_fit(daq: Runner, ident: Runn
         assert daq("record", "--traj", "fig5a", "--cycles", 2, "--out", out, *rig).code == 0
         done = ident("fit", out, "--iterations", 300)
         assert done.code == 0, done.err
-    one, other = (parameters(tmp_path / f"{name}.model.json") for name in ("serial", "can"))
-    np.testing.assert_allclose(one, other, rtol=0.02)  # the voltages' noise is not drawn alike
+    first, second = (parameters(tmp_path / f"{name}.model.json") for name in ("serial", "can"))
+    np.testing.assert_allclose(first, second, rtol=0.02)  # the voltages' noise is not drawn alike
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ def recorded(path: Path, position_stamp: tuple[int, ...] | None) -> None:
     recorder = Recorder(RecordingWriter(path, RIG, _run(RIG)))
     for k in range(3):
         stamp = START + k * 2_000_000
-        own = None if position_stamp is None else tuple(stamp + late for late in position_stamp)
+        delays = None if position_stamp is None else tuple(stamp + late for late in position_stamp)
         sample = Sample(
             position=(0.1, math.nan, 0.3),
             voltage=(1.0, math.nan, 3.0),
@@ -29,8 +29,8 @@ def recorded(path: Path, position_stamp: tuple[int, ...] | None) -> None:
             power=(Power.ON,) * 3,
             missing=1,
             trouble=None,
-            position_stamp=own,
-            voltage_stamp=None if own is None else tuple(late + 1_000 for late in own),
+            position_stamp=delays,
+            voltage_stamp=None if delays is None else tuple(late + 1_000 for late in delays),
         )
         recorder.cycle(stamp, stamp, k, 0, 0.0, np.zeros(3), None, sample)
     recorder.close(0, "done")

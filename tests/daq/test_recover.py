@@ -28,12 +28,12 @@ def test_an_interrupted_recording_becomes_whole(cut: Path, tmp_path: Path) -> No
     before = cut.read_bytes()
     recovered = recover(cut, tmp_path / "out.mcap")
     assert cut.read_bytes() == before
-    one, other = read(cut), read(tmp_path / "out.mcap")
-    assert not one.complete
-    assert (other.run.exit_status, other.run.reason) == (1, "recovered after interruption")
-    np.testing.assert_array_equal(other.position, one.position)
+    expected, actual = read(cut), read(tmp_path / "out.mcap")
+    assert not expected.complete
+    assert (actual.run.exit_status, actual.run.reason) == (1, "recovered after interruption")
+    np.testing.assert_array_equal(actual.position, expected.position)
     assert not recovered.reconstructed
-    assert recovered.kept.duration == pytest.approx(one.time[-1], abs=0.01)
+    assert recovered.kept.duration == pytest.approx(expected.time[-1], abs=0.01)
     shown = CliRunner().invoke(info, [str(tmp_path / "out.mcap")], catch_exceptions=False).stdout
     assert "exit status 1: recovered after interruption" in shown
 
@@ -56,11 +56,11 @@ def test_a_listener_that_was_killed(tmp_path: Path) -> None:
         read(tmp_path / "killed.mcap")
     recovered = recover(tmp_path / "killed.mcap", tmp_path / "out.mcap")
     assert recovered.reconstructed
-    found = read(tmp_path / "out.mcap")
-    count = len(found.time)
+    recording = read(tmp_path / "out.mcap")
+    count = len(recording.time)
     assert 500 < count < len(sample.time)
-    np.testing.assert_allclose(found.position[:-1], sample.position[: count - 1], rtol=0, atol=1e-15)
-    assert (found.run.exit_status, found.run.rate) == (1, 250.0)
+    np.testing.assert_allclose(recording.position[:-1], sample.position[: count - 1], rtol=0, atol=1e-15)
+    assert (recording.run.exit_status, recording.run.rate) == (1, 250.0)
     assert len(read_can(tmp_path / "out.mcap").id) == recovered.kept.messages
 
 

@@ -62,8 +62,8 @@ def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
     arrival = arrivals(rng, index, period, 3e4)
     late = rng.choice(len(index), 300, replace=False)
     arrival[late] += rng.integers(10**6, 10**7, size=300)
-    start, found = line(arrival, index, PERIOD)
-    assert found == pytest.approx(period, rel=1e-7)
+    start, fitted = line(arrival, index, PERIOD)
+    assert fitted == pytest.approx(period, rel=1e-7)
     assert abs(start - START) < 60_000
 
 

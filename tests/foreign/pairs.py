@@ -55,8 +55,8 @@ def make(
     shape: courses.Shape = "stations" if rng.random() < 0.5 else "fourier"
     train = Plant(robot, courses.draw(geometry, shape, rng, rate=setting.rate, seconds=20.0))
     validate = Plant(robot, courses.draw(geometry, "fourier", rng, rate=setting.rate, seconds=12.0))
-    ruler = Ruler(train) if effects else None
-    sized = [_draw(rng, ruler, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if ruler]
+    sizer = Ruler(train) if effects else None
+    sized = [_draw(rng, sizer, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if sizer]
     (folder / "rig.toml").write_text(robots.rig_file(robot.rig), encoding="utf-8")
     for plant, out in ((train, TRAIN), (validate, VALIDATE)):
         reported = plant.report([effect for effect, _ in sized])
@@ -64,13 +64,13 @@ def make(
     return {"schema": 1, "seed": seed, "effects": [_described(effect, reached) for effect, reached in sized]}
 
 
-def _draw(rng: np.random.Generator, ruler: Ruler, wanted: str, size: float) -> tuple[HiddenEffect, float]:
+def _draw(rng: np.random.Generator, sizer: Ruler, wanted: str, size: float) -> tuple[HiddenEffect, float]:
     """An effect of that name and size, and the size that it has."""
     for _ in range(_DRAWS):
         effect = _drawn(rng, wanted)
-        found = ruler.nearest(effect, size)
-        if found and abs(found[1] / size - 1) < _CLOSE:
-            return found
+        scaled = sizer.nearest(effect, size)
+        if scaled and abs(scaled[1] / size - 1) < _CLOSE:
+            return scaled
     raise BadInput(f"{wanted}: a size that it can have on this robot expected, {size:g} found; choose another")
 
 

@@ -170,11 +170,11 @@ class Plant:
         """(n, 3) inertia and friction of the motors, and what is hidden there."""
         friction, links = self.robot.friction, self.robot.links
         state = self._state(q, v, a, load + links.motor_inertia * a)
-        own = links.motor_inertia * a + friction.viscous * v + state.coulomb * state.direction
+        motor_torque = links.motor_inertia * a + friction.viscous * v + state.coulomb * state.direction
         for effect in hidden.effects:
             if name(effect) == "tangled_cables":
-                own = own + laws.tangled(state, _parameters(effect), effect.joints)
-        return own + hidden.sum(laws.MOTOR, state)
+                motor_torque = motor_torque + laws.tangled(state, _parameters(effect), effect.joints)
+        return motor_torque + hidden.sum(laws.MOTOR, state)
 
     def _ahead(self, torque: Floats, hidden: "_Hidden") -> Floats:
         """The torque (n, 3) that the voltage stands for: that of a later instant, where there is a delay."""
@@ -183,7 +183,7 @@ class Plant:
             return torque
         time = self.course.time
         return np.column_stack(
-            [np.interp(time + delay, time, one) for delay, one in zip(delays, torque.T, strict=True)]
+            [np.interp(time + delay, time, shifted) for delay, shifted in zip(delays, torque.T, strict=True)]
         )
 
     def _averaged(self, torque: Floats) -> Floats:

@@ -43,23 +43,23 @@ class Ruler:
             basis = self._basis if same else self._orthogonal(reported)
         except Unreachable:
             return math.inf
-        left = self._remaining(self._filtered(self._torque_of(reported)), basis)
+        residual = self._remaining(self._filtered(self._torque_of(reported)), basis)
         joints = [joint - 1 for joint in effect.joints]
-        size = math.sqrt(np.mean((left - self._left)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2))
+        size = math.sqrt(np.mean((residual - self._left)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2))
         return size if math.isfinite(size) else math.inf
 
     def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float] | None:
         """The effect with the strength that brings its size nearest to `wanted`, and that size; None: it has none."""
         parameters = type(effect)().model_dump()
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
-        found = solve(
+        scaled = solve(
             lambda strength: self.size(effect.scaled(sign * strength)),
             wanted,
             start=abs(parameters[effect.strength()]),
             largest=effect.largest(),
             tolerance=_TOLERANCE,
         )
-        return None if found is None else (effect.scaled(sign * found[0]), found[1])
+        return None if scaled is None else (effect.scaled(sign * scaled[0]), scaled[1])
 
     def _torque_of(self, reported: Reported) -> Floats:
         """(m, 3) by the rig's map."""
@@ -84,5 +84,5 @@ class Ruler:
 
     def _remaining(self, torque: Floats, basis: Floats) -> Floats:
         flat = torque.ravel()
-        left: Floats = (flat - basis @ (basis.T @ flat)).reshape(torque.shape)
-        return left
+        residual: Floats = (flat - basis @ (basis.T @ flat)).reshape(torque.shape)
+        return residual

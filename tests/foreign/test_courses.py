@@ -28,8 +28,8 @@ def test_it_begins_and_ends_at_rest_and_the_cycles_are_the_same(course: Course) 
     assert not rate[[0, -1]].any()
     assert cycles >= 3
     by_cycle = [course.theta[course.rows][course.repeat == cycle] for cycle in range(cycles)]
-    for one in by_cycle[1:]:
-        np.testing.assert_array_equal(one, by_cycle[0])
+    for repetition in by_cycle[1:]:
+        np.testing.assert_array_equal(repetition, by_cycle[0])
 
 
 def test_the_platform_is_where_the_joints_put_it(course: Course) -> None:

@@ -36,11 +36,11 @@ def added(plant: Plant, effect: HiddenEffect) -> tuple[Reported, Floats]:
     return bare, np.where(np.abs(bare.velocity) > SLIDING, more, np.nan)
 
 
-def close(found: Floats, expected: Floats, tolerance: float = 2e-3) -> None:
-    scale = np.nanmax(np.abs(found))
-    known = np.isfinite(found)
+def close(actual: Floats, expected: Floats, tolerance: float = 2e-3) -> None:
+    scale = np.nanmax(np.abs(actual))
+    known = np.isfinite(actual)
     assert known.mean() > 0.5
-    np.testing.assert_allclose(found[known], np.broadcast_to(expected, found.shape)[known], atol=tolerance * scale)
+    np.testing.assert_allclose(actual[known], np.broadcast_to(expected, actual.shape)[known], atol=tolerance * scale)
 
 
 def test_the_bare_robot_needs_inertia_weight_and_friction(plant: Plant) -> None:
@@ -49,8 +49,10 @@ def test_the_bare_robot_needs_inertia_weight_and_friction(plant: Plant) -> None:
     friction = robot.friction.viscous * course.rate + np.array(robot.friction.coulomb) * np.sign(course.rate)
     once = course.rows[:: course.per_sample]
     moving = (np.abs(course.rate[once]) > SLIDING).all(axis=1)
-    found = torque(plant, plant.report())
-    np.testing.assert_allclose(found[moving], (rigid + friction)[once][moving], atol=2e-3 * np.abs(found).max())
+    reported_torque = torque(plant, plant.report())
+    np.testing.assert_allclose(
+        reported_torque[moving], (rigid + friction)[once][moving], atol=2e-3 * np.abs(reported_torque).max()
+    )
 
 
 FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]]] = {
@@ -217,9 +219,9 @@ def test_what_the_arms_do_not_get_in_the_gap_they_get_at_the_tooth(light: Plant)
 @pytest.mark.parametrize("effect", [*library(), *outside.KINDS])
 def test_every_effect_shows_on_its_joints_and_is_called_by_its_name(light: Plant, effect: str) -> None:
     kind = type(build(EffectSpec(name=effect))) if effect in library() else outside.KINDS[effect]
-    one = kind(joints=(1, 2)) if kind.between_joints else kind()
-    assert name(one) == effect
-    bare, changed = light.report(), light.report([one])
+    built = kind(joints=(1, 2)) if kind.between_joints else kind()
+    assert name(built) == effect
+    bare, changed = light.report(), light.report([built])
     assert np.isfinite(changed.voltage).all()
     difference = np.abs(changed.voltage - bare.voltage) + np.abs(changed.position - bare.position)
-    assert (difference.max(axis=0) > 1e-5)[[joint - 1 for joint in one.joints]].all()
+    assert (difference.max(axis=0) > 1e-5)[[joint - 1 for joint in built.joints]].all()

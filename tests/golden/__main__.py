@@ -86,17 +86,17 @@ def _compare(case: Case, made: Documents, relative: float) -> bool:
     """Tell how each document compares; returns whether any differs."""
     kept = json.loads((KEPT / f"{case.name}.json").read_text(encoding="utf-8"))
     kept |= {name: kept[same] for name, same in _SAME_AS.items()}
-    found = [compare(kept[name], shortened(made[name]), relative) for name in made]
-    for name, comparison in zip(made, found, strict=True):
+    differences = [compare(kept[name], shortened(made[name]), relative) for name in made]
+    for name, comparison in zip(made, differences, strict=True):
         click.echo(_told(f"{case.name} {name}", comparison))
-    return any(comparison.differences for comparison in found)
+    return any(comparison.differences for comparison in differences)
 
 
 def _told(name: str, comparison: Comparison) -> str:
     count = len(comparison.differences)
     verdict = f"{count} difference{'s' * (count > 1)}" if count else "equal"
     lines = [f"{name}: {verdict}, worst relative difference {comparison.worst:.2g}"]
-    lines += [f"    {one}" for one in comparison.differences[:_SHOWN]]
+    lines += [f"    {difference}" for difference in comparison.differences[:_SHOWN]]
     if count > _SHOWN:
         lines.append(f"    and {count - _SHOWN} more")
     return "\n".join(lines)

@@ -54,11 +54,11 @@ class Comparison:
     """Largest relative difference of numbers, also of those within the tolerance."""
 
 
-def compare(kept: Any, found: Any, relative: float) -> Comparison:
-    """Compare `found` with what was `kept`; numbers may differ by the share `relative`."""
-    seen = list(_differences(kept, found, "$", FLOOR))
-    over = tuple(one for one in seen if not _is_small(one, relative))
-    numbers = [one.relative for one in seen if math.isfinite(one.relative)]
+def compare(kept: Any, actual: Any, relative: float) -> Comparison:
+    """Compare `actual` with what was `kept`; numbers may differ by the share `relative`."""
+    seen = list(_differences(kept, actual, "$", FLOOR))
+    over = tuple(path for path in seen if not _is_small(path, relative))
+    numbers = [path.relative for path in seen if math.isfinite(path.relative)]
     return Comparison(over, max(numbers, default=0.0))
 
 
@@ -81,51 +81,51 @@ def _thinned(numbers: list[float]) -> Any:
     return {"count": count, "mean": mean, "mean_size": size, "some": numbers[::_EVERY]}
 
 
-def _is_small(one: Difference, relative: float) -> bool:
-    return 0.0 < one.relative <= relative
+def _is_small(difference: Difference, relative: float) -> bool:
+    return 0.0 < difference.relative <= relative
 
 
-def _differences(kept: Any, found: Any, path: str, floor: float) -> Iterator[Difference]:
-    if isinstance(kept, dict) and isinstance(found, dict):
-        yield from _of_objects(kept, found, path)
-    elif isinstance(kept, list) and isinstance(found, list):
-        yield from _of_lists(kept, found, path)
-    elif _is_number(kept) and _is_number(found):
-        yield from _of_numbers(kept, found, path, floor)
-    elif type(kept) is not type(found) or kept != found:
-        yield Difference(path, f"{_short(kept)} kept, {_short(found)} found")
+def _differences(kept: Any, actual: Any, path: str, floor: float) -> Iterator[Difference]:
+    if isinstance(kept, dict) and isinstance(actual, dict):
+        yield from _of_objects(kept, actual, path)
+    elif isinstance(kept, list) and isinstance(actual, list):
+        yield from _of_lists(kept, actual, path)
+    elif _is_number(kept) and _is_number(actual):
+        yield from _of_numbers(kept, actual, path, floor)
+    elif type(kept) is not type(actual) or kept != actual:
+        yield Difference(path, f"{_short(kept)} kept, {_short(actual)} found")
 
 
-def _of_objects(kept: dict[str, Any], found: dict[str, Any], path: str) -> Iterator[Difference]:
-    for key in chain(kept, (key for key in found if key not in kept)):
+def _of_objects(kept: dict[str, Any], actual: dict[str, Any], path: str) -> Iterator[Difference]:
+    for key in chain(kept, (key for key in actual if key not in kept)):
         if key in NOT_COMPARED:
             continue
         place = f"{path}.{key}"
-        if key not in found:
+        if key not in actual:
             yield Difference(place, "missing")
         elif key not in kept:
             yield Difference(place, "not in what was kept")
         else:
-            yield from _differences(kept[key], found[key], place, FLOOR)
+            yield from _differences(kept[key], actual[key], place, FLOOR)
 
 
-def _of_lists(kept: list[Any], found: list[Any], path: str) -> Iterator[Difference]:
-    if len(kept) != len(found):
-        yield Difference(path, f"{len(kept)} entries kept, {len(found)} found")
+def _of_lists(kept: list[Any], actual: list[Any], path: str) -> Iterator[Difference]:
+    if len(kept) != len(actual):
+        yield Difference(path, f"{len(kept)} entries kept, {len(actual)} found")
     floor = FLOOR
-    if _are_numbers(kept) and _are_numbers(found):
-        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(one) for one in (*kept, *found)), default=0.0))
-    for index, (one, other) in enumerate(zip(kept, found, strict=False)):
-        yield from _differences(one, other, f"{path}[{index}]", floor)
+    if _are_numbers(kept) and _are_numbers(actual):
+        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(first) for first in (*kept, *actual)), default=0.0))
+    for index, (first, second) in enumerate(zip(kept, actual, strict=False)):
+        yield from _differences(first, second, f"{path}[{index}]", floor)
 
 
-def _of_numbers(kept: float, found: float, path: str, floor: float) -> Iterator[Difference]:
-    if kept == found or (math.isnan(kept) and math.isnan(found)):
+def _of_numbers(kept: float, actual: float, path: str, floor: float) -> Iterator[Difference]:
+    if kept == actual or (math.isnan(kept) and math.isnan(actual)):
         return
-    size = max(abs(kept), abs(found), floor)
-    relative = abs(kept - found) / size if math.isfinite(size) else math.inf
+    size = max(abs(kept), abs(actual), floor)
+    relative = abs(kept - actual) / size if math.isfinite(size) else math.inf
     relative = math.inf if math.isnan(relative) else relative
-    yield Difference(path, f"{kept!r} kept, {found!r} found, {relative:.2g} apart", relative)
+    yield Difference(path, f"{kept!r} kept, {actual!r} found, {relative:.2g} apart", relative)
 
 
 def _is_number(value: Any) -> TypeGuard[float]:

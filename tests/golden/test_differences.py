@@ -9,9 +9,9 @@ from tests.golden.cases import numbers
 from tests.golden.differences import LONG, NOT_COMPARED, compare, shortened
 
 
-def paths(kept: Any, found: Any, relative: float = 1e-9) -> list[str]:
+def paths(kept: Any, actual: Any, relative: float = 1e-9) -> list[str]:
     """Where the documents differ."""
-    return [one.path for one in compare(kept, found, relative).differences]
+    return [difference.path for difference in compare(kept, actual, relative).differences]
 
 
 def test_the_same_is_equal_to_the_last_digit() -> None:
@@ -48,9 +48,9 @@ def test_in_a_list_the_largest_number_says_what_is_small() -> None:
     assert paths([1e6, 1.0], [1e6, 1.1]) == ["$[1]"]
 
 
-@pytest.mark.parametrize(("kept", "found"), [("stribeck", "backlash"), (True, False), (1.0, True), (None, 0.0)])
-def test_names_and_kinds_are_exact(kept: object, found: object) -> None:
-    assert paths({"x": kept}, {"x": found}, relative=1.0) == ["$.x"]
+@pytest.mark.parametrize(("kept", "actual"), [("stribeck", "backlash"), (True, False), (1.0, True), (None, 0.0)])
+def test_names_and_kinds_are_exact(kept: object, actual: object) -> None:
+    assert paths({"x": kept}, {"x": actual}, relative=1.0) == ["$.x"]
 
 
 @pytest.mark.parametrize("number", [math.inf, math.nan])
@@ -64,7 +64,7 @@ def test_order_is_exact() -> None:
 
 def test_missing_and_further_keys_are_told() -> None:
     differences = compare({"a": {"gone": 1}}, {"a": {"new": 1}}, 1e-9).differences
-    assert [str(one) for one in differences] == ["$.a.gone: missing", "$.a.new: not in what was kept"]
+    assert [str(difference) for difference in differences] == ["$.a.gone: missing", "$.a.new: not in what was kept"]
 
 
 def test_lists_of_another_length_are_told_once_and_compared_as_far_as_they_go() -> None:

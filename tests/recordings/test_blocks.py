@@ -59,10 +59,10 @@ def test_the_same_as_one_written_sync_by_sync(tmp_path: Path, made: SimpleNamesp
         error_code=made.error_code,
     )
     blocks.write(tmp_path / "r.mcap", rig, run, whole)
-    one, other = read(made.path), read(tmp_path / "r.mcap")
+    expected, actual = read(made.path), read(tmp_path / "r.mcap")
     for name in ("time", "position", "command", "voltage", "effort", "statusword", "error_code", "repeat"):
-        np.testing.assert_array_equal(getattr(other, name), getattr(one, name), err_msg=name)
-    assert other.velocity is None
+        np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
+    assert actual.velocity is None
     with AnyReader([made.path]) as first, AnyReader([tmp_path / "r.mcap"]) as second:
         for topic in ("/joint_states", "/joint_commands", "/amplifiers"):
             theirs, ours = (
@@ -100,10 +100,10 @@ def test_any_samples_come_back(
     for name in ("command", "voltage"):
         np.testing.assert_array_equal(getattr(recording, name), given_arrays.get(name, gap))
     for name in ("velocity", "effort"):
-        found = getattr(recording, name)
-        assert (found is None) == (name not in given_arrays)
-        if found is not None:
-            np.testing.assert_array_equal(found, given_arrays[name])
+        read_back = getattr(recording, name)
+        assert (read_back is None) == (name not in given_arrays)
+        if read_back is not None:
+            np.testing.assert_array_equal(read_back, given_arrays[name])
     assert list(recording.extra) == names
     for name in names:
         np.testing.assert_array_equal(recording.extra[name], extra[name])

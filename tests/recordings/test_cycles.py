@@ -46,19 +46,19 @@ def test_the_cycles_of_a_recording_between_approach_and_stop(name: str, toleranc
     assert find_cycles(recording.command) == Cycles(first, period, 2)
     rng = np.random.default_rng(0)
     measured = recording.position + rng.normal(scale=1e-4, size=recording.position.shape)
-    found = find_cycles(measured)
-    assert found is not None
-    assert (found.period, found.count) == (period, 2)
-    assert first - 150 < found.first <= first + tolerance
+    cycles = find_cycles(measured)
+    assert cycles is not None
+    assert (cycles.period, cycles.count) == (period, 2)
+    assert first - 150 < cycles.first <= first + tolerance
 
 
 def test_gaps_do_not_hide_it() -> None:
     rng = np.random.default_rng(1)
     x = np.tile(fourier(rng, 400, 2), (5, 1))
     x[rng.random(len(x)) < 0.02] = np.nan
-    found = find_cycles(x)
-    assert found is not None
-    assert (found.period, found.count) == (400, 5)
+    cycles = find_cycles(x)
+    assert cycles is not None
+    assert (cycles.period, cycles.count) == (400, 5)
 
 
 def test_repeat_counts_the_cycles() -> None:

@@ -46,13 +46,13 @@ def test_a_file_cut_off_anywhere_becomes_whole(
         last = list(reader.iter_metadata())[-1]
         assert (last.name, last.metadata) == ("run", END)
     try:
-        found = read(cut)
+        recording = read(cut)
     except BadInput:  # an event and no sample
         return
     recovered = read(out)
-    np.testing.assert_array_equal(recovered.position, found.position)
-    np.testing.assert_array_equal(recovered.voltage, found.voltage)
-    assert recovered.events == found.events
+    np.testing.assert_array_equal(recovered.position, recording.position)
+    np.testing.assert_array_equal(recovered.voltage, recording.voltage)
+    assert recovered.events == recording.events
     assert (recovered.complete, recovered.run.exit_status, recovered.run.reason) == (True, 1, "recovered")
     assert len(read_can(out).id) == len(read_can(cut).id)
 

@@ -25,7 +25,7 @@ def test_rosbags_reads_every_topic(made: SimpleNamespace) -> None:
         messages = {topic: [] for topic in schemas.TOPICS}
         for connection, log, payload in reader.messages():
             messages[connection.topic].append((log, reader.deserialize(payload, connection.msgtype)))
-    assert {topic: len(found) for topic, found in messages.items()} == {
+    assert {topic: len(topics) for topic, topics in messages.items()} == {
         "/joint_states": made.n,
         "/joint_commands": made.n,
         "/amplifiers": made.n,
@@ -58,14 +58,16 @@ def test_rosbags_reads_delays_and_all_else_as_ever(tmp_path: Path, rig: Rig, run
         writer.joint_states(7, 9, (0.1, 0.2, 0.3))
         writer.extra(7, 9, {"position_delay_1": 0.004, "voltage_delay_1": np.nan})
     with AnyReader([tmp_path / "serial.mcap"]) as reader:
-        assert {one.topic for one in reader.connections} == {*schemas.TOPICS, "/extra"}
-        found = {one.topic: reader.deserialize(data, one.msgtype) for one, _, data in reader.messages()}
-    assert found["/joint_states"].position.tolist() == [0.1, 0.2, 0.3]
-    assert (found["/extra"].header.stamp.nanosec, found["/extra"].name) == (
+        assert {message.topic for message in reader.connections} == {*schemas.TOPICS, "/extra"}
+        messages = {
+            message.topic: reader.deserialize(data, message.msgtype) for message, _, data in reader.messages()
+        }
+    assert messages["/joint_states"].position.tolist() == [0.1, 0.2, 0.3]
+    assert (messages["/extra"].header.stamp.nanosec, messages["/extra"].name) == (
         7,
         ["position_delay_1", "voltage_delay_1"],
     )
-    np.testing.assert_array_equal(found["/extra"].value, [0.004, np.nan])
+    np.testing.assert_array_equal(messages["/extra"].value, [0.004, np.nan])
 
 
 def test_the_file_opens_by_its_index_and_carries_its_metadata(made: SimpleNamespace, rig: Rig) -> None:
@@ -105,9 +107,9 @@ def test_a_killed_program_loses_at_most_half_a_second(tmp_path: Path, rig: Rig, 
     copy = tmp_path / "as_left_behind.mcap"
     copy.write_bytes((tmp_path / "r.mcap").read_bytes())
     writer.close(0, "done")
-    left = read(copy)
-    assert left.time[-1] >= 2.4 - 0.5 - 0.002
-    assert not left.complete
+    recording = read(copy)
+    assert recording.time[-1] >= 2.4 - 0.5 - 0.002
+    assert not recording.complete
     assert read(tmp_path / "r.mcap").time[-1] == pytest.approx(2.398)
 
 
@@ -187,10 +189,10 @@ def test_a_full_disk_ends_the_run_and_leaves_a_readable_file(tmp_path: Path, rig
         record()
     assert isinstance(failure.value, BadInput), "a full disk is the user's to mend: exit code 2"
     assert path.stat().st_size <= 100_000
-    left = read(path)
-    assert not left.complete
-    assert len(left.time) > 500
-    np.testing.assert_array_equal(left.position, written[: len(left.time)])
+    recording = read(path)
+    assert not recording.complete
+    assert len(recording.time) > 500
+    np.testing.assert_array_equal(recording.position, written[: len(recording.time)])
 
 
 @pytest.mark.parametrize(("size", "left_behind"), [(0, False), (10_000, True)])

@@ -189,8 +189,8 @@ def test_unreachable_path_names_the_instant(rig: Rig) -> None:
     # The deepest that limb can reach, on the way down in the first repetition, which begins after one second.
     deepest = np.sqrt((rig.geometry.L1 + rig.geometry.L2) ** 2 - (rig.geometry.R - rig.geometry.r) ** 2)
     expected = 1.0 + 4.0 / (2 * np.pi) * np.arcsin((deepest - 0.9) / 0.3)
-    found = float(str(caught.value).split("t = ")[1].split(" s")[0])
-    assert expected <= found <= expected + 1 / 500 + 5e-4
+    error = float(str(caught.value).split("t = ")[1].split(" s")[0])
+    assert expected <= error <= expected + 1 / 500 + 5e-4
 
 
 def test_digest_is_that_of_the_samples(rig: Rig) -> None:

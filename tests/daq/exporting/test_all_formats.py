@@ -86,14 +86,14 @@ def test_parquet_says_what_it_lacks(recording: Path, tmp_path: Path, monkeypatch
 def test_mat(recording: Path) -> None:
     from scipy.io import loadmat
 
-    found, whole = loadmat(exported(recording, "mat")), read(recording)
+    contents, whole = loadmat(exported(recording, "mat")), read(recording)
     for name in ("position", "command", "voltage", "statusword", "error_code"):
-        np.testing.assert_array_equal(found[name], getattr(whole, name), err_msg=name)
+        np.testing.assert_array_equal(contents[name], getattr(whole, name), err_msg=name)
     for name, array in (("time", whole.time), ("cycle", whole.repeat), ("lateness", whole.lateness)):
-        np.testing.assert_array_equal(found[name], array[:, None], err_msg=name)
-    assert np.isnan(found["velocity"]).all()
-    assert [name.item() for name in found["joint_names"].ravel()] == ["joint_1", "joint_2", "joint_3"]
-    assert json.loads(found["run"].item())["period"] == 0.004
+        np.testing.assert_array_equal(contents[name], array[:, None], err_msg=name)
+    assert np.isnan(contents["velocity"]).all()
+    assert [name.item() for name in contents["joint_names"].ravel()] == ["joint_1", "joint_2", "joint_3"]
+    assert json.loads(contents["run"].item())["period"] == 0.004
 
 
 def test_candump(recording: Path) -> None:

@@ -23,9 +23,9 @@ Heard = dict[str, list[tuple[int, bytes]]]
 
 
 def free_port() -> int:
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port: int = one.getsockname()[1]
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port: int = probe.getsockname()[1]
         return port
 
 
@@ -61,12 +61,12 @@ def positions(messages: list[tuple[int, bytes]]) -> np.ndarray:
     """(n, 1 + dof) log time [ns] and positions of JointState messages."""
     fields = parse_schema(schemas.JOINT_STATE)
     layout = Layout.of(fields, messages[0][1])
-    found = np.frombuffer(b"".join(payload for _, payload in messages), layout.dtype)
-    assert layout.fits(found).all()
+    values = np.frombuffer(b"".join(payload for _, payload in messages), layout.dtype)
+    assert layout.fits(values).all()
     stamps = [stamp for stamp, _ in messages]
-    header = found["header.stamp"]
+    header = values["header.stamp"]
     assert (header["sec"].astype(np.int64) * 10**9 + header["nanosec"].astype(np.int64)).tolist() == stamps
-    return np.column_stack([stamps, found["position"]])
+    return np.column_stack([stamps, values["position"]])
 
 
 @pytest.mark.slow
@@ -89,7 +89,7 @@ def test_a_client_gets_what_is_recorded(tmp_path: Path) -> None:
     assert commands[:, 0].tolist() == states[:, 0].tolist()
     assert _same(recording.command[first + rows], commands[:, 1:])
     live = [json.loads(payload) for _, payload in heard["/live"]]
-    errors = [one["following_error"][0] for one in live if one["following_error"][0] is not None]
+    errors = [item["following_error"][0] for item in live if item["following_error"][0] is not None]
     worst = max(json.loads(payload)["following_error_max"] for _, payload in heard["/run"])
     assert 0 < max(map(abs, errors)) <= worst + 1e-9
 

@@ -89,11 +89,11 @@ def test_the_run_is_seen_to_its_end(record: Record, page: Any, tmp_path: Path) -
     for j in range(3):
         shown, commanded = lines["position"][2 * j : 2 * j + 2]
         rows = [round(250 * time) for time in shown["x"]]
-        assert shown["y"] == [_known(one) for one in recording.position[rows, j]]
-        assert commanded["y"] == pytest.approx([_known(one) for one in recording.command[rows, j]], abs=1e-8)
-        assert lines["voltage"][j]["y"] == [_known(one) for one in recording.voltage[rows, j]]
+        assert shown["y"] == [_known(item) for item in recording.position[rows, j]]
+        assert commanded["y"] == pytest.approx([_known(item) for item in recording.command[rows, j]], abs=1e-8)
+        assert lines["voltage"][j]["y"] == [_known(item) for item in recording.voltage[rows, j]]
         error = [
-            _known(one) for one in 1e3 * (recording.command[np.array(rows) - 1] - recording.position[rows])[:, j]
+            _known(item) for item in 1e3 * (recording.command[np.array(rows) - 1] - recording.position[rows])[:, j]
         ]
         assert lines["error"][j]["y"] == pytest.approx(error, abs=1e-5)
     assert max(lines["lateness"][0]["y"]) <= 1e3 * recording.lateness.max() + 1e-9

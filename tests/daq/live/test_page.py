@@ -44,7 +44,7 @@ def test_a_page_that_comes_late_gets_the_last_lines() -> None:
     told = Told(RUN)
     told.listen([*map(line, range(1000)), DONE])
     _, *lines = seen(told)
-    assert [one.get("cycles") for one in lines] == [*range(1000 - page._KEPT + 1, 1000), None]
+    assert [line_number.get("cycles") for line_number in lines] == [*range(1000 - page._KEPT + 1, 1000), None]
 
 
 def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -53,16 +53,16 @@ def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatc
     sent = iter([*map(line, range(7)), DONE])
 
     async def look() -> list[str]:
-        found = []
+        events = []
         async for text in told.events():
-            found.append(text)
-            for one in islice(sent, 3):
-                told._add(one)
-                told.over = one == DONE
-        return found
+            events.append(text)
+            for item in islice(sent, 3):
+                told._add(item)
+                told.over = item == DONE
+        return events
 
     heard = "".join(asyncio.run(look())).split("\n\n")
-    assert [json.loads(one[6:]).get("cycles") for one in heard[1:-1]] == [*range(7), None]
+    assert [json.loads(item[6:]).get("cycles") for item in heard[1:-1]] == [*range(7), None]
 
 
 def test_a_run_without_a_last_word_was_killed() -> None:

@@ -38,9 +38,9 @@ def test_all_lines_arrive_in_order_and_the_end_is_the_last(
 ) -> None:
     monkeypatch.setattr(viewer, "PATIENCE", 120.0)
     sent = [f"{number} {LINE}" for number in range(50)]
-    with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
+    with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         for line in sent:
-            one.tell(line)
+            closing_viewer.tell(line)
     assert told(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
 
 
@@ -56,20 +56,20 @@ def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
 ) -> None:
     """A write that waits would hang here for a minute."""
     monkeypatch.setattr(viewer, "_LAST", 0.1)
-    with shown_by("stuck", {}) as one:
+    with shown_by("stuck", {}) as closing_viewer:
         for _ in range(1000):
-            one.tell(LINE)
-        assert len(one._unsent) < 2_000_000
-    assert one._process.returncode == -9
+            closing_viewer.tell(LINE)
+        assert len(closing_viewer._unsent) < 2_000_000
+    assert closing_viewer._process.returncode == -9
 
 
 def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
-    with shown_by("dead", {}) as one:
-        one._process.wait(120)
+    with shown_by("dead", {}) as viewer:
+        viewer._process.wait(120)
         for _ in range(1000):
-            one.tell(LINE)
-        assert not one._unsent
-    assert one._process.returncode == 0
+            viewer.tell(LINE)
+        assert not viewer._unsent
+    assert viewer._process.returncode == 0
 
 
 def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
@@ -80,6 +80,6 @@ def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
     (tmp_path / "work" / "json.py").write_text("raise SystemExit(7)")
     monkeypatch.chdir(tmp_path / "work")
     monkeypatch.setattr(viewer, "PATIENCE", 120.0)
-    with shown_by("reads", {"into": str(tmp_path / "lines")}) as one:
+    with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         pass
-    assert one._process.returncode == 0
+    assert closing_viewer._process.returncode == 0
