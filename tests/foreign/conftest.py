@@ -5,7 +5,7 @@ import pytest
 
 from tests.foreign import courses, robots
 from tests.foreign.plant import Plant
-from tests.foreign.sizing import Ruler
+from tests.foreign.sizing import EffectSizer
 
 
 def _plant(kind: robots.Kind, shape: courses.Shape) -> Plant:
@@ -27,6 +27,6 @@ def light() -> Plant:
 
 
 @pytest.fixture(scope="package")
-def ruler(plant: Plant) -> Ruler:
+def ruler(plant: Plant) -> EffectSizer:
     """Of the heavy one."""
-    return Ruler(plant)
+    return EffectSizer(plant)

@@ -14,7 +14,7 @@ from recordings.errors import BadInput
 from recordings.rig import load_rig
 from tests.foreign import courses, outside, robots
 from tests.foreign.plant import Plant, Reported, name
-from tests.foreign.sizing import Ruler
+from tests.foreign.sizing import EffectSizer
 
 _DRAWS = 4
 _CLOSE = 0.1
@@ -55,7 +55,7 @@ def make(
     shape: courses.Shape = "stations" if rng.random() < 0.5 else "fourier"
     train = Plant(robot, courses.draw(geometry, shape, rng, rate=setting.rate, seconds=20.0))
     validate = Plant(robot, courses.draw(geometry, "fourier", rng, rate=setting.rate, seconds=12.0))
-    sizer = Ruler(train) if effects else None
+    sizer = EffectSizer(train) if effects else None
     sized = [_draw(rng, sizer, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if sizer]
     (folder / "rig.toml").write_text(robots.rig_file(robot.rig), encoding="utf-8")
     for plant, out in ((train, TRAIN), (validate, VALIDATE)):
@@ -64,7 +64,7 @@ def make(
     return {"schema": 1, "seed": seed, "effects": [_described(effect, reached) for effect, reached in sized]}
 
 
-def _draw(rng: np.random.Generator, sizer: Ruler, wanted: str, size: float) -> tuple[HiddenEffect, float]:
+def _draw(rng: np.random.Generator, sizer: EffectSizer, wanted: str, size: float) -> tuple[HiddenEffect, float]:
     """An effect of that name and size, and the size that it has."""
     for _ in range(_DRAWS):
         effect = _drawn(rng, wanted)

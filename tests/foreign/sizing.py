@@ -20,7 +20,7 @@ _EVERY = 5
 _TOLERANCE = 0.01
 
 
-class Ruler:
+class EffectSizer:
     """Measures effects on one plant."""
 
     def __init__(self, plant: Plant) -> None:
