@@ -18,7 +18,7 @@ _BLOCK = 1 << 24
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class CsvTable:
     """Named columns of numbers; row k stands in line k + 2 of the file."""
 
     path: Path
@@ -32,7 +32,7 @@ class Table:
         return f"{self.path}, line {row + 2}{f', column {name!r}' if name else ''}"
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path) -> CsvTable:
     """Read a comma-separated file with a header row.
 
     Raises:
@@ -54,7 +54,7 @@ def read_table(path: Path) -> Table:
         raise BadInput(f"{path} does not exist; check the path") from None
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    table = Table(path, dict(zip(names, np.concatenate(parts).T.copy(), strict=True)), digest.hexdigest())
+    table = CsvTable(path, dict(zip(names, np.concatenate(parts).T.copy(), strict=True)), digest.hexdigest())
     for name, column in table.columns.items():
         if np.isinf(column).any():
             where = table.where(int(np.argmax(np.isinf(column))), name)

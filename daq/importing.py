@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from daq.columns import JOINT_COLUMNS
-from daq.csv_table import Table, read_table
+from daq.csv_table import CsvTable, read_table
 from recordings import blocks
 from recordings.blocks import Samples
 from recordings.config import validated
@@ -103,7 +103,7 @@ def _is_known(name: str) -> bool:
     return name in ("time", "cycle") or _JOINT_COLUMN.fullmatch(name) is not None
 
 
-def _stamps(table: Table) -> Ints:
+def _stamps(table: CsvTable) -> Ints:
     """(n,) [ns] from the first sample."""
     if "time" not in table.columns:
         raise BadInput(f"{table.path}, line 1: a column 'time' expected, {', '.join(table.columns)} found; rename it")
@@ -128,7 +128,7 @@ def _stamps(table: Table) -> Ints:
     return stamp
 
 
-def _joints(table: Table) -> dict[str, Floats]:
+def _joints(table: CsvTable) -> dict[str, Floats]:
     """Quantity: (n, dof), for those that the file has."""
     numbers: dict[str, set[int]] = {}
     for name in table.columns:
@@ -149,7 +149,7 @@ def _joints(table: Table) -> dict[str, Floats]:
     return {name: np.column_stack([table.columns[f"{name}_{i + 1}"] for i in range(dof)]) for name in numbers}
 
 
-def _rig(table: Table, description: Description, dof: int, volts: bool, rate: float) -> Rig:
+def _rig(table: CsvTable, description: Description, dof: int, volts: bool, rate: float) -> Rig:
     if description.rig is not None:
         if description.rig.dof != dof:
             raise BadInput(
@@ -174,7 +174,7 @@ def _rig(table: Table, description: Description, dof: int, volts: bool, rate: fl
     )
 
 
-def _repeat(table: Table, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
+def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
     """(n,) repetition of each sample, -1 where none, and the period [s], 0 where nothing repeats."""
     if "cycle" in table.columns:
         return _given_repeat(table, stamp)
@@ -200,7 +200,7 @@ def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
     )
 
 
-def _given_repeat(table: Table, stamp: Ints) -> tuple[Ints, float]:
+def _given_repeat(table: CsvTable, stamp: Ints) -> tuple[Ints, float]:
     cycle = np.nan_to_num(table.columns["cycle"], nan=-1.0)
     wrong = np.flatnonzero((cycle != np.rint(cycle)) | (np.abs(cycle) > 2**31))
     if len(wrong):
