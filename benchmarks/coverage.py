@@ -68,7 +68,7 @@ SCENARIOS = (
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class Estimates:
     """From one recording."""
 
     errors: Floats
@@ -97,13 +97,13 @@ class Machine:
         torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)
         return replace(self.dataset, recording=noisy, torque=torque, volt_sensitivity=prepared.sensitivity)
 
-    def fitted(self, scenario: Scenario, seed: int) -> Found:
+    def fitted(self, scenario: Scenario, seed: int) -> Estimates:
         """Estimates and intervals from one recording."""
         generator = np.random.default_rng([seed, round(1e3 * scenario.correlation)])
         rate = self.exact.run.rate
         dataset = self.dataset_with(scenario.draw(self.voltage.shape, rate, generator))
         results = [self._fitted(dataset, method) for method in scenario.methods]
-        return Found(*(np.stack(parts) for parts in zip(*results, strict=True)))
+        return Estimates(*(np.stack(parts) for parts in zip(*results, strict=True)))
 
     def _fitted(self, dataset: Dataset, method: str) -> tuple[Floats, Floats]:
         settings = estimators.settings(method, {})
@@ -128,7 +128,7 @@ class Coverage:
     """(methods, sources, k) mean width, over that of one who knows how the errors are spread."""
 
     @classmethod
-    def of(cls, scenario: Scenario, estimates: Sequence[Found]) -> "Coverage":
+    def of(cls, scenario: Scenario, estimates: Sequence[Estimates]) -> "Coverage":
         """Count."""
         errors = np.stack([estimate.errors for estimate in estimates])[:, :, None]
         half_widths = np.stack([estimate.half_widths for estimate in estimates])
@@ -157,7 +157,7 @@ def _start(path: Path) -> None:
     _machine = Machine(read(path))
 
 
-def _work(scenario: Scenario, seed: int) -> Found:
+def _work(scenario: Scenario, seed: int) -> Estimates:
     assert _machine is not None
     return _machine.fitted(scenario, seed)
 

@@ -12,7 +12,7 @@ from rich.progress import Progress as Bar
 from rich.table import Table
 
 from daq.session import Result
-from daq.watched import Progress
+from daq.watched import CycleProgress
 
 _INTERVAL = 0.25
 """Between two looks at the run [s]."""
@@ -22,7 +22,7 @@ class ProgressBar:
     """Shows a run that is going on, on stderr and only on a terminal. It looks at the run from its own thread, so
     the cycle never waits for a screen."""
 
-    def __init__(self, progress: Progress) -> None:
+    def __init__(self, progress: CycleProgress) -> None:
         self._progress = progress
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, name="display", daemon=True)
@@ -57,7 +57,7 @@ class ProgressBar:
                 bar.refresh()
 
 
-def _figures(progress: Progress, rate: float) -> str:
+def _figures(progress: CycleProgress, rate: float) -> str:
     late = progress.lateness[-1] if progress.lateness else 0.0
     return (
         f"{rate:5.0f} Hz  lost {progress.lost}  missed {progress.missed}  late {late * 1e3:.2f} ms  "

@@ -12,13 +12,13 @@ import numpy as np
 from daq.columns import JOINT_COLUMNS
 from daq.csv_table import CsvTable, read_table
 from recordings import blocks
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.config import validated
 from recordings.cycles import find_cycles
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
 from recordings.recording import Floats, Ints, Run
-from recordings.rig import JointType, Mechanism, Rig, Torque
+from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _JOINT_COLUMN = re.compile(rf"({'|'.join(JOINT_COLUMNS)})_([1-9]\d*)")
 _LONGEST = 2**31
@@ -32,7 +32,7 @@ class Description:
     """What is known of the machine besides the measurements."""
 
     rig: Rig | None = None
-    mechanism: Mechanism | None = None
+    mechanism: MechanismName | None = None
     joints: tuple[JointType, ...] = ("revolute",)
     torque: Mapping[str, Any] | None = None
     """Keys of the section [torque] of a rig file; None: nothing is known."""
@@ -45,7 +45,7 @@ class Imported:
 
     rig: Rig
     run: Run
-    samples: Samples
+    samples: SampleTable
 
     @property
     def steps(self) -> Floats:
@@ -82,7 +82,7 @@ def import_csv(path: Path, out: Path, description: Description) -> Imported:
         exit_status=0,
         reason=f"imported from {path.name}",
     )
-    samples = Samples(
+    samples = SampleTable(
         joints=rig.joint_names,
         stamp=stamp,
         log=stamp,

@@ -37,7 +37,7 @@ _LOOK = 0.1
 
 
 @dataclass
-class Heard:
+class BusTraffic:
     """What came so far; read by the display."""
 
     frames: int = 0
@@ -50,7 +50,7 @@ class Listener:
     def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
         """Raises BadInput where `out` exists or cannot be created."""
         self._rig = rig
-        self.heard = Heard()
+        self.heard = BusTraffic()
         self._writer = RecordingWriter(out, rig, _run(rig))
         self._link = Link(bus)
         self._link.tap = self._on_frame
@@ -58,7 +58,7 @@ class Listener:
         self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
 
     def listen(
-        self, stop: StopRequest, duration: float | None, show: Callable[[Heard], None] = lambda heard: None
+        self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda heard: None
     ) -> str:
         """Listen until asked to stop, for `duration` seconds, or until SYNC has ceased; returns which it was.
 
@@ -121,8 +121,8 @@ def record(
     out: Path,
     trajectory: Trajectory | None,
     duration: float | None,
-    show: Callable[[Heard], None] = lambda heard: None,
-) -> tuple[Heard, Reconstructed]:
+    show: Callable[[BusTraffic], None] = lambda heard: None,
+) -> tuple[BusTraffic, Reconstructed]:
     """Listen on the bus of `rig` and write the new recording `out`; see `Listener.listen` for when it ends.
 
     Raises:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from daq.sync_line import line, number
 from drivers import cia402
 from drivers.canopen import emcy, setup
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.container import Batch, load
 from recordings.cycles import find_cycles
 from recordings.recording import Floats, Ints
@@ -39,7 +39,7 @@ _FRAME = np.dtype([("id", "<u2"), ("length", "u1"), ("log", "<i8"), ("data", "u1
 class Reconstructed:
     """A recording made from frames, and what became known with it."""
 
-    samples: Samples
+    samples: SampleTable
     rate: float
     """SYNCs per second [Hz]."""
     own_clock: bool
@@ -92,7 +92,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     log = stamp.copy()
     log[table.rows] = arrival
     repeat, motion_period, matched_trajectory = _repeat(rig, joints, trajectory)
-    samples = Samples(
+    samples = SampleTable(
         joints=rig.joint_names,
         stamp=stamp,
         log=log,

@@ -122,7 +122,7 @@ class Recorder:
                     self.error = error
 
 
-class Discard:
+class NullRecorder:
     """A recorder that keeps nothing, for a rehearsal."""
 
     error: RunFailed | None = None

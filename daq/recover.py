@@ -8,7 +8,7 @@ from daq import listen
 from recordings.container import load
 from recordings.errors import BadInput
 from recordings.reader import read_rig
-from recordings.recovery import Kept, rewrite
+from recordings.recovery import RewriteSummary, rewrite
 
 _SAMPLES = ("/joint_states", "/joint_commands", "/amplifiers")
 _END = {"exit_status": "1", "reason": "recovered after interruption"}
@@ -18,7 +18,7 @@ _END = {"exit_status": "1", "reason": "recovered after interruption"}
 class Recovered:
     """What became of a recording."""
 
-    kept: Kept
+    kept: RewriteSummary
     reconstructed: bool
     """The samples were made from the frames, as it was recorded by listening."""
 

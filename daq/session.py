@@ -16,10 +16,10 @@ import can
 
 from daq.clock import Clock, HostClock, LockstepClock
 from daq.realtime import precedence
-from daq.recorder import Discard, Recorder
+from daq.recorder import NullRecorder, Recorder
 from daq.stopping import StopRequest
 from daq.stream import Stream
-from daq.watched import Progress
+from daq.watched import CycleProgress
 from drivers import transports
 from drivers.protocol import Amplifiers, Identity, Report
 from drivers.transports import Tap
@@ -31,14 +31,14 @@ from recordings.writer import RecordingWriter
 from trajectories import Trajectory
 
 Pace = Literal["lockstep", "realtime"]
-Display = Callable[[Progress], AbstractContextManager[object]]
+Display = Callable[[CycleProgress], AbstractContextManager[object]]
 
 _BYTES_PER_CYCLE = 400
 """More than a cycle takes in the file; tells beforehand whether the disk has room."""
 
 
 @dataclass(frozen=True)
-class Order:
+class RunRequest:
     """What shall be recorded."""
 
     rig: Rig
@@ -54,12 +54,12 @@ class Result:
     """What became of it."""
 
     identities: tuple[Identity, ...]
-    progress: Progress
+    progress: CycleProgress
     frames_sent: int
     frames_received: int
 
 
-def check_beforehand(order: Order) -> None:
+def check_beforehand(order: RunRequest) -> None:
     """Refuse what is known to fail before anything is opened or moves.
 
     Raises:
@@ -94,7 +94,7 @@ def rig_from(path: Path | None, rate: float | None = None) -> Rig:
     return rig if rate is None else rig.at_rate(rate)
 
 
-def _clock(order: Order) -> Clock:
+def _clock(order: RunRequest) -> Clock:
     rig = order.rig
     return LockstepClock(rig.rate) if order.pace == "lockstep" else HostClock(rig.rate, transports.of(rig).lead(rig))
 
@@ -102,7 +102,7 @@ def _clock(order: Order) -> Clock:
 class Session:
     """Runs one order; `log` gets what the drives and the cycle report: level, source, message."""
 
-    def __init__(self, order: Order, log: Report) -> None:
+    def __init__(self, order: RunRequest, log: Report) -> None:
         self._order = order
         self._log = log
         self._clock: Clock = _clock(order)
@@ -110,7 +110,7 @@ class Session:
         self._early: list[tuple[int, can.Message, bool]] = []
         self._write_frame: Tap = lambda *frame: self._early.append(frame)
         self._recorder: Recorder | None = None
-        self.progress = Progress()
+        self.progress = CycleProgress()
 
     def run(self, display: Display) -> Result:
         """Record; on every way out the drives are disabled and the file is closed with its exit status.
@@ -156,7 +156,7 @@ class Session:
             self._refuse_false_pace(identities)
             with StopRequest() as stop, display(self.progress), self._precedence():
                 drives.configure()
-                stream = Stream(self._order.rig, drives, self._clock, Discard(), stop, self.progress)
+                stream = Stream(self._order.rig, drives, self._clock, NullRecorder(), stop, self.progress)
                 position = stream.rehearse(self._order.trajectory)
         finally:
             drives.close()

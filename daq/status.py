@@ -13,7 +13,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.watched import Progress
+from daq.watched import CycleProgress
 from drivers.protocol import Sample
 
 _INTERVAL = 0.1
@@ -22,7 +22,7 @@ _ROWS = 25
 """Cycles that a line tells of at most, spread evenly over those since the last one."""
 
 
-Tell = Callable[[str], None]
+LineSink = Callable[[str], None]
 """Takes one line."""
 
 
@@ -41,7 +41,7 @@ def to_stdout(line: str) -> None:
 class StatusLines:
     """Tells of a run that is going on, from its own thread, so the cycle never waits for those who are told."""
 
-    def __init__(self, progress: Progress, rate: float, told: Sequence[Tell]) -> None:
+    def __init__(self, progress: CycleProgress, rate: float, told: Sequence[LineSink]) -> None:
         self._progress, self._rate, self._told = progress, rate, told
         self._due: NDArray[np.float64] = np.array(math.nan)
         """The command of the cycle before: what a drive has to follow now [rad]."""

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.clock import Clock
-from daq.recorder import Discard, Recorder
+from daq.recorder import NullRecorder, Recorder
 from daq.stopping import StopRequest
 from daq.supervisor import Supervisor
-from daq.watched import Progress
+from daq.watched import CycleProgress
 from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
 from recordings.errors import RunFailed
 from recordings.rig import Rig
@@ -35,11 +35,11 @@ _SWITCH_INTERVAL = 1e-4
 """How long another thread may keep the interpreter when the cycle wants it [s]."""
 
 
-class Trouble(Exception):
+class MotionFault(Exception):
     """The motion is not healthy: stop at once."""
 
 
-class StopOrdered(Exception):
+class StopRequested(Exception):
     """The motion is healthy but shall end."""
 
 
@@ -51,9 +51,9 @@ class Stream:
         rig: Rig,
         amplifiers: Amplifiers,
         clock: Clock,
-        recorder: Recorder | Discard,
+        recorder: Recorder | NullRecorder,
         stop: StopRequest,
-        progress: Progress,
+        progress: CycleProgress,
     ) -> None:
         self._rig = rig
         self._amplifiers = amplifiers
@@ -88,7 +88,7 @@ class Stream:
                 self._enable()
                 self._approach(trajectory.joint_position[0])
                 self._follow("stream", trajectory.joint_position, trajectory)
-            except (Trouble, StopOrdered, RunFailed) as stop:
+            except (MotionFault, StopRequested, RunFailed) as stop:
                 reason = str(stop)
             finally:
                 left_on = self._disable()
@@ -110,7 +110,7 @@ class Stream:
                 position = self._look()
                 for _ in range(self._cycles(1.0)):
                     self._watch(self._supervisor.drives(self._cycle(None, self._at_rest)))
-            except (Trouble, StopOrdered) as stop:
+            except (MotionFault, StopRequested) as stop:
                 raise RunFailed(str(stop)) from None
         self._amplifiers.encode(approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate))
         self._amplifiers.encode(trajectory.joint_position)
@@ -121,13 +121,13 @@ class Stream:
     def _look(self) -> Floats:
         for _ in range(self._cycles(_POWER_TIMEOUT)):
             if self._stop.count:
-                raise StopOrdered(self._stop.reason)
+                raise StopRequested(self._stop.reason)
             sample = self._cycle(None, self._at_rest)
             self._watch(self._supervisor.drives(sample))
             if not sample.missing:
                 self._watch(self._supervisor.standstill(sample.position))
                 return np.array(sample.position)
-        raise Trouble("no complete answer from all drives; check the bus")
+        raise MotionFault("no complete answer from all drives; check the bus")
 
     def _enable(self) -> None:
         self._progress.phase = "enable"
@@ -139,7 +139,7 @@ class Stream:
                 self._due = np.array(sample.position)
                 return
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
-        raise Trouble(
+        raise MotionFault(
             f"not enabled within {_POWER_TIMEOUT:g} s: {', '.join(late)}; check enable inputs and the supply"
         )
 
@@ -163,7 +163,7 @@ class Stream:
             progress.following_error = self._supervisor.worst_following_error
             if self._stop.count or self._recorder.error:
                 self._ramp_down(path[i:])
-                raise StopOrdered(str(self._recorder.error or self._stop.reason))
+                raise StopRequested(str(self._recorder.error or self._stop.reason))
 
     def _ramp_down(self, ahead: Floats) -> None:
         """Come to rest along the path that lies ahead, slowing its pace smoothly from 1 to 0."""
@@ -175,7 +175,7 @@ class Stream:
         path = np.column_stack([np.interp(rows, np.arange(len(ahead)), column) for column in ahead.T])
         for target, setpoint in zip(path, self._amplifiers.encode(path), strict=True):
             if self._stop.count > 1:
-                raise Trouble(f"{self._stop.reason}, twice: quick stop")
+                raise MotionFault(f"{self._stop.reason}, twice: quick stop")
             sample = self._cycle(setpoint, target)
             self._watch(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._due_now()))
             self._due = target
@@ -257,7 +257,7 @@ class Stream:
 
     def _watch(self, reason: str | None) -> None:
         if reason is not None:
-            raise Trouble(reason)
+            raise MotionFault(reason)
 
     def _cycles(self, duration: float) -> int:
         return max(1, round(duration * self._rig.rate))

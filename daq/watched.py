@@ -13,7 +13,7 @@ _RECENT = 2000
 
 
 @dataclass
-class Progress:
+class CycleProgress:
     """What a person may want to see while the run goes on; read by the display, written by the cycle."""
 
     phase: str = "start"

@@ -24,7 +24,7 @@ _FIELDS = {topic: parse_schema(text) for topic, (_, text) in (schemas.TOPICS | s
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class SampleTable:
     """n samples of dof joints, as in `Recording`; what was not measured at all is None."""
 
     joints: tuple[str, ...]
@@ -47,7 +47,7 @@ class Samples:
     """Name: (n,)."""
 
 
-def write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
+def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
     """A whole recording of `samples`, which did not come over a bus: no frames, no events.
 
     Raises:
@@ -78,7 +78,7 @@ def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) ->
     return {topic: number for number, topic in enumerate(topics, start=1)}
 
 
-def encode(samples: Samples, channels: Mapping[str, int]) -> Iterator[Packed]:
+def encode(samples: SampleTable, channels: Mapping[str, int]) -> Iterator[Packed]:
     """Chunks of `ROWS` samples each; `channels` gives the channel of every topic."""
     for first in range(0, len(samples.stamp), ROWS):
         block = slice(first, first + ROWS)
@@ -91,7 +91,7 @@ def encode(samples: Samples, channels: Mapping[str, int]) -> Iterator[Packed]:
         yield pack(b"".join(records.tobytes() for records in messages.values()), index)
 
 
-def _topics(samples: Samples) -> Iterator[str]:
+def _topics(samples: SampleTable) -> Iterator[str]:
     yield "/joint_states"
     if samples.command is not None:
         yield "/joint_commands"
@@ -100,7 +100,7 @@ def _topics(samples: Samples) -> Iterator[str]:
         yield "/extra"
 
 
-def _messages(samples: Samples, block: slice, topic: str, channel: int) -> NDArray[Any]:
+def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> NDArray[Any]:
     """One Message record for each sample of `part`."""
     strings, values = _contents(samples, block, topic)
     dof = samples.position.shape[1]
@@ -124,7 +124,7 @@ def _messages(samples: Samples, block: slice, topic: str, channel: int) -> NDArr
     return records
 
 
-def _contents(samples: Samples, block: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
+def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
     """The names in the messages of a topic, and their other values."""
     n, dof = samples.position[block].shape
     if topic == "/joint_states":
@@ -149,7 +149,7 @@ def _contents(samples: Samples, block: slice, topic: str) -> tuple[list[str], di
     }
 
 
-def _records(samples: Samples, block: slice, channel: int, layout: Layout) -> NDArray[Any]:
+def _records(samples: SampleTable, block: slice, channel: int, layout: Layout) -> NDArray[Any]:
     """Message records with their head filled in."""
     head = [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8")]
     dtype = np.dtype([*head, ("publish", "<u8"), ("message", layout.dtype)])

@@ -4,13 +4,13 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from recordings.config import Section
+from recordings.config import ConfigSection
 
 Positive = Annotated[float, Field(gt=0)]
 Mask = Annotated[int, Field(ge=0, lt=2**32)]
 
 
-class CanBus(Section):
+class CanBus(ConfigSection):
     """A CAN bus. `interface` and `channel` as in python-can."""
 
     transport: Literal["canopen"] = "canopen"
@@ -31,7 +31,7 @@ class CanBus(Section):
         return self
 
 
-class SerialRegisters(Section):
+class SerialRegisters(ConfigSection):
     """Names of the drive's registers, Copley-style: to be checked against the drive's manual. "": it has none."""
 
     position_command: str = "r0xca"
@@ -59,7 +59,7 @@ class SerialRegisters(Section):
     """Silence of the host after which the drive stops by itself [ms]; 0: for ever. Few drives have it."""
 
 
-class SerialStatus(Section):
+class SerialStatus(ConfigSection):
     """What the bits of the status register mean, Copley-style: to be checked against the drive's manual."""
 
     fault: Mask = 0x0040_0000
@@ -69,7 +69,7 @@ class SerialStatus(Section):
     """A motion, or a stop, is not at its end."""
 
 
-class SerialBus(Section):
+class SerialBus(ConfigSection):
     """Drives that speak the ASCII protocol (`s` set, `g` get; `ok`, `v value`, `e code`) on serial lines."""
 
     transport: Literal["serial"] = "serial"

@@ -10,13 +10,13 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from recordings.errors import BadInput
 
 
-class Section(BaseModel):
+class ConfigSection(BaseModel):
     """Base of all descriptions: immutable, and a misspelt key is an error."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-Model = TypeVar("Model", bound=Section)
+ModelT = TypeVar("Model", bound=ConfigSection)
 
 _LARGEST_FILE = 1_000_000
 """[bytes]; a device such as /dev/zero has no end."""
@@ -24,7 +24,7 @@ _LARGEST = 1e12
 """No quantity of a machine is larger in its SI unit; squares of what is must still be numbers."""
 
 
-def read_toml(path: Path, model: type[Model], what: str) -> Model:
+def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
     """Read `path` as a `model`; `what` names the kind of file in errors.
 
     Raises:
@@ -40,7 +40,7 @@ def read_toml(path: Path, model: type[Model], what: str) -> Model:
         raise BadInput(f"{what} {path} cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
         raise BadInput(f"{what} {path} is not valid TOML: {error}") from None
-    _refuse_monstrous(content, "", f"{what} {path}")
+    _check_magnitudes(content, "", f"{what} {path}")
     return validated(content, model, f"{what} {path}")
 
 
@@ -54,17 +54,17 @@ def _text(path: Path, what: str) -> str:
     return content.decode("utf-8")
 
 
-def _refuse_monstrous(content: Any, key: str, where: str) -> None:
+def _check_magnitudes(content: Any, key: str, where: str) -> None:
     """Raise BadInput at the first number that cannot be meant: it would overflow somewhere far from here."""
     if isinstance(content, dict | list):
         for name, value in content.items() if isinstance(content, dict) else enumerate(content):
-            _refuse_monstrous(value, f"{key}.{name}" if key else str(name), where)
+            _check_magnitudes(value, f"{key}.{name}" if key else str(name), where)
     elif isinstance(content, int | float) and not abs(content) <= _LARGEST:
         shown = "a number of many digits" if isinstance(content, int) else f"{content:g}"
         raise BadInput(f"{where}: '{key}': a number of at most {_LARGEST:g} in size expected, found {shown}")
 
 
-def validated(content: Any, model: type[Model], where: str) -> Model:
+def validated(content: Any, model: type[ModelT], where: str) -> ModelT:
     """Check `content` against `model`; `where` names its origin in errors.
 
     Raises:

@@ -57,7 +57,7 @@ def find_cycles(motion: Floats) -> Cycles | None:
     known: the first one begins with the first sample that repeats.
     """
     x = _normalised(motion)
-    start, end = _awake(x)
+    start, end = _moving_range(x)
     if end - start < 2 * _LEAST_PERIOD:
         return None
     moving = _bridged(x[start:end])
@@ -89,7 +89,7 @@ def _bridged(x: Floats) -> Floats:
     return np.column_stack([np.interp(index, index[k], column[k]) for column, k in zip(x.T, known.T, strict=True)])
 
 
-def _awake(x: Floats) -> tuple[int, int]:
+def _moving_range(x: Floats) -> tuple[int, int]:
     """The part of `x` between rest at its beginning and rest at its end."""
     known = np.flatnonzero(np.isfinite(x).all(axis=1) & (x.shape[1] > 0))
     if not len(known):

@@ -5,7 +5,7 @@ from typing import Any
 
 from recordings.config import validated
 from recordings.errors import BadInput
-from recordings.rig import JointType, Mechanism, Rig, Torque
+from recordings.rig import JointType, MechanismName, Rig, Torque
 
 
 def imported_rig(
@@ -13,7 +13,7 @@ def imported_rig(
     dof: int,
     rate: float,
     *,
-    mechanism: Mechanism | None = None,
+    mechanism: MechanismName | None = None,
     joints: Sequence[JointType] = ("revolute",),
     torque: Torque | None = None,
 ) -> Rig:

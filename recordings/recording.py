@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from recordings.config import Section
+from recordings.config import ConfigSection
 from recordings.rig import Rig
 from recordings.schemas import Level
 
@@ -19,7 +19,7 @@ Words = NDArray[np.uint16]
 """As drives send them: an hour of them need not take the memory of measurements."""
 
 
-class Run(Section):
+class Run(ConfigSection):
     """One run: the metadata record `run` of a recording."""
 
     trajectory: str

@@ -9,13 +9,13 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Chunk, Metadata, Schema
 
 from recordings import container
-from recordings.blocks import Samples, encode
+from recordings.blocks import SampleTable, encode
 from recordings.container_writer import ContainerWriter, Packed, create
 from recordings.errors import BadInput
 
 
 @dataclass(frozen=True)
-class Kept:
+class RewriteSummary:
     """What a rewritten file holds of the one before."""
 
     messages: int
@@ -27,7 +27,7 @@ class Kept:
     """Bytes at the end of the old file that make up no whole record."""
 
 
-def rewrite(source: Path, out: Path, run: Mapping[str, str], samples: Samples | None = None) -> Kept:
+def rewrite(source: Path, out: Path, run: Mapping[str, str], samples: SampleTable | None = None) -> RewriteSummary:
     """Copy everything intact in `source` to the new file `out`, with `samples` and a last record `run` behind it.
 
     Raises:
@@ -58,7 +58,7 @@ class _Copy:
         self._damaged = 0
         self._first, self._last = 2**63, 0
 
-    def everything(self, data: bytes) -> Kept:
+    def everything(self, data: bytes) -> RewriteSummary:
         end = len(container.MAGIC)
         for opcode, offset, body in container.records(data):
             if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
@@ -73,9 +73,9 @@ class _Copy:
             )
         # What follows the data of a whole file is its old index.
         behind = 0 if data.endswith(container.MAGIC) else len(data) - end
-        return Kept(self._messages, (self._last - self._first) / 1e9, self._damaged, behind)
+        return RewriteSummary(self._messages, (self._last - self._first) / 1e9, self._damaged, behind)
 
-    def add(self, samples: Samples) -> None:
+    def add(self, samples: SampleTable) -> None:
         for packed in encode(samples, self._channels):
             self.writer.chunk(packed)
 

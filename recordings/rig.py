@@ -11,16 +11,16 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
-from recordings.config import Section, read_toml, validated
+from recordings.config import ConfigSection, read_toml, validated
 from recordings.errors import BadInput
 
 Positive = Annotated[float, Field(gt=0)]
 NodeId = Annotated[int, Field(ge=1, le=127)]
-Mechanism = Literal["delta", "axes"]
+MechanismName = Literal["delta", "axes"]
 JointType = Literal["revolute", "prismatic"]
 
 
-class Geometry(Section):
+class Geometry(ConfigSection):
     """Lengths of the delta robot [m] and directions of its limbs [rad]: Table 1, Fig. 2.
 
     L2 is not printed in the paper; 0.8 m is assumed unless the file says otherwise.
@@ -43,7 +43,7 @@ class Geometry(Section):
         return self
 
 
-class Nominal(Section):
+class Nominal(ConfigSection):
     """The manufacturer's masses and inertias, Table 1: the model to beat, and the torque estimate before a run."""
 
     m_a: Positive = 3.977
@@ -55,7 +55,7 @@ class Nominal(Section):
     """Motor inertia seen at the joint, gear ratio squared included [kg m^2]."""
 
 
-class Torque(Section):
+class Torque(ConfigSection):
     """How torque follows from voltage: gain * v * |v| ("square") or gain * v ("linear")."""
 
     map: Literal["square", "linear"] = "square"
@@ -66,7 +66,7 @@ class Torque(Section):
     """Relative standard uncertainty of the gain."""
 
 
-class Axis(Section):
+class Axis(ConfigSection):
     """One joint of the mechanism "axes": n joints that move independently of each other."""
 
     type: JointType = "revolute"
@@ -74,7 +74,7 @@ class Axis(Section):
     """True where weight loads the joint; a revolute one then needs a torque that depends on its angle."""
 
 
-class Voltage(Section):
+class Voltage(ConfigSection):
     """The object that holds the motor's operating voltage."""
 
     index: Annotated[int, Field(ge=0x2000, le=0x9FFF)] = 0x2200
@@ -88,7 +88,7 @@ class Voltage(Section):
     """With SYNC, or polled where a drive cannot map the object: slower, each value with a stamp of its own."""
 
 
-class HomedBit(Section):
+class HomedBit(ConfigSection):
     """An object that tells whether a drive has found its zero: homed where `(object & mask) != 0`."""
 
     index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
@@ -96,7 +96,7 @@ class HomedBit(Section):
     mask: Annotated[int, Field(gt=0)] = 1
 
 
-class Drive(Section):
+class Drive(ConfigSection):
     """One amplifier and the joint it turns; joints are numbered in the order of the file."""
 
     node_id: NodeId
@@ -128,7 +128,7 @@ class Drive(Section):
         return self.sign * self.counts_per_turn * self.gear / (2 * math.pi)
 
 
-class Limits(Section):
+class Limits(ConfigSection):
     """What the machine may do; checked before a motion starts and watched while it runs."""
 
     joint_min: float = -1.2
@@ -162,11 +162,11 @@ class Limits(Section):
         return self
 
 
-class Rig(Section):
+class Rig(ConfigSection):
     """The whole rig. `geometry`, `nominal` and the limits of the platform mean something for a delta robot only."""
 
     name: str
-    mechanism: Mechanism = "delta"
+    mechanism: MechanismName = "delta"
     rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
     """Cycles (SYNC) per second [Hz]."""
     axes: tuple[Axis, ...] = ()

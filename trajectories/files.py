@@ -10,7 +10,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from trajectories import spline
 from trajectories.fourier import FourierSeries
-from trajectories.motion import Motion, Space
+from trajectories.motion import PlannedMotion, Space
 
 HEADERS: dict[tuple[str, ...], Space] = {
     ("time", "x", "y", "z"): "platform",
@@ -23,7 +23,7 @@ _LARGEST = 1e6
 """[s], [m] or [rad]: nothing beyond is a motion."""
 
 
-def read_motion(path: Path) -> Motion:
+def read_motion(path: Path) -> PlannedMotion:
     """Read a trajectory file.
 
     A `.toml` file is a `FourierSeries`. A `.csv` file has one of HEADERS and one row per point, evenly spaced or not;

@@ -6,15 +6,15 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from recordings.config import Section
+from recordings.config import ConfigSection
 from recordings.recording import Floats
 from recordings.rig import Positive
-from trajectories.motion import Motion, Space
+from trajectories.motion import PlannedMotion, Space
 
 Axis = tuple[float, ...]
 
 
-class FourierSeries(Section):
+class FourierSeries(ConfigSection):
     """centre + sum over h = 1 ... m of cosine_h cos(2 pi h t / period) + sine_h sin(2 pi h t / period), per axis.
 
     The axes are x, y, z [m] or the joints [rad or m]. A trajectory file holds these keys.
@@ -64,9 +64,9 @@ class FourierSeries(Section):
         lines = [f"{key} = {json.dumps(value)}" for key, value in self.model_dump(mode="json").items()]
         return "\n".join(lines) + "\n"
 
-    def motion(self, name: str) -> Motion:
+    def motion(self, name: str) -> PlannedMotion:
         """The series as a motion."""
-        return Motion(
+        return PlannedMotion(
             name=name,
             description=self.description,
             space=self.space,

@@ -13,7 +13,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Geometry
 
-_silent = np.errstate(invalid="ignore", divide="ignore")
+_ignore_invalid = np.errstate(invalid="ignore", divide="ignore")
 """Unknown and singular rows give NaN or infinity, which the caller masks; a warning would add nothing."""
 
 
@@ -35,7 +35,7 @@ class Unreachable(BadInput):
         return error
 
 
-@_silent
+@_ignore_invalid
 def forward(geometry: Geometry, theta: Floats) -> Floats:
     """Platform position (n, 3) [m] at the joint angles theta (n, 3) [rad]: Appendix A in closed form.
 
@@ -83,14 +83,14 @@ def inverse(geometry: Geometry, P: Floats) -> Floats:
     return theta
 
 
-@_silent
+@_ignore_invalid
 def jacobian(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     """J (n, 3, 3) [m/rad] with P_dot = J theta_dot, Eq. (16). Infinite or NaN where the rods are coplanar."""
     inverse_rods = _inverse(_rods(geometry, theta, P))
     return inverse_rods * _arm_leverage(geometry, theta, P)[:, None, :]
 
 
-@_silent
+@_ignore_invalid
 def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot: Floats, J: Floats) -> Floats:
     """Time derivative (n, 3, 3) [m/(rad s)] of J = `jacobian(geometry, theta, P)` at theta_dot (n, 3) [rad/s].
 
@@ -104,7 +104,7 @@ def jacobian_derivative(geometry: Geometry, theta: Floats, P: Floats, theta_dot:
     return derivative
 
 
-@_silent
+@_ignore_invalid
 def joint_motion(
     geometry: Geometry, theta: Floats, P: Floats, P_dot: Floats, P_ddot: Floats
 ) -> tuple[Floats, Floats]:
@@ -120,7 +120,7 @@ def joint_motion(
     return theta_dot, theta_ddot
 
 
-@_silent
+@_ignore_invalid
 def platform_motion(
     geometry: Geometry, theta: Floats, theta_dot: Floats, theta_ddot: Floats
 ) -> tuple[Floats, Floats, Floats, Floats]:
@@ -138,7 +138,7 @@ def platform_motion(
     return P, P_dot, P_ddot, J
 
 
-@_silent
+@_ignore_invalid
 def singularity_margin(geometry: Geometry, theta: Floats, P: Floats) -> Floats:
     """Distance from the nearest singularity (n,), dimensionless: 0 on one, 1 as far as can be.
 

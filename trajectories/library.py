@@ -7,7 +7,7 @@ from pathlib import Path
 from recordings.errors import BadInput
 from recordings.rig import Rig
 from trajectories import paths
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 from trajectories.trajectory import Trajectory, assemble
 
 
@@ -28,10 +28,10 @@ def load(name_or_path: str | Path, rig: Rig, cycles: int | None = None, rate: fl
     return assemble(_motion(str(name_or_path)), rig, cycles, rate)
 
 
-def _motion(name_or_path: str) -> Motion:
+def _motion(name_or_path: str) -> PlannedMotion:
     if name_or_path in names():
         motion = importlib.import_module(f"{paths.__name__}.{name_or_path}").motion()
-        assert isinstance(motion, Motion)
+        assert isinstance(motion, PlannedMotion)
         return motion
     path = Path(name_or_path)
     if path.suffix.lower() not in (".csv", ".toml"):

@@ -10,7 +10,7 @@ Space = Literal["platform", "joint"]
 
 
 @dataclass(frozen=True)
-class Motion:
+class PlannedMotion:
     """What one repetition looks like, in platform coordinates [m] or joint angles [rad]."""
 
     name: str

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.interpolate import make_interp_spline
 
 from recordings.recording import Floats
-from trajectories.motion import Motion, Space
+from trajectories.motion import PlannedMotion, Space
 
 DEGREE = 5
 MIN_POINTS = DEGREE + 2
@@ -21,7 +21,7 @@ def closes(points: Floats) -> bool:
     return bool(np.abs(points[-1] - points[0]).max() <= CLOSED_WITHIN)
 
 
-def through(name: str, description: str, space: Space, time: Floats, points: Floats) -> Motion:
+def through(name: str, description: str, space: Space, time: Floats, points: Floats) -> PlannedMotion:
     """The motion through points (m, 3) at strictly increasing times (m,) [s], m >= MIN_POINTS.
 
     It is periodic where the last point is the first.
@@ -37,7 +37,7 @@ def through(name: str, description: str, space: Space, time: Floats, points: Flo
         phase = np.mod(phase, duration) if periodic else np.clip(phase, 0, duration)
         return position(phase), velocity(phase), acceleration(phase)
 
-    return Motion(
+    return PlannedMotion(
         name=name,
         description=description,
         space=space,

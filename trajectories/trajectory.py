@@ -10,7 +10,7 @@ from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 from recordings.rig import Geometry, Rig
 from trajectories import kinematics
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 
 RAMP_SECONDS = 1.0
 """How long the start and the end take."""
@@ -69,7 +69,7 @@ class _Timing:
     """Samples of one repetition."""
 
 
-def assemble(motion: Motion, rig: Rig, cycles: int | None = None, rate: float | None = None) -> Trajectory:
+def assemble(motion: PlannedMotion, rig: Rig, cycles: int | None = None, rate: float | None = None) -> Trajectory:
     """Sample `motion` for `rig`, `cycles` times (default: about 20 s) at `rate` [Hz] (default: the rig's).
 
     The motion's own phase speed is ramped from rest to 1 before the first repetition and back after the last, so
@@ -111,11 +111,11 @@ def assemble(motion: Motion, rig: Rig, cycles: int | None = None, rate: float | 
     )
 
 
-def _default_cycles(motion: Motion) -> int:
+def _default_cycles(motion: PlannedMotion) -> int:
     return max(1, round(DEFAULT_SECONDS / motion.duration)) if motion.periodic else 1
 
 
-def _refuse_nonsense(motion: Motion, cycles: int, rate: float) -> None:
+def _refuse_nonsense(motion: PlannedMotion, cycles: int, rate: float) -> None:
     if cycles < 1:
         raise BadInput(f"{motion.name}: at least one cycle expected, {cycles} found")
     if cycles > 1 and not motion.periodic:
@@ -141,7 +141,7 @@ def _refuse_nonsense(motion: Motion, cycles: int, rate: float) -> None:
         )
 
 
-def _timing(motion: Motion, rate: float) -> _Timing:
+def _timing(motion: PlannedMotion, rate: float) -> _Timing:
     ramp = round(RAMP_SECONDS * rate)
     samples = round(motion.duration * rate) - (0 if motion.periodic else ramp)
     # Phase seconds per second: 1 but for rounding the duration to whole samples.
@@ -169,7 +169,7 @@ def _timing(motion: Motion, rate: float) -> _Timing:
     )
 
 
-def _joint_states(motion: Motion, rig: Rig, timing: _Timing) -> tuple[Floats, Floats, Floats, Floats]:
+def _joint_states(motion: PlannedMotion, rig: Rig, timing: _Timing) -> tuple[Floats, Floats, Floats, Floats]:
     """Platform position, joint position, speed and acceleration at the instants of `timing`."""
     position, slope, bend = motion.sample(timing.phase)
     velocity: Floats = slope * timing.speed[:, None]
@@ -183,7 +183,7 @@ def _joint_states(motion: Motion, rig: Rig, timing: _Timing) -> tuple[Floats, Fl
     return position, theta, *kinematics.joint_motion(rig.geometry, theta, position, velocity, acceleration)
 
 
-def _refuse_other_joints(motion: Motion, joints: int, rig: Rig) -> None:
+def _refuse_other_joints(motion: PlannedMotion, joints: int, rig: Rig) -> None:
     if joints != rig.dof:
         raise BadInput(f"{motion.name}: a motion of {rig.dof} joints expected, one of {joints} found; choose another")
 
@@ -195,6 +195,6 @@ def _platform(rig: Rig, position: Floats) -> Floats:
     return np.full((len(position), 3), np.nan)
 
 
-def _digest(motion: Motion, geometry: Geometry, rate: float, cycles: int) -> str:
+def _digest(motion: PlannedMotion, geometry: Geometry, rate: float, cycles: int) -> str:
     parts = [motion.definition, geometry.model_dump_json(), rate, cycles, RAMP_SECONDS]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()

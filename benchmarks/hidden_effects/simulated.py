@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_effects.cases import Case, RobotName
-from daq.session import Order, Session
+from daq.session import RunRequest, Session
 from daq.simulation import simulated
 from drivers.simulated.config import ROBOTS, EffectSpec, SimConfig, load_sim
 from drivers.simulated.hidden import draw
@@ -34,7 +34,7 @@ def record(case: Case, folder: Path) -> dict[str, Any]:
     for part, (name, motion, cycles) in enumerate((("train", "fig5a", train_cycles), ("validate", "fig5b", 3))):
         out = folder / f"{name}.mcap"
         seed = 2 * case.seed + part
-        order = Order(rig=rig, trajectory=load(motion, rig, cycles), out=out, pace="lockstep", seed=seed)
+        order = RunRequest(rig=rig, trajectory=load(motion, rig, cycles), out=out, pace="lockstep", seed=seed)
         with simulated(rig, config, "lockstep", seed):
             Session(order, lambda *_: None).run(lambda _: nullcontext())
     return truth(rig, config, case.seed, _ruler(case.robot, case.reports_command) if case.effects else None)

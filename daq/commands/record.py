@@ -11,8 +11,8 @@ import click
 from recordings.command_line import FiniteRange
 
 if TYPE_CHECKING:
-    from daq.session import Display, Order, Result
-    from daq.status import Tell
+    from daq.session import Display, RunRequest, Result
+    from daq.status import LineSink
     from recordings.rig import Rig
 
 _FILE = click.Path(path_type=Path)
@@ -116,14 +116,14 @@ def command(
 
 def _order(
     rig: "Rig", name: str, cycles: int | None, out: Path | None, pace: str | None, seed: int, simulated: bool
-) -> "Order":
-    from daq.session import Order
+) -> "RunRequest":
+    from daq.session import RunRequest
     from trajectories import load
     from trajectories.checks import check
 
     trajectory = load(name, rig, cycles)
     check(trajectory, rig)
-    return Order(
+    return RunRequest(
         rig=rig,
         trajectory=trajectory,
         out=out or Path(f"{trajectory.name}.mcap"),
@@ -132,7 +132,7 @@ def _order(
     )
 
 
-def _on_machine(order: "Order", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
+def _on_machine(order: "RunRequest", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
     """`run` with the real drives, or with simulated ones beside it."""
     from daq.simulation import configured, simulated
     from drivers.simulated.seal import sealed_path
@@ -155,7 +155,7 @@ def _on_machine(order: "Order", sim_file: Path | None, hidden: int | None, run: 
 def _listen(
     rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
 ) -> None:
-    from daq.listen import NAME, Heard, check, record
+    from daq.listen import NAME, BusTraffic, check, record
     from daq.progress import progress_bar
     from trajectories import load
 
@@ -165,7 +165,7 @@ def _listen(
     announced = False
     with progress_bar("listening") as show:
 
-        def look(heard: Heard) -> None:
+        def look(heard: BusTraffic) -> None:
             nonlocal announced
             if not announced:
                 # Not before the bus is open: another program may wait for this line to begin.
@@ -185,7 +185,7 @@ def _listen(
     click.echo(f"recorded {out} (listened); next: ident fit {out}")
 
 
-def _record(order: "Order", as_json: bool, status: bool, told: "list[Tell]") -> None:
+def _record(order: "RunRequest", as_json: bool, status: bool, told: "list[LineSink]") -> None:
     from daq.session import Session
     from daq.status import to_stdout
 
@@ -194,13 +194,13 @@ def _record(order: "Order", as_json: bool, status: bool, told: "list[Tell]") -> 
     _show(order, Session(order, _log).run(display), as_json or status)
 
 
-def _display(rate: float, bar: bool, told: "Sequence[Tell]") -> "Display":
+def _display(rate: float, bar: bool, told: "Sequence[LineSink]") -> "Display":
     from daq.display import ProgressBar
     from daq.status import StatusLines
-    from daq.watched import Progress
+    from daq.watched import CycleProgress
 
     @contextmanager
-    def shown(progress: Progress) -> Iterator[None]:
+    def shown(progress: CycleProgress) -> Iterator[None]:
         with ExitStack() as stack:
             if bar:
                 stack.enter_context(ProgressBar(progress))
@@ -211,7 +211,7 @@ def _display(rate: float, bar: bool, told: "Sequence[Tell]") -> "Display":
     return shown
 
 
-def _rehearse(order: "Order", as_json: bool) -> None:
+def _rehearse(order: "RunRequest", as_json: bool) -> None:
     from rich.console import Console
 
     from daq.display import ProgressBar, figures, summary
@@ -228,7 +228,7 @@ def _rehearse(order: "Order", as_json: bool) -> None:
     console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
 
 
-def _announce(order: "Order") -> None:
+def _announce(order: "RunRequest") -> None:
     from drivers import transports
 
     duration = len(order.trajectory.repeat) / order.rig.rate
@@ -236,7 +236,7 @@ def _announce(order: "Order") -> None:
     _say(transports.of(order.rig).describe(order.rig))
 
 
-def _show(order: "Order", result: "Result", as_json: bool) -> None:
+def _show(order: "RunRequest", result: "Result", as_json: bool) -> None:
     from rich.console import Console
 
     from daq.display import figures, summary

@@ -8,14 +8,16 @@ from contextlib import ExitStack, contextmanager
 from typing import Any
 
 from daq.live.viewer import Viewer
-from daq.session import Order
-from daq.status import Tell
+from daq.session import RunRequest
+from daq.status import LineSink
 from recordings.errors import BadInput
 from web import local
 
 
 @contextmanager
-def viewers(order: Order, page: bool, foxglove: int | None, say: Callable[[str], None]) -> Iterator[list[Tell]]:
+def viewers(
+    order: RunRequest, page: bool, foxglove: int | None, say: Callable[[str], None]
+) -> Iterator[list[LineSink]]:
     """Show the run of `order`: on a page in the browser, and over the Foxglove WebSocket on the port `foxglove`.
 
     Yields those who want to be told of it. `say` gets the addresses.
@@ -35,14 +37,14 @@ def viewers(order: Order, page: bool, foxglove: int | None, say: Callable[[str],
         yield [viewer.tell for viewer in shown]
 
 
-def _page(order: Order) -> tuple[Viewer, str]:
+def _page(order: RunRequest) -> tuple[Viewer, str]:
     token = secrets.token_urlsafe(24)
     with local.listen() as listening:
         first = {"listening": listening.fileno(), "token": token, "run": _run(order)}
         return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
 
 
-def _foxglove(order: Order, port: int) -> Viewer:
+def _foxglove(order: RunRequest, port: int) -> Viewer:
     if importlib.util.find_spec("foxglove") is None:
         raise BadInput(
             "--foxglove needs the package foxglove-sdk, which is not installed; install it with "
@@ -52,7 +54,7 @@ def _foxglove(order: Order, port: int) -> Viewer:
     return Viewer("daq.live.foxglove", {"port": port, "run": _run(order)})
 
 
-def _run(order: Order) -> dict[str, Any]:
+def _run(order: RunRequest) -> dict[str, Any]:
     return {
         "rig": order.rig.name,
         "joints": order.rig.joint_names,

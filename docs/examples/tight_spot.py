@@ -23,7 +23,9 @@ effect = Additive(
     coefficients=(Quantity(name="a", unit="{effort}", meaning="dry friction there", lower=0.0),),
     shapes=(
         Quantity(name="q_0", unit="{position}", meaning="where", initial_guesses=(-0.8, -0.6, -0.4, -0.2, 0.0, 0.2)),
-        Quantity(name="w", unit="{position}", meaning="half its width", lower=0.01, upper=1.0, initial_guesses=(0.1,)),
+        Quantity(
+            name="w", unit="{position}", meaning="half its width", lower=0.01, upper=1.0, initial_guesses=(0.1,)
+        ),
     ),
     columns=columns,
 )

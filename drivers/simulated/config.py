@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from recordings.config import Section, read_toml
+from recordings.config import ConfigSection, read_toml
 
 ROBOTS = Path(__file__).with_name("robots")
 """Folder with sim files of further robots."""
@@ -16,7 +16,7 @@ Joint = Annotated[int, Field(ge=1, le=3)]
 PerJoint = tuple[NotNegative, NotNegative, NotNegative]
 
 
-class Links(Section):
+class Links(ConfigSection):
     """Masses [kg] and inertias [kg m^2] of the robot: Table 1 in a physically consistent reading.
 
     Table 1's I_L1 is smaller than m_a L1c^2, so it can only be about the arm's centre of mass. The inertia at the
@@ -36,7 +36,7 @@ class Links(Section):
     payload: NotNegative = 0.0
 
 
-class Friction(Section):
+class Friction(ConfigSection):
     """Friction of each joint, on the motor side."""
 
     viscous: PerJoint = (0.35, 0.32, 0.38)
@@ -45,7 +45,7 @@ class Friction(Section):
     """Sliding and static friction [N m]."""
 
 
-class Servo(Section):
+class Servo(ConfigSection):
     """Position loop of the drives, cascaded: position P, velocity PI with feed-forward, current loop."""
 
     position_gain: Positive = 40.0
@@ -62,7 +62,7 @@ class Servo(Section):
     """Holding torque of the brake [N m]."""
 
 
-class EffectSpec(Section):
+class EffectSpec(ConfigSection):
     """One hidden effect: its name, joints, and either its size or its parameters."""
 
     name: str
@@ -73,7 +73,7 @@ class EffectSpec(Section):
     """By the names in the effect's file; the others have their defaults."""
 
 
-class SimConfig(Section):
+class SimConfig(ConfigSection):
     """The simulated machine."""
 
     links: Links = Links()

@@ -18,7 +18,7 @@ from pydantic import Field, model_validator
 
 from drivers.simulated.config import EffectSpec, Joint
 from drivers.simulated.model_xml import Arm, Coupling
-from recordings.config import Section, validated
+from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
 from recordings.rig import Geometry
 
@@ -42,7 +42,7 @@ class JointState:
     """Torque transmitted to the rigid robot, after friction, in the previous step [N m]; likewise."""
 
 
-class HiddenEffect(Section):
+class HiddenEffect(ConfigSection):
     """Base class of all hidden effects; on its own it has no effect.
 
     The first field that a subclass adds is its *strength*: the effect grows with it and vanishes at zero. It acts

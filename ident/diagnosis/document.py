@@ -7,13 +7,13 @@ from typing import Any, Literal
 from pydantic import Field
 
 from ident.dynamics.effects.base import is_infinite
-from recordings.config import Section
+from recordings.config import ConfigSection
 
 Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
 Numbers = tuple[float, ...]
 
 
-class ParameterValue(Section):
+class ParameterValue(ConfigSection):
     """One parameter."""
 
     value: float
@@ -31,7 +31,7 @@ class ParameterValue(Section):
         return is_infinite(self.value, self.unit)
 
 
-class StepEntry(Section):
+class StepEntry(ConfigSection):
     """One model of the selection."""
 
     added: str | None
@@ -61,7 +61,7 @@ FindingStatus = Literal["supported", "asked-for", "not-supported"]
 """
 
 
-class FindingEntry(Section):
+class FindingEntry(ConfigSection):
     """An effect that was found."""
 
     effect: str
@@ -80,7 +80,7 @@ class FindingEntry(Section):
     remedy: str
 
 
-class RejectedEntry(Section):
+class RejectedEntry(ConfigSection):
     """An effect that was tested but not found, or could not be tested."""
 
     effect: str
@@ -90,7 +90,7 @@ class RejectedEntry(Section):
     """Whether it would explain hardly more than chance: it needs no line of its own."""
 
 
-class Remaining(Section):
+class Remaining(ConfigSection):
     """The residual of the final model."""
 
     structured_share: float
@@ -101,7 +101,7 @@ class Remaining(Section):
     """Per joint [N m]."""
 
 
-class LearnedCurveEntry(Section):
+class LearnedCurveEntry(ConfigSection):
     """Learned curves in an effect file that replace an unknown effect."""
 
     file: str
@@ -117,14 +117,14 @@ class LearnedCurveEntry(Section):
     gain_ci95: tuple[float, float]
 
 
-class NextMotion(Section):
+class NextMotion(ConfigSection):
     """The motion to record next, and why."""
 
     why: str
     command: str
 
 
-class Document(Section):
+class Document(ConfigSection):
     """The complete result of a diagnosis."""
 
     schema_version: Literal[1] = Field(1, alias="schema")

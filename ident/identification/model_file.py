@@ -14,10 +14,10 @@ from pydantic import Field
 
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
-from recordings.config import Section, validated
+from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
-from recordings.rig import Geometry, Mechanism, Torque
+from recordings.rig import Geometry, MechanismName, Torque
 
 SCHEMA = 1
 
@@ -36,7 +36,7 @@ class FittedParameter(ParameterUncertainty):
     """Value in the form of Eq. (36), where friction has the opposite sign."""
 
 
-class CertifiedMinimum(Section):
+class CertifiedMinimum(ConfigSection):
     """The exact minimum of objective (33), and the estimator's distance from it."""
 
     minimum: float
@@ -47,7 +47,7 @@ class CertifiedMinimum(Section):
     """Upper bound of the relative difference between the estimator's objective and the minimum."""
 
 
-class FitMethod(Section):
+class FitMethod(ConfigSection):
     """The estimator and its result."""
 
     name: str
@@ -61,7 +61,7 @@ class FitMethod(Section):
     """Further results of the estimator, such as a rank."""
 
 
-class JointDelay(Section):
+class JointDelay(ConfigSection):
     """Time delay between torque and motion of one joint; positive if the torque follows the voltage."""
 
     seconds: float
@@ -69,7 +69,7 @@ class JointDelay(Section):
     """Half width of the 95 % interval [s]."""
 
 
-class Preprocessing(Section):
+class Preprocessing(ConfigSection):
     """Conversion of measured signals to rows of the regression."""
 
     name: str
@@ -83,7 +83,7 @@ class Preprocessing(Section):
     """Estimated, not applied; None if the training data do not determine them."""
 
 
-class RecordingSource(Section):
+class RecordingSource(ConfigSection):
     """Name and digest of a recording."""
 
     name: str
@@ -91,7 +91,7 @@ class RecordingSource(Section):
     simulated: bool
 
 
-class JointGoodnessOfFit(Section):
+class JointGoodnessOfFit(ConfigSection):
     """Agreement with the measured torque, one number per joint."""
 
     nrmse: tuple[float, ...]
@@ -106,7 +106,7 @@ class JointGoodnessOfFit(Section):
         return cls(nrmse=goodness.nrmse, rms=goodness.rms, r2=goodness.r2)
 
 
-class Agreement(Section):
+class Agreement(ConfigSection):
     """Goodness of fit on some recordings, of the model and of the manufacturer's model."""
 
     recordings: tuple[RecordingSource, ...]
@@ -115,7 +115,7 @@ class Agreement(Section):
     """None if there is no manufacturer's model."""
 
 
-class EffectTerm(Section):
+class EffectTerm(ConfigSection):
     """An effect on some joints; its linear coefficients are among the model's parameters."""
 
     name: str
@@ -126,12 +126,12 @@ class EffectTerm(Section):
     """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
 
 
-class ModelFile(Section):
+class ModelFile(ConfigSection):
     """An identified model."""
 
     schema_version: Literal[1] = Field(1, alias="schema")
     software: str = Field(default_factory=lambda: version("delta-workbench"))
-    mechanism: Mechanism
+    mechanism: MechanismName
     form: str | None = None
     """Alternative linear model of the mechanism (`ident/dynamics/forms/`); None: the mechanism's own model."""
     effects: tuple[str, ...] = ()

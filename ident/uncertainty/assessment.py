@@ -15,14 +15,14 @@ from ident.estimation.linear_fit import Fit
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Identifiability, Status, identifiability
-from recordings.config import Section
+from recordings.config import ConfigSection
 from recordings.recording import Bools, Floats, Recording
 
 OptionalFloat = float | None
 Loss = Literal["absolute deviations", "squares", "weighted squares"]
 
 
-class ParameterUncertainty(Section):
+class ParameterUncertainty(ConfigSection):
     """Uncertainty of one parameter, in its unit; None if the data do not determine it (at a bound, inseparable)."""
 
     std: OptionalFloat = None
@@ -39,7 +39,7 @@ class ParameterUncertainty(Section):
     """Change at each of `Assessment.cutoffs`."""
 
 
-class JointNoise(Section):
+class JointNoise(ConfigSection):
     """Noise of one joint in the analysis band."""
 
     volts: float
@@ -51,7 +51,7 @@ class JointNoise(Section):
     source: Literal["repetition", "band above the signal"]
 
 
-class JointTrend(Section):
+class JointTrend(ConfigSection):
     """Trend of one joint's residual over the repetitions."""
 
     pattern: str
@@ -59,7 +59,7 @@ class JointTrend(Section):
     mean_square: float
 
 
-class JointFloor(Section):
+class JointFloor(ConfigSection):
     """Mean square of one joint's residual [(N m)^2], split into noise and the part that repeats with the motion."""
 
     cycles: int
@@ -75,7 +75,7 @@ class JointFloor(Section):
     """None if not significant."""
 
 
-class Inseparable(Section):
+class Inseparable(ConfigSection):
     """Parameters that the motion does not distinguish."""
 
     names: tuple[str, ...]
@@ -83,7 +83,7 @@ class Inseparable(Section):
     sentence: str
 
 
-class JointCoupling(Section):
+class JointCoupling(ConfigSection):
     """The inertia matrix D of Eq. (27) along the recording."""
 
     off_diagonal: tuple[tuple[float, ...], ...]
@@ -91,7 +91,7 @@ class JointCoupling(Section):
     positive: bool
 
 
-class ImplausibleParameter(Section):
+class ImplausibleParameter(ConfigSection):
     """A parameter value that is physically impossible."""
 
     name: str
@@ -99,7 +99,7 @@ class ImplausibleParameter(Section):
     sentence: str
 
 
-class Assessment(Section):
+class Assessment(ConfigSection):
     """Errors of a fit and their causes."""
 
     level: float = covariance.LEVEL

@@ -14,7 +14,7 @@ from daq import exporting
 from daq.commands.import_ import command
 from daq.importing import Description, import_csv
 from recordings import blocks
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.errors import BadInput
 from recordings.imported import imported_rig
 from recordings.reader import read
@@ -37,7 +37,7 @@ NUMBERS = st.floats(allow_infinity=False, width=64)
 
 
 @st.composite
-def measurements(draw: st.DrawFn) -> tuple[Samples, Run]:
+def measurements(draw: st.DrawFn) -> tuple[SampleTable, Run]:
     n, dof = draw(st.integers(2, 12)), draw(st.integers(1, 4))
 
     def table() -> np.ndarray:
@@ -52,7 +52,7 @@ def measurements(draw: st.DrawFn) -> tuple[Samples, Run]:
         if known is not None:
             known[0] = 1.0  # a column without any number is left out
     names = draw(st.lists(st.text(min_size=1, max_size=8).map(str.strip).filter(is_plain), unique=True, max_size=2))
-    samples = Samples(
+    samples = SampleTable(
         joints=tuple(f"joint_{i + 1}" for i in range(dof)),
         stamp=np.cumsum(steps) - steps[0],
         log=np.arange(n),
@@ -86,7 +86,7 @@ def run(period: float) -> Run:
 
 @given(measurements())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60)
-def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[Samples, Run]) -> None:
+def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[SampleTable, Run]) -> None:
     samples, its_run = made
     dof = samples.position.shape[1]
     for name in ("a.mcap", "a.csv", "b.mcap"):

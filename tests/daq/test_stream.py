@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from daq.clock import LockstepClock
 from daq.stopping import StopRequest
 from daq.stream import Stream
-from daq.watched import Progress
+from daq.watched import CycleProgress
 from drivers.protocol import Goal, Power, Sample
 from recordings.errors import RunFailed
 from recordings.rig import simulated_rig
@@ -90,7 +90,7 @@ class Rows:
 
 def stream(drives: PerfectDrives, clock: Any = None, stop: StopRequest | None = None) -> tuple[Stream, Rows]:
     rows = Rows()
-    made = Stream(RIG, drives, clock or LockstepClock(RIG.rate), rows, stop or StopRequest(), Progress())  # type: ignore[arg-type]
+    made = Stream(RIG, drives, clock or LockstepClock(RIG.rate), rows, stop or StopRequest(), CycleProgress())  # type: ignore[arg-type]
     return made, rows
 
 

@@ -13,7 +13,7 @@ from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Machine
 from drivers.simulated.serial_drive import SimulatedSerialDrive
 from drivers.simulated.service import advance_machine
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory, approach
@@ -44,7 +44,7 @@ class OneLine:
             self._converse(j, axis.configure())
         self._first = int(self._now * rig.rate) + 1
 
-    def run(self, trajectory: Trajectory) -> Samples:
+    def run(self, trajectory: Trajectory) -> SampleTable:
         """The samples, with the delays of their values."""
         while not all(axis.power is Power.ON for axis in self._axes):
             self._cycle(None, -1)
@@ -55,7 +55,7 @@ class OneLine:
             self._cycle(target, repeat)
         table = {name: np.array([row[name] for row in self._rows]) for name in self._rows[0]}
         stamp = np.rint(np.arange(len(self._rows)) * 1e9 / self._rig.rate).astype(np.int64)
-        return Samples(
+        return SampleTable(
             joints=self._rig.joint_names,
             stamp=stamp,
             log=stamp,

@@ -14,8 +14,8 @@ from typing import Any, Literal
 import can
 import numpy as np
 
-from daq.session import Order, Session
-from daq.watched import Progress
+from daq.session import RunRequest, Session
+from daq.watched import CycleProgress
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.service import SimulatedDrive
@@ -101,7 +101,7 @@ class SabotagedRig(SimulatedRig):
         self._was_powered = powered
 
 
-class WatchedProgress(Progress):
+class WatchedProgress(CycleProgress):
     """Remembers the cycle in which the run turned to its end."""
 
     ended_at: int | None = None
@@ -118,7 +118,7 @@ def run(fault: Fault) -> Outcome:
     master, far = f"master-{os.getpid()}-{number}", f"rig-{os.getpid()}-{number}"
     rig = _rig(master, fault.pace)
     with tempfile.TemporaryDirectory() as folder:
-        order = Order(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        order = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
         bus = can.Bus(interface="virtual", channel=far)
         machine = SabotagedRig(rig, SimConfig(), bus, pace=fault.pace, seed=0)
         machine.sabotage(fault.rig)
@@ -150,7 +150,7 @@ def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) ->
 
 
 def record(
-    order: Order, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
+    order: RunRequest, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
 ) -> tuple[int, str]:
     """Exit code and reason of one run; `timeout` in lockstep [s], None: as it is."""
     session = Session(order, lambda *line: None)

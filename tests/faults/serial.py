@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
-from daq.session import Order
+from daq.session import RunRequest
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
 from recordings.config import validated
@@ -84,7 +84,7 @@ def run(fault: SerialFault) -> Outcome:
     """Record fig5b once with the fault in mid-motion."""
     rig = _rig()
     with tempfile.TemporaryDirectory() as folder:
-        order = Order(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        order = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
         machine = SerialRig(rig, SimConfig(), pace=fault.pace, seed=0)
         _sabotage(machine, fault)
         progress = WatchedProgress()

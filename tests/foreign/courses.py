@@ -27,7 +27,7 @@ _PATH = Callable[[Floats], tuple[Floats, Floats, Floats]]
 
 
 @dataclass(frozen=True, eq=False)
-class Course:
+class ReferenceMotion:
     """What the joints do. u unique rows hold start, one cycle and end; `rows` says which one when."""
 
     step: float
@@ -52,7 +52,9 @@ class Course:
         return np.arange(len(self.rows), dtype=np.float64) * self.step
 
 
-def draw(geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: float, seconds: float) -> Course:
+def draw(
+    geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: float, seconds: float
+) -> ReferenceMotion:
     """A motion for a robot of that geometry, about `seconds` of identical cycles, recorded at `rate` [Hz]."""
     path = _fourier(geometry, rng) if shape == "fourier" else _stations(geometry, rng)
     per_sample = 2 * round(FINE / rate / 2)  # even: a sample's time lies evenly around its instant
@@ -70,7 +72,7 @@ def draw(geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: fl
     end = np.arange(before + cycle, len(phase))
     rows = np.concatenate([np.arange(before), np.tile(middle, cycles), end])
     repeat = np.concatenate([np.full(before, -1), np.repeat(np.arange(cycles), cycle), np.full(len(end), -1)])
-    return Course(step, per_sample, theta, theta_dot, theta_ddot, P, P_dot, rows, repeat)
+    return ReferenceMotion(step, per_sample, theta, theta_dot, theta_ddot, P, P_dot, rows, repeat)
 
 
 def _timing(cycle: int, ramp: int, rest: int, step: float) -> tuple[Floats, Floats, Floats]:

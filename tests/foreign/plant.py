@@ -12,7 +12,7 @@ from recordings.recording import Floats
 from recordings.rig import Geometry
 from tests.drivers.simulated.exact_delta import exact_torque
 from tests.foreign import couplings, laws, outside
-from tests.foreign.courses import Course
+from tests.foreign.courses import ReferenceMotion
 from tests.foreign.robots import Robot
 from trajectories import kinematics
 
@@ -48,7 +48,7 @@ def name(effect: HiddenEffect) -> str:
 class Plant:
     """One robot on one course."""
 
-    def __init__(self, robot: Robot, course: Course) -> None:
+    def __init__(self, robot: Robot, course: ReferenceMotion) -> None:
         self.robot, self.course = robot, course
 
     def report(self, effects: Sequence[HiddenEffect] = ()) -> Reported:

@@ -16,7 +16,7 @@ from mcap.records import Chunk, ChunkIndex, Message, MessageIndex
 from rosbags.highlevel import AnyReader
 
 from recordings import blocks
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.container import RECORD_HEAD, unpacked
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
@@ -28,12 +28,12 @@ def axes(dof: int) -> Rig:
     return Rig(name="bench", mechanism="axes", axes=(Axis(),) * dof)
 
 
-def samples(n: int, dof: int = 3, start: int = 0, **more: object) -> Samples:
+def samples(n: int, dof: int = 3, start: int = 0, **more: object) -> SampleTable:
     rng = np.random.default_rng(n)
     position = rng.normal(size=(n, dof))
     position[n // 2, 0] = np.nan
     stamp = start + np.cumsum(rng.integers(1, 10**7, size=n))
-    return Samples(
+    return SampleTable(
         joints=axes(dof).joint_names,
         stamp=stamp,
         log=stamp + 700,
@@ -45,7 +45,7 @@ def samples(n: int, dof: int = 3, start: int = 0, **more: object) -> Samples:
 
 
 def test_the_same_as_one_written_sync_by_sync(tmp_path: Path, made: SimpleNamespace, rig: Rig, run: Run) -> None:
-    whole = Samples(
+    whole = SampleTable(
         joints=rig.joint_names,
         stamp=made.stamp,
         log=made.stamp + 700_000,

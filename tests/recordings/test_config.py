@@ -4,15 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from recordings.config import Section, read_toml, validated
+from recordings.config import ConfigSection, read_toml, validated
 from recordings.errors import BadInput
 
 
-class Inner(Section):
+class Inner(ConfigSection):
     size: float = 1.0
 
 
-class Outer(Section):
+class Outer(ConfigSection):
     inner: Inner = Inner()
     pair: tuple[int, int] = (1, 2)
 

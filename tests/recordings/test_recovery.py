@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 
-from recordings.blocks import Samples
+from recordings.blocks import SampleTable
 from recordings.errors import BadInput
 from recordings.reader import read, read_can
 from recordings.recording import Run
@@ -90,7 +90,7 @@ def test_samples_can_be_added(tmp_path: Path, rig: Rig, run: Run) -> None:
         for stamp in (0, 2_000_000):
             writer.can(stamp, stamp, 0x80, b"", sent=False)
     stamp = np.array([0, 2_000_000])
-    added = Samples(rig.joint_names, stamp, stamp, np.arange(2), np.zeros(2, np.int64), np.ones((2, 3)))
+    added = SampleTable(rig.joint_names, stamp, stamp, np.arange(2), np.zeros(2, np.int64), np.ones((2, 3)))
     rewrite(tmp_path / "frames.mcap", tmp_path / "out.mcap", {"rate": "400.0"}, added)
     recording = read(tmp_path / "out.mcap")
     np.testing.assert_array_equal(recording.position, np.ones((2, 3)))

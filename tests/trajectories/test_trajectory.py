@@ -11,7 +11,7 @@ from trajectories import Trajectory, load, names
 from trajectories.checks import check
 from trajectories.fourier import FourierSeries
 from trajectories.kinematics import Unreachable, forward
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 from trajectories.spline import through
 from trajectories.trajectory import assemble
 
@@ -28,7 +28,7 @@ def built_in(request: pytest.FixtureRequest, rig: Rig) -> Trajectory:
     return load(request.param, rig)
 
 
-def circle(period: float = 4.0, height: float = -0.7) -> Motion:
+def circle(period: float = 4.0, height: float = -0.7) -> PlannedMotion:
     return FourierSeries(
         kind="fourier",
         space="platform",
@@ -39,7 +39,7 @@ def circle(period: float = 4.0, height: float = -0.7) -> Motion:
     ).motion("circle")
 
 
-def line(duration: float) -> Motion:
+def line(duration: float) -> PlannedMotion:
     time = np.linspace(0, duration, 9)
     points = np.column_stack([np.linspace(-0.1, 0.1, 9), np.zeros(9), np.full(9, -0.7)])
     return through("line", "a line", "platform", time, points)

@@ -4,7 +4,7 @@ import numpy as np
 
 from recordings.recording import Floats
 from trajectories.fourier import Axis, FourierSeries
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 
 PERIOD = 5.0
 CENTRE = (0.0, 0.0, -0.68)
@@ -15,7 +15,7 @@ START_PHASE = np.array([0.0, 2.1, 4.2])
 """Sets the axes apart [rad]."""
 
 
-def motion() -> Motion:
+def motion() -> PlannedMotion:
     """Ten harmonics with Schroeder's phases, which keep the sum's peaks low for the power it carries."""
     schroeder = np.pi * HARMONICS * (HARMONICS - 1) / len(HARMONICS)
     phase = START_PHASE[:, None] * HARMONICS + schroeder

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 from trajectories.spline import through
 
 WAYPOINTS = np.array(
@@ -23,7 +23,7 @@ WAYPOINTS = np.array(
 """Time [s] and platform position [m]. The figure shows no coordinates: these have its role, not its numbers."""
 
 
-def motion() -> Motion:
+def motion() -> PlannedMotion:
     """Five moves of different length and speed, each lifted over the middle."""
     return through(
         "fig5a",

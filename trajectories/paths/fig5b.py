@@ -1,10 +1,10 @@
 """Validation path, in the role of Fig. 5b: a five-pointed rosette, drawn while rising and falling."""
 
 from trajectories.fourier import FourierSeries
-from trajectories.motion import Motion
+from trajectories.motion import PlannedMotion
 
 
-def motion() -> Motion:
+def motion() -> PlannedMotion:
     """Two circles in opposite directions make the rosette; continuous contouring, unlike fig5a's picking and placing.
 
     The figure shows no coordinates: these have its role, not its numbers.

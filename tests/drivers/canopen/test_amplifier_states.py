@@ -6,9 +6,9 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 
 from daq.clock import LockstepClock
-from daq.recorder import Discard
+from daq.recorder import NullRecorder
 from daq.stopping import StopRequest
-from daq.stream import Progress, Stream
+from daq.stream import CycleProgress, Stream
 from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.cia402 import Controlword
@@ -112,7 +112,7 @@ class AnyRun(RuleBasedStateMachine):
         self.disturb(kinds, count, doubled)
         self.stopping = True
         clock = LockstepClock(RIG.rate)
-        left_on = Stream(RIG, self.driver, clock, Discard(), StopRequest(), Progress())._disable()
+        left_on = Stream(RIG, self.driver, clock, NullRecorder(), StopRequest(), CycleProgress())._disable()
         for joint in self.bus.enabled:
             assert f"joint {joint}" in left_on, f"joint {joint} is enabled; reported as left on: {left_on!r}"
         self.leave(confirmed=not left_on)
