@@ -16,7 +16,7 @@ class ConfigSection(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False)
 
 
-ModelT = TypeVar("Model", bound=ConfigSection)
+ModelT = TypeVar("ModelT", bound=ConfigSection)
 
 _LARGEST_FILE = 1_000_000
 """[bytes]; a device such as /dev/zero has no end."""

@@ -11,7 +11,7 @@ import click
 from recordings.command_line import FiniteRange
 
 if TYPE_CHECKING:
-    from daq.session import Display, RunRequest, Result
+    from daq.session import Display, Result, RunRequest
     from daq.status import LineSink
     from recordings.rig import Rig
 
