@@ -1,8 +1,8 @@
-"""`make bench`: every benchmark, one after the other; `python -m benchmarks NAME...` runs those.
+"""`make bench` runs all benchmarks in sequence; `python -m benchmarks NAME...` runs the named ones.
 
-Each is a process of its own, so that none stops or slows the next. One in which something did not answer in time,
-while this machine did not keep time, was not measured: that is said in a line, and is no failure. Every other error
-is one, and is shown whole. Exit code: 0 all is measured, or as much as this machine permits; 1 one failed.
+Each benchmark runs in its own process, so that a failure does not stop the next one. A timeout on a machine that
+does not keep time is printed as "not measured" and does not count as a failure. Every other error is a failure and
+is printed completely. Exit code: 0 no failure; 1 a benchmark failed; 2 unknown name.
 """
 
 import subprocess
@@ -14,11 +14,11 @@ from tests import timekeeping
 
 NAMES = ("reading", "cycle", "certificate", "coverage", "swarm", "commands", "workbench")
 _STEP = 0.05
-"""How often the machine is watched meanwhile [s]: a hundredth of a processor is not missed."""
+"""Interval at which timekeeping is measured meanwhile [s]; this costs about 1 % of a processor."""
 
 
 def main(names: Sequence[str]) -> int:
-    """Run them all; returns the exit code."""
+    """Run the benchmarks `names`, or all of them; return the exit code."""
     unknown = [name for name in names if name not in NAMES]
     if unknown:
         print(f"no benchmark {', '.join(unknown)}; there are: {', '.join(NAMES)}", file=sys.stderr)
@@ -27,7 +27,7 @@ def main(names: Sequence[str]) -> int:
 
 
 def run(name: str, command: Sequence[str]) -> int:
-    """Run one; returns 1 where it failed."""
+    """Run one benchmark by its `command`; return 1 if it failed."""
     with timekeeping.watched(_STEP) as machine:
         done = subprocess.run(command, stderr=subprocess.PIPE, text=True)
     if done.returncode == 0:

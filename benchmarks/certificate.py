@@ -1,4 +1,4 @@
-"""How near to its certified minimum the paper's swarm ends, seed by seed, on the demo recording."""
+"""Measure the excess of the paper's PSO over the certified minimum, for each seed, on the demo recording."""
 
 import tempfile
 import time
@@ -17,11 +17,11 @@ from recordings.reader import read
 
 SEEDS = 20
 NEAR = 1e-6
-"""Relative; what is asked of 19 of 20 seeds."""
+"""Relative excess that 19 of 20 seeds must not exceed."""
 
 
 def problem(recording: Path, preprocessing: str) -> Problem:
-    """The rows of `recording`, within the search region."""
+    """L1 problem of a `recording` within the search region."""
     measured = read(recording)
     mechanism = mechanisms.create(measured.rig)
     regressor, torque = build(measured, mechanism, preprocessing, None).rows()
@@ -29,24 +29,24 @@ def problem(recording: Path, preprocessing: str) -> Problem:
 
 
 def main() -> None:
-    """Print the largest excesses of both neighbourhoods, after all iterations, and how long the proof takes."""
+    """Print the excesses of both neighbourhoods after all iterations, and the time of the certificate."""
     with tempfile.TemporaryDirectory() as folder:
         (path,) = record(Path(folder), "fig5a")
         for preprocessing in ("parallel", "central"):
             given = problem(path, preprocessing)
             start = time.perf_counter()
-            proof = certify(given.regressor, given.torque, given.bounds)
+            certificate = certify(given.regressor, given.torque, given.bounds)
             seconds = time.perf_counter() - start
             print(
-                f"certificate: {preprocessing}, {len(given.torque)} rows: minimum {proof.objective:.9g} N m, proven "
-                f"to {proof.excess(proof.objective):.0e} in {1e3 * seconds:.0f} ms"
+                f"certificate: {preprocessing}, {len(given.torque)} rows: minimum {certificate.objective:.9g} N m, proven "
+                f"to {certificate.excess(certificate.objective):.0e} in {1e3 * seconds:.0f} ms"
             )
             for neighbourhood in ("current", "personal"):
                 settings = pso.Settings(neighbourhood=neighbourhood, tolerance=0.0)
-                ends = [_excess(given, settings, seed) for seed in range(SEEDS)]
+                excesses = [_excess(given, settings, seed) for seed in range(SEEDS)]
                 print(
-                    f"  pso, {neighbourhood} best: {sum(end <= NEAR for end in ends)} of {SEEDS} seeds within "
-                    f"{NEAR:g}; excess median {np.median(ends):.1e}, largest {max(ends):.1e}"
+                    f"  pso, {neighbourhood} best: {sum(excess <= NEAR for excess in excesses)} of {SEEDS} seeds within "
+                    f"{NEAR:g}; excess median {np.median(excesses):.1e}, largest {max(excesses):.1e}"
                 )
 
 

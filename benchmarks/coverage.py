@@ -1,8 +1,8 @@
-"""How often the 95 % intervals of `ident fit` hold the truth, in recordings made from Eq. (26).
+"""Measure the coverage of the 95 % intervals of `ident fit` on synthetic recordings of Eq. (26).
 
-The motion is that of a recording of the simulated rig. The torque is exactly Eq. (26) on it, as a voltage, to which
-first-order autoregressive noise is added at the full rate; preprocessing, estimators and intervals are those of
-`ident fit`. Intervals that hold the truth in 95 % of all cases are seen to do so in 93 to 97 % of 1,000.
+The motion is taken from a recording of the simulated rig. The torque of Eq. (26) is converted to a voltage, to which
+first-order autoregressive noise is added at the full rate. Preprocessing, estimators and intervals are those of
+`ident fit`. With a true coverage of 95 %, 93 to 97 % of 1,000 intervals contain the true value.
 """
 
 import os
@@ -33,29 +33,29 @@ from recordings.recording import Floats, Recording
 
 RECORDINGS = 1000
 VOLTS = 0.05
-"""Standard deviation of the noise [V]; that of the simulated rig is 0.01 V."""
+"""Standard deviation of the noise [V]; the simulated rig has 0.01 V."""
 TRUTH = np.array([4.3963, 5.3480, 0.3823, 0.3237, 0.3047, 0.35, 0.32, 0.38, 9.1037, 7.6127, 9.2628])
 """Eq. (36), friction positive where it opposes motion; viscous friction is dissipative here."""
 CUTOFF = 30.0
 """[Hz]"""
-SOURCES: tuple[IntervalMethod, ...] = get_args(IntervalMethod)
-WANTED = (0.93, 0.97)
+INTERVAL_METHODS: tuple[IntervalMethod, ...] = get_args(IntervalMethod)
+ACCEPTED_COVERAGE = (0.93, 0.97)
 
 
 @dataclass(frozen=True)
 class Scenario:
-    """A kind of noise, and the methods that are tried on it."""
+    """A kind of noise and the methods that are evaluated with it."""
 
     correlation: float
-    """Time in which the noise's autocorrelation falls by e [s]; 0: white."""
+    """Correlation time: the autocorrelation falls to 1/e [s]; 0: white noise."""
     methods: tuple[str, ...]
 
     def draw(self, shape: tuple[int, int], rate: float, generator: np.random.Generator) -> Floats:
         """Noise (n, dof) [V]."""
         rho = np.exp(-1 / (rate * self.correlation)) if self.correlation else 0.0
-        before = int(10 * rate * self.correlation)  # until its beginning is forgotten
-        white = generator.normal(0.0, VOLTS * np.sqrt(1 - rho**2), (before + shape[0], shape[1]))
-        coloured: Floats = lfilter([1.0], [1.0, -rho], white, axis=0)[before:]
+        settling = int(10 * rate * self.correlation)  # rows until the initial transient has decayed
+        white = generator.normal(0.0, VOLTS * np.sqrt(1 - rho**2), (settling + shape[0], shape[1]))
+        coloured: Floats = lfilter([1.0], [1.0, -rho], white, axis=0)[settling:]
         return coloured
 
 
@@ -69,19 +69,19 @@ SCENARIOS = (
 
 @dataclass(frozen=True, eq=False)
 class Estimates:
-    """From one recording."""
+    """Results of one recording."""
 
     errors: Floats
-    """(methods, k) estimate minus truth."""
+    """(methods, k) estimate minus true value."""
     half_widths: Floats
-    """(methods, sources, k) of the intervals."""
+    """(methods, interval methods, k) half-widths of the intervals."""
 
 
 class Machine:
-    """Makes recordings of one motion with noise of its own in each, and fits them."""
+    """Creates recordings of one motion with different noise, and fits them."""
 
     def __init__(self, measured: Recording) -> None:
-        """The motion is that of `measured`."""
+        """Take the motion from `measured`."""
         samples = sample(measured)
         self.mechanism = mechanisms.create(measured.rig)
         motion = preprocessing.load("parallel")(samples, CUTOFF).motion
@@ -91,90 +91,94 @@ class Machine:
         self.dataset = build(self.exact, self.mechanism, "parallel", CUTOFF)
 
     def dataset_with(self, volts: Floats) -> Dataset:
-        """What a recording with the noise `volts` (n, dof) becomes; its position, so its regressor, is the same."""
+        """Dataset of a recording with the noise `volts` (n, dof). Its positions, thus its regressor, stay the same."""
         noisy = replace(self.exact, voltage=self.voltage + volts)
         prepared = preprocessing.load("parallel")(sample(noisy), CUTOFF)
         torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)
         return replace(self.dataset, recording=noisy, torque=torque, volt_sensitivity=prepared.sensitivity)
 
-    def fitted(self, scenario: Scenario, seed: int) -> Estimates:
-        """Estimates and intervals from one recording."""
+    def estimates_of(self, scenario: Scenario, seed: int) -> Estimates:
+        """Estimates and intervals of one recording with random noise."""
         generator = np.random.default_rng([seed, round(1e3 * scenario.correlation)])
         rate = self.exact.run.rate
         dataset = self.dataset_with(scenario.draw(self.voltage.shape, rate, generator))
-        results = [self._fitted(dataset, method) for method in scenario.methods]
-        return Estimates(*(np.stack(parts) for parts in zip(*results, strict=True)))
+        results = [self._fit_method(dataset, method) for method in scenario.methods]
+        return Estimates(*(np.stack(arrays) for arrays in zip(*results, strict=True)))
 
-    def _fitted(self, dataset: Dataset, method: str) -> tuple[Floats, Floats]:
+    def _fit_method(self, dataset: Dataset, method: str) -> tuple[Floats, Floats]:
         settings = estimators.settings(method, {})
         result = fit([dataset], self.mechanism, method, settings, np.random.default_rng(0), lambda *_: None)
         residual = dataset.torque - result.torque(dataset)
         spectrum, loss = noise.estimate([dataset], [residual]), loss_of(result, method)
         free = np.ones(len(TRUTH), bool)
         widths = [
-            uncertainty_of([dataset], [residual], spectrum, loss, source, free).half_width() for source in SOURCES
+            uncertainty_of([dataset], [residual], spectrum, loss, interval_method, free).half_width()
+            for interval_method in INTERVAL_METHODS
         ]
         return result.parameters - TRUTH, np.stack(widths)
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """Over many recordings."""
+    """Statistics over many recordings."""
 
     scenario: Scenario
     share: Floats
-    """(methods, sources, k) of intervals that hold the truth."""
+    """(methods, interval methods, k) share of the intervals that contain the true value."""
     width: Floats
-    """(methods, sources, k) mean width, over that of one who knows how the errors are spread."""
+    """(methods, interval methods, k) mean width relative to an interval from the actual spread of the errors."""
 
     @classmethod
     def of(cls, scenario: Scenario, estimates: Sequence[Estimates]) -> "Coverage":
-        """Count."""
+        """Coverage and width of the `estimates` of one scenario."""
         errors = np.stack([estimate.errors for estimate in estimates])[:, :, None]
         half_widths = np.stack([estimate.half_widths for estimate in estimates])
         ideal = norm.ppf(0.975) * errors.std(axis=0)
         return cls(scenario, (np.abs(errors) <= half_widths).mean(axis=0), half_widths.mean(axis=0) / ideal)
 
     def lines(self, names: Sequence[str]) -> Iterator[str]:
-        """A table."""
+        """Lines of a table with one row per parameter."""
         methods = self.scenario.methods
-        columns = [(i, j) for i in range(len(methods)) for j in range(len(SOURCES))]
+        columns = [(i, j) for i in range(len(methods)) for j in range(len(INTERVAL_METHODS))]
         time = f"{1e3 * self.scenario.correlation:g} ms" if self.scenario.correlation else "none (white)"
         yield f"noise in the voltage, correlation time {time}: coverage in %"
-        yield f"{'':6}" + "".join(f"{methods[i] + ' ' + SOURCES[j]:>16}" for i, j in columns)
+        yield f"{'':6}" + "".join(f"{methods[i] + ' ' + INTERVAL_METHODS[j]:>16}" for i, j in columns)
         for k, name in enumerate(names):
             yield f"{name:6}" + "".join(f"{100 * self.share[i, j, k]:16.1f}" for i, j in columns)
         yield f"{'width':6}" + "".join(f"{self.width[i, j].mean():16.2f}" for i, j in columns)
-        inside = [bool(((self.share[i, j] >= WANTED[0]) & (self.share[i, j] <= WANTED[1])).all()) for i, j in columns]
-        yield f"{'93-97':6}" + "".join(f"{'all' if good else 'not all':>16}" for good in inside)
+        inside = [
+            bool(((self.share[i, j] >= ACCEPTED_COVERAGE[0]) & (self.share[i, j] <= ACCEPTED_COVERAGE[1])).all())
+            for i, j in columns
+        ]
+        yield f"{'93-97':6}" + "".join(f"{'all' if accepted else 'not all':>16}" for accepted in inside)
 
 
 _machine: Machine | None = None
 
 
-def _start(path: Path) -> None:
+def _initialize_worker(path: Path) -> None:
     global _machine
     _machine = Machine(read(path))
 
 
-def _work(scenario: Scenario, seed: int) -> Estimates:
+def _run_seed(scenario: Scenario, seed: int) -> Estimates:
     assert _machine is not None
-    return _machine.fitted(scenario, seed)
+    return _machine.estimates_of(scenario, seed)
 
 
 def main() -> None:
-    """Print one table for each kind of noise."""
-    # One process for each core; libraries with threads of their own would only be in each other's way.
+    """Print a table for each kind of noise."""
+    # One process per core: multithreaded libraries would compete for the cores.
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL")})
     with tempfile.TemporaryDirectory() as folder:
         (path,) = record(Path(folder), "fig5a")
         names = [parameter.name for parameter in mechanisms.create(read(path).rig).parameters]
-        with ProcessPoolExecutor(mp_context=get_context("spawn"), initializer=_start, initargs=(path,)) as pool:
-            print(
-                print(f"{RECORDINGS} recordings for each kind of noise; width: over that of one who knows the spread")
-            )
+        with ProcessPoolExecutor(
+            mp_context=get_context("spawn"), initializer=_initialize_worker, initargs=(path,)
+        ) as pool:
+            print(f"{RECORDINGS} recordings for each kind of noise; width: relative to the actual spread of errors")
             for scenario in SCENARIOS:
-                estimates = list(pool.map(partial(_work, scenario), range(RECORDINGS), chunksize=25))
+                estimates = list(pool.map(partial(_run_seed, scenario), range(RECORDINGS), chunksize=25))
                 print("\n".join(Coverage.of(scenario, estimates).lines(names)), flush=True)
 
 

@@ -1,7 +1,7 @@
-"""How punctual the cycle is, between two processes: ours, and a plain loop on canopen's PDO variables.
+"""Compare the timing of the recorder's cycle with a plain loop on the PDO variables of the canopen library.
 
-`python -m benchmarks.cycle [SECONDS]` runs both against `daq sim` in one go, drives without power, and then looks for
-the highest rate that ours holds without a missed cycle.
+`python -m benchmarks.cycle [SECONDS]` runs both against `daq sim` in another process, with drives without power. Then
+it searches for the highest rate that the recorder's cycle keeps without a missed cycle.
 """
 
 import random
@@ -45,7 +45,7 @@ node_id = 3
 
 @dataclass(frozen=True)
 class Run:
-    """One run: lateness per cycle [s], cycles that were never begun, answers that did not come."""
+    """Result of a run: lateness of each cycle [s], number of missed cycles and of lost answers."""
 
     lateness: NDArray[np.float64]
     missed: int
@@ -61,7 +61,7 @@ class Run:
 
 @contextmanager
 def simulated(rate: float) -> Iterator[Rig]:
-    """`daq sim` in a process of its own."""
+    """Run `daq sim` in another process."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "rig.toml"
         path.write_text(_RIG.format(rate=rate, port=random.randint(20000, 60000)))
@@ -77,7 +77,7 @@ def simulated(rate: float) -> Iterator[Rig]:
 
 
 def ours(rate: float, seconds: float) -> Run:
-    """The driver and clock of `daq record`."""
+    """Run the driver and the clock of `daq record`."""
     with simulated(rate) as rig:
         drives = transports.of(rig).connect(rig, lambda *line: None, lambda *frame: None, None)
         try:
@@ -103,7 +103,7 @@ def _cycles(drives: Amplifiers, rate: float, seconds: float) -> Run:
 
 
 def plain(rate: float, seconds: float) -> Run:
-    """What the library's documentation suggests: its SYNC producer, PDO variables, a wait for each answer."""
+    """Run the loop of the library's documentation: its SYNC producer, PDO variables, a wait for each answer."""
     with simulated(rate) as rig:
         network = canopen.Network()
         bus = rig.can
@@ -129,7 +129,7 @@ def plain(rate: float, seconds: float) -> Run:
                 node.rpdo[1][1].raw = position
                 node.rpdo[1].transmit()
             index += 1
-            # Its SYNC runs in a thread; what the loop itself shows is how much longer than a period it took.
+            # SYNC is sent by another thread, so the lateness is the excess of the loop time over the period.
             now = time.perf_counter()
             lateness.append(max(0.0, now - before - period))
             before = now
@@ -139,12 +139,12 @@ def plain(rate: float, seconds: float) -> Run:
 
 
 def main(seconds: float = 60.0) -> None:
-    """Print the comparison and the highest rate."""
+    """Print the comparison, and the highest rate without a missed cycle."""
     print(f"500 Hz, three drives, {seconds:g} s, two processes on udp_multicast")
-    mine, theirs = ours(500.0, seconds), plain(500.0, seconds)
-    print(f"  daq record's cycle: {mine}")
-    print(f"  plain canopen loop: {theirs}")
-    ratio = np.quantile(theirs.lateness, 0.99) / np.quantile(mine.lateness, 0.99)
+    recorder_run, plain_run = ours(500.0, seconds), plain(500.0, seconds)
+    print(f"  daq record's cycle: {recorder_run}")
+    print(f"  plain canopen loop: {plain_run}")
+    ratio = np.quantile(plain_run.lateness, 0.99) / np.quantile(recorder_run.lateness, 0.99)
     print(f"  p99 of the lateness, plain over ours: {ratio:.1f}")
     highest = 0.0
     for rate in (200.0, 500.0, 1000.0, 2000.0, 4000.0):

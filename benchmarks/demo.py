@@ -1,11 +1,11 @@
-"""The recordings of `make demo`, made anew in a few seconds."""
+"""Recordings of `make demo`, created within a few seconds."""
 
 import subprocess
 import sys
 from pathlib import Path
 
 SEED = 9
-"""Of the effect that is hidden from the model."""
+"""Seed of the hidden effect."""
 
 
 def record(folder: Path, *trajectories: str) -> list[Path]:
@@ -18,5 +18,5 @@ def record(folder: Path, *trajectories: str) -> list[Path]:
 
 
 def program(name: str) -> str:
-    """The installed command `name`."""
+    """Path of the installed command `name`."""
     return str(Path(sys.executable).with_name(name))

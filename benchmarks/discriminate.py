@@ -1,8 +1,8 @@
-"""Does the motion of `ident design --discriminate` settle what one recording could not? As a user would do it.
+"""Test whether the motion of `ident design --discriminate` resolves ambiguous findings, with the user's commands.
 
-An effect is hidden in the simulated rig, fig5a is recorded and diagnosed. Where the finding could be something else,
-the motion that the diagnosis recommends is designed and recorded, and both recordings are diagnosed together: with
-parts of themselves held out, and once more with another motion, fig5b, that tells the explanations apart no better.
+An effect is hidden in the simulated rig; fig5a is recorded and diagnosed. If a finding is confusable with validation
+effects, the motion that the diagnosis recommends is designed and recorded. Both recordings are then diagnosed
+together, first with parts of them held out, then with fig5b held out, which does not discriminate better than fig5a.
 """
 
 import json
@@ -27,73 +27,73 @@ HIDDEN = (
     ("torque_gain_mismatch", 0.01, [3]),
     ("arm_com_offset", 0.01, [1]),
 )
-"""Effects, their sizes over the torque, and joints: what one recording of fig5a leaves together with others, of all
-that was hidden on joint 2 at 1 % and 3 %; and two of them on other joints."""
+"""Effect, size relative to the torque, and joints: the effects that were confusable with others after one recording of
+fig5a, among all effects on joint 2 at 1 % and 3 %; and two of them on validation joints."""
 
 
 def main() -> None:
-    """Tell one story for each hidden effect, or for each of those that the command line names."""
+    """Test each hidden effect, or those named on the command line."""
     for effect, size, joints in HIDDEN:
         if not sys.argv[1:] or effect in sys.argv[1:]:
             print(f"discriminate: {effect} {size:.0%}, joint {', '.join(map(str, joints))}", flush=True)
             with tempfile.TemporaryDirectory() as folder:
-                _story(Path(folder), effect, size, joints)
+                _test_effect(Path(folder), effect, size, joints)
 
 
-def _story(folder: Path, effect: str, size: float, joints: list[int]) -> None:
+def _test_effect(folder: Path, effect: str, size: float, joints: list[int]) -> None:
     sim = folder / "sim.toml"
     sim.write_text(f'[[effects]]\nname = "{effect}"\nsize = {size}\njoints = {joints}\n', encoding="utf-8")
-    first = _recorded("fig5a", sim, folder / "first.mcap")
-    before = _diagnosed([first])
-    _say("fig5a", _words(before))
-    if not any(finding["confusable_with"] for finding in _news(before)):
+    first = _record("fig5a", sim, folder / "first.mcap")
+    before = _diagnose([first])
+    _print_row("fig5a", _summary(before))
+    if not any(finding["confusable_with"] for finding in _new_findings(before)):
         return
     motion = folder / "next.toml"
     command = shlex.split(before["next_motion"]["command"])
     try:
         designed = json.loads(_run(*command[:-1], motion, "--json"))
-    except subprocess.CalledProcessError as failed:
-        _say("design", failed.stderr.strip())
+    except subprocess.CalledProcessError as error:
+        _print_row("design", error.stderr.strip())
         return
-    _say("separation", f"{_separation(designed['before'])} on fig5a")
-    _say("", f"{_separation(designed['after'])} with {designed['trajectory']}, {_use(designed['after'])}")
-    both = [first, _recorded(motion, sim, folder / "second.mcap")]
-    other = ["--validate", _recorded("fig5b", sim, folder / "other.mcap")]
-    for what, after in (("both", _diagnosed(both)), ("and fig5b", _diagnosed([*both, *other]))):
-        names = [(finding["effect"], finding["confusable_with"]) for finding in _news(after)]
-        _say(what, f"{_words(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
+    _print_row("separation", f"{_separation(designed['before'])} on fig5a")
+    _print_row("", f"{_separation(designed['after'])} with {designed['trajectory']}, {_limit_use(designed['after'])}")
+    recordings = [first, _record(motion, sim, folder / "second.mcap")]
+    validation = ["--validate", _record("fig5b", sim, folder / "other.mcap")]
+    for title, after in (("both", _diagnose(recordings)), ("and fig5b", _diagnose([*recordings, *validation]))):
+        names = [(finding["effect"], finding["confusable_with"]) for finding in _new_findings(after)]
+        _print_row(title, f"{_summary(after)}: {'right' if names == [(effect, [])] else 'NOT RIGHT'}")
 
 
-def _say(what: str, words: str) -> None:
-    print(f"  {what:<11} {words}", flush=True)
+def _print_row(title: str, text: str) -> None:
+    print(f"  {title:<11} {text}", flush=True)
 
 
 def _separation(quality: dict[str, Any]) -> str:
     return ", ".join(f"{effect} {share:.1%}" for effect, share in quality["told_apart"].items())
 
 
-def _use(quality: dict[str, Any]) -> str:
+def _limit_use(quality: dict[str, Any]) -> str:
     limit, share = max(quality["limits"].items(), key=lambda item: item[1])
     return f"{share:.0%} of {limit}"
 
 
-def _recorded(motion: object, sim: Path, out: Path) -> Path:
+def _record(motion: object, sim: Path, out: Path) -> Path:
     _run("daq", "record", "--traj", motion, "--sim", sim, "--out", out)
     return out
 
 
-def _diagnosed(arguments: Sequence[object]) -> dict[str, Any]:
+def _diagnose(arguments: Sequence[object]) -> dict[str, Any]:
     document: dict[str, Any] = json.loads(_run("ident", "diagnose", *arguments, "--json", "--force"))
     return document
 
 
-def _news(document: dict[str, Any]) -> list[dict[str, Any]]:
-    """What is found beside the forearms' inertia."""
+def _new_findings(document: dict[str, Any]) -> list[dict[str, Any]]:
+    """Findings except the inertia of the rods, which every robot has."""
     return [finding for finding in document["findings"] if finding["effect"] != "rod_inertia"]
 
 
-def _words(document: dict[str, Any]) -> str:
-    names = [" or ".join((finding["effect"], *finding["confusable_with"])) for finding in _news(document)]
+def _summary(document: dict[str, Any]) -> str:
+    names = [" or ".join((finding["effect"], *finding["confusable_with"])) for finding in _new_findings(document)]
     return ", ".join(names) or document["verdict"]
 
 

@@ -1,6 +1,6 @@
-"""How large each hidden effect of the simulated plant can be, on a heavy and a light robot along fig5a.
+"""Tabulate the strength of each hidden effect of the simulated plant for given sizes, on two robots along fig5a.
 
-`python -m benchmarks.effect_sizes [EFFECT...]`: a minute or two per robot for all of them.
+`python -m benchmarks.effect_sizes [EFFECT...]` takes one or two minutes per robot for all effects.
 """
 
 import sys
@@ -19,13 +19,13 @@ _SEED = 1
 
 
 def rig() -> Rig:
-    """The simulated rig, reporting commanded voltages: in true motor voltages some effects leave no trace."""
+    """Simulated rig that reports commanded voltages: some effects are not visible in true motor voltages."""
     drives = (drive.model_copy(update={"voltage": Voltage(kind="command")}) for drive in simulated_rig().drives)
     return simulated_rig().model_copy(update={"drives": tuple(drives)})
 
 
 def row(sizer: EffectSizer, name: str) -> str:
-    """Strength at each of SIZES, or the size nearest to it that can be had."""
+    """Table row of the effect `name`: its strength for each of SIZES; in brackets: for the nearest possible size."""
     effect = draw_effect(np.random.default_rng(_SEED), (name,))
     cells = []
     for wanted in SIZES:
@@ -39,10 +39,10 @@ def row(sizer: EffectSizer, name: str) -> str:
     shape = {key: f"{value:.3g}" for key, value in effect.model_dump(exclude={"joints", effect.strength()}).items()}
     shapes = ", ".join(f"{key} = {value}" for key, value in shape.items())
     joints = "robot" if effect.whole_robot else ", ".join(map(str, effect.joints))
-    return f"| `{name}` | {joints} | {_range(name)} | {' | '.join(cells)} | {shapes} |"
+    return f"| `{name}` | {joints} | {_strength_range(name)} | {' | '.join(cells)} | {shapes} |"
 
 
-def _range(name: str) -> str:
+def _strength_range(name: str) -> str:
     kind = discover()[name]
     field = kind.model_fields[kind.strength()]
     unit = field.json_schema_extra["unit"] if isinstance(field.json_schema_extra, dict) else ""

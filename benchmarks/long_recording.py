@@ -1,4 +1,4 @@
-"""Recordings as long as one likes: one repetition of a real one, again and again, with all its frames and topics."""
+"""Create recordings of any length by repeating one cycle of a recording, with all its frames and topics."""
 
 from pathlib import Path
 from typing import Any
@@ -17,17 +17,17 @@ from recordings.metadata import rig_record, run_record
 from recordings.reader import read
 
 CHUNK = 500_000_000
-"""Recorded time in one chunk [ns], as the writer has it."""
+"""Recorded time in one chunk [ns], as in the recorder's files."""
 HEAD = [("before", "V15"), ("log", "<u8"), ("publish", "<u8")]
-"""Of a Message record: opcode, length, channel and sequence, then two times [ns]."""
+"""Fields before the message in a Message record: opcode, length, channel and sequence, then two times [ns]."""
 HEAD_SIZE = 31
 
 Messages = NDArray[Any]
-"""Message records of one channel and one length, with the fields of `HEAD` and `message`."""
+"""Message records of the same channel and length, with the fields of `HEAD` and `message`."""
 
 
 def make(source: Path, path: Path, seconds: float) -> None:
-    """Write to `path` at least `seconds` of the repeated motion of the recording `source`."""
+    """Write at least `seconds` of the cyclic motion of the recording `source` to `path`."""
     recording = read(source)
     messages = _messages(source)
     cycled = [part for part in messages if "repeat" in (part["message"].dtype.names or ())]

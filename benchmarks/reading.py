@@ -1,4 +1,4 @@
-"""How fast recordings are read: our reader against mcap-ros2-support on the same file, in the same run."""
+"""Compare the speed of this project's reader with mcap-ros2-support on the same file."""
 
 import math
 import tempfile
@@ -19,7 +19,7 @@ RATE = 500
 
 
 def make(path: Path) -> None:
-    """Write a recording as `daq record` does: per SYNC seven frames and four messages."""
+    """Write a recording as `daq record` does: seven frames and four messages per SYNC."""
     run = Run(
         trajectory="benchmark",
         trajectory_digest="",
@@ -47,13 +47,13 @@ def make(path: Path) -> None:
 
 
 def ours(path: Path) -> int:
-    """Read all that `read` and `read_can` give; the number of messages decoded."""
+    """Read the file with `read` and `read_can`; return the number of decoded messages."""
     recording, frames = read(path), read_can(path)
     return 3 * len(recording.time) + len(frames.id)
 
 
 def mcap_ros2_support(path: Path) -> int:
-    """Decode the same topics message by message; their number."""
+    """Decode the same topics message by message; return the number of messages."""
     topics = ["/joint_states", "/joint_commands", "/amplifiers", "/can"]
     with path.open("rb") as stream:
         decoded = make_reader(stream, decoder_factories=[DecoderFactory()]).iter_decoded_messages(topics=topics)
@@ -80,8 +80,10 @@ def main() -> None:
         print(
             f"writing: {11 * SECONDS * RATE / elapsed:,.0f} messages/s, {path.stat().st_size / SECONDS:,.0f} bytes/s"
         )
-        fast, slow = rate(ours, path), rate(mcap_ros2_support, path)
-        print(f"reading: {fast:,.0f} messages/s, mcap-ros2-support {slow:,.0f} messages/s, ratio {fast / slow:.1f}")
+        our_rate, library_rate = rate(ours, path), rate(mcap_ros2_support, path)
+        print(
+            f"reading: {our_rate:,.0f} messages/s, mcap-ros2-support {library_rate:,.0f} messages/s, ratio {our_rate / library_rate:.1f}"
+        )
 
 
 if __name__ == "__main__":

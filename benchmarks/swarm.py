@@ -1,4 +1,4 @@
-"""The swarm against others: same data, same settings, same objective, in one run."""
+"""Compare the particle swarm with other libraries: same data, same settings, same objective."""
 
 import logging
 import tempfile
@@ -18,9 +18,9 @@ from ident.estimation.problem import Problem
 from recordings.recording import Floats
 
 SETTINGS = pso.Settings(tolerance=0.0)
-"""The paper's: 300 particles, 60 neighbours, 1000 iterations."""
+"""Settings of the paper: 300 particles, 60 neighbours, 1000 iterations."""
 LIMIT = 1.5e-3
-"""Seconds for one evaluation of 300 particles on 30,000 rows of 11 columns that the arithmetic of two cores takes."""
+"""Arithmetic limit of two cores for one evaluation of 300 particles on 30,000 rows of 11 columns [s]."""
 SEED = 0
 
 Search = Callable[[Problem], float]
@@ -28,17 +28,17 @@ Search = Callable[[Problem], float]
 
 
 def ours(given: Problem) -> float:
-    """`ident fit --paper`."""
+    """Run the swarm of `ident fit --paper`."""
     return pso.estimate(given, np.random.default_rng(SEED), lambda *_: None, SETTINGS).objective
 
 
 def ours_until_certified(given: Problem) -> float:
-    """`ident fit`, which stops at the certified minimum."""
+    """Run the swarm of `ident fit`, which stops at the certified minimum."""
     return pso.estimate(given, np.random.default_rng(SEED), lambda *_: None, pso.Settings()).objective
 
 
 def pyswarms(given: Problem) -> float:
-    """LocalBestPSO, neighbours found once and kept, as ours are."""
+    """Run LocalBestPSO with static neighbours, as in this project."""
     from pyswarms.single import LocalBestPSO
 
     logging.disable(logging.INFO)
@@ -63,7 +63,7 @@ def pyswarms(given: Problem) -> float:
 
 
 def pymoo(given: Problem) -> float:
-    """PSO with constant coefficients; it knows no neighbourhoods."""
+    """Run PSO with constant coefficients; it has no neighbourhoods."""
     from pymoo.algorithms.soo.nonconvex.pso import PSO
     from pymoo.core.problem import Problem as PymooProblem
     from pymoo.optimize import minimize
@@ -83,13 +83,13 @@ def pymoo(given: Problem) -> float:
         adaptive=False,
         pertube_best=False,
     )
-    described = Objective(n_var=len(lowest), n_obj=1, xl=lowest, xu=highest)
-    result = minimize(described, algorithm, ("n_gen", SETTINGS.iterations + 1), seed=SEED)
+    pymoo_problem = Objective(n_var=len(lowest), n_obj=1, xl=lowest, xu=highest)
+    result = minimize(pymoo_problem, algorithm, ("n_gen", SETTINGS.iterations + 1), seed=SEED)
     return float(result.F[0])
 
 
 def numpy_objective(given: Problem) -> Callable[[Floats], Floats]:
-    """(33) of all particles (n, k), as one writes it in numpy."""
+    """Return Eq. (33) as a numpy function of all particles (n, k)."""
     transposed = np.ascontiguousarray(given.regressor.T)
 
     def objective(particles: Floats) -> Floats:
@@ -103,8 +103,8 @@ def main() -> None:
     """Print times, ratios, and final objectives above the certified minimum."""
     with tempfile.TemporaryDirectory() as folder:
         given = problem(record(Path(folder), "fig5a")[0], "central")
-    proof = certify(given.regressor, given.torque, given.bounds)
-    _evaluations(given)
+    certificate = certify(given.regressor, given.torque, given.bounds)
+    _compare_evaluations(given)
     searches: dict[str, Search] = {
         "ours": ours,
         "ours, until certified": ours_until_certified,
@@ -117,34 +117,37 @@ def main() -> None:
     )
     reference = 0.0
     for name, search in searches.items():
-        seconds, line = _timed(search, given, proof)
+        seconds, line = _measure(search, given, certificate)
         reference = reference or seconds
         print(f"  {name:22} {seconds:7.2f} s  {seconds / reference:6.1f} times ours  {line}", flush=True)
 
 
-def _timed(search: Search, given: Problem, proof: Certificate) -> tuple[float, str]:
+def _measure(search: Search, given: Problem, certificate: Certificate) -> tuple[float, str]:
     start = time.perf_counter()
     try:
         objective = search(given)
     except ModuleNotFoundError as error:
         return 0.0, f"not measured: {error}; install the extra `bench`"
-    return time.perf_counter() - start, f"ended {proof.excess(objective):.1e} above the certified minimum"
+    return time.perf_counter() - start, f"ended {certificate.excess(objective):.1e} above the certified minimum"
 
 
-def _evaluations(given: Problem) -> None:
-    """One evaluation of the whole swarm: the compiled kernel and numpy."""
+def _compare_evaluations(given: Problem) -> None:
+    """Time one evaluation of the whole swarm by the compiled kernel and by numpy."""
     lowest, highest = given.bounds.T
     particles = np.random.default_rng(SEED).uniform(lowest, highest, (SETTINGS.particles, len(lowest)))
-    kernel, plain = L1Objective(given.regressor, given.torque), numpy_objective(given)
-    np.testing.assert_allclose(kernel(particles), plain(particles), rtol=1e-10)
-    fast, slow = _best(lambda: kernel(particles), 50), _best(lambda: plain(particles), 5)
+    kernel, numpy_function = L1Objective(given.regressor, given.torque), numpy_objective(given)
+    np.testing.assert_allclose(kernel(particles), numpy_function(particles), rtol=1e-10)
+    kernel_time, numpy_time = (
+        _shortest_time(lambda: kernel(particles), 50),
+        _shortest_time(lambda: numpy_function(particles), 5),
+    )
     print(
-        f"evaluation: ours {1e3 * fast:.2f} ms, {fast / LIMIT:.1f} of the arithmetic limit ({1e3 * LIMIT:g} ms); "
-        f"numpy {1e3 * slow:.1f} ms, {slow / fast:.0f} times ours"
+        f"evaluation: ours {1e3 * kernel_time:.2f} ms, {kernel_time / LIMIT:.1f} of the arithmetic limit ({1e3 * LIMIT:g} ms); "
+        f"numpy {1e3 * numpy_time:.1f} ms, {numpy_time / kernel_time:.0f} times ours"
     )
 
 
-def _best(call: Callable[[], object], repeats: int) -> float:
+def _shortest_time(call: Callable[[], object], repeats: int) -> float:
     seconds = []
     for _ in range(repeats):
         start = time.perf_counter()

@@ -1,6 +1,4 @@
-"""How long the page takes to show an hour at 500 Hz and to fit it, in a real browser, and with how much memory:
-`python -m benchmarks.workbench`.
-"""
+"""Measure how long the workbench takes to show and fit one hour at 500 Hz in a real browser, and its memory."""
 
 import shutil
 import subprocess
@@ -21,33 +19,35 @@ _WATCH = (
 
 
 def main() -> None:
-    """Print first view, whole view, zoom, fit, and memory."""
+    """Print the times of first view, whole view, zoom and fits, and the memory."""
     browser = shutil.which("chromium")
     if browser is None:
         print("workbench: needs Debian's chromium")
         return
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        made = folder / "made.mcap"
+        source = folder / "made.mcap"
         daq = [sys.executable, "-c", "from daq.cli import main; main()"]
         subprocess.run(
-            [*daq, "record", "--traj", "fig5a", "--cycles", "2", "--out", str(made)], check=True, capture_output=True
+            [*daq, "record", "--traj", "fig5a", "--cycles", "2", "--out", str(source)],
+            check=True,
+            capture_output=True,
         )
-        long_recording.make(made, folder / "hour.mcap", HOUR)
-        made.unlink()
+        long_recording.make(source, folder / "hour.mcap", HOUR)
+        source.unlink()
         ident = [sys.executable, "-c", "from ident.cli import main; main()"]
         server = subprocess.Popen(
             [*ident, "workbench", str(folder), "--no-browser"], stdout=subprocess.PIPE, text=True
         )
         try:
             assert server.stdout is not None
-            _look(browser, server.stdout.readline().split()[1], server.pid)
+            _measure(browser, server.stdout.readline().split()[1], server.pid)
         finally:
             server.terminate()
             server.wait(timeout=30)
 
 
-def _look(browser: str, address: str, server: int) -> None:
+def _measure(browser: str, address: str, server: int) -> None:
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as playwright:
@@ -56,54 +56,54 @@ def _look(browser: str, address: str, server: int) -> None:
         page.goto(address)
         page.locator('[data-test="train-0"]').wait_for(timeout=60_000)
         time.sleep(5)  # a person reads the page before the first click
-        began = time.perf_counter()
+        start = time.perf_counter()
         page.locator('[data-test="train-0"]').click()
         page.locator(f"{_PLOT} .scatterlayer").first.wait_for(timeout=120_000)
-        print(f"workbench, one hour at 500 Hz: first view {time.perf_counter() - began:.1f} s")
+        print(f"workbench, one hour at 500 Hz: first view {time.perf_counter() - start:.1f} s")
         page.get_by_text("the rest is being read").wait_for(state="detached", timeout=300_000)
-        print(f"all of it {time.perf_counter() - began:.1f} s")
+        print(f"all of it {time.perf_counter() - start:.1f} s")
         page.evaluate(_WATCH)
         print(f"zoom: {', '.join(f'{_zoom(page):.0f} ms' for _ in range(ZOOMS))}")
         _memory(server, "shown")
         _fit(page)
         _memory(server, "fitted")
-        _whole(page)
+        _fit_whole(page)
         _memory(server, "fitted to the whole")
         launched.close()
 
 
 def _fit(page: Any) -> None:
-    """The base model, its candidates, and where it fails."""
-    began = time.perf_counter()
+    """Time the base model, its candidates, and its residuals."""
+    start = time.perf_counter()
     page.locator('[data-test="tab-missing"]').click()
     page.locator('[data-test="fit"]').click()
     page.locator('[data-test="step-0"]').wait_for(timeout=300_000)
-    print(f"base model {time.perf_counter() - began:.1f} s")
+    print(f"base model {time.perf_counter() - start:.1f} s")
     page.locator('[data-test^="card-"]').first.wait_for(timeout=300_000)
-    print(f"candidates {time.perf_counter() - began:.1f} s")
+    print(f"candidates {time.perf_counter() - start:.1f} s")
     page.locator('[data-test="tab-residuals"]').click()
     page.locator('[data-test="residuals-0"]').wait_for(timeout=600_000)
-    print(f"where it fails {time.perf_counter() - began:.1f} s")
+    print(f"where it fails {time.perf_counter() - start:.1f} s")
 
 
-def _whole(page: Any) -> None:
-    """The model to keep."""
-    began = time.perf_counter()
+def _fit_whole(page: Any) -> None:
+    """Time the fit of the final model to the whole recording."""
+    start = time.perf_counter()
     page.locator('[data-test="tab-export"]').click()
     page.locator('[data-test="whole"]').click()
     page.locator('[data-test="save"]').wait_for(timeout=600_000)
-    print(f"fitted to the whole {time.perf_counter() - began:.1f} s")
+    print(f"fitted to the whole {time.perf_counter() - start:.1f} s")
 
 
 def _memory(server: int, done: str) -> None:
-    """What all processes together have held, each at its worst."""
-    working = sum(map(_peak, _children(server)))
+    """Print the sum of the peak memories of all processes."""
+    workers = sum(map(_peak, _children(server)))
     page = _peak(server)
-    print(f"memory at most, {done}: {page + working:.0f} MB, page {page:.0f}, working processes {working:.0f}")
+    print(f"memory at most, {done}: {page + workers:.0f} MB, page {page:.0f}, workers processes {workers:.0f}")
 
 
 def _zoom(page: Any) -> float:
-    """Milliseconds from letting go of the mouse until the detail is drawn."""
+    """Time from the release of the mouse button until the detail is drawn [ms]."""
     page.mouse.move(500, 480)
     page.mouse.down()
     page.mouse.move(700, 485, steps=5)
@@ -120,7 +120,7 @@ def _children(process: int) -> list[int]:
 
 
 def _peak(process: int) -> float:
-    """Largest memory so far [MB]."""
+    """Peak memory of a `process` [MB]."""
     status = Path(f"/proc/{process}/status").read_text()
     kilobytes = next(line for line in status.splitlines() if line.startswith("VmHWM")).split()[1]
     return int(kilobytes) / 1e3

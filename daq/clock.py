@@ -1,30 +1,30 @@
-"""When the cycles begin: absolute deadlines on the host's clock, or simulated time in lockstep."""
+"""Timing of the cycles: absolute deadlines on the host's clock, or simulated time in lockstep."""
 
 import time
 from typing import Protocol
 
 _OWN_SHARE = 0.15
-"""Of the period, for the host's own work ..."""
+"""Share of the period that is reserved for the host's computations."""
 _OWN_TIME = 1e-3
-"""... but no more than that work takes [s]: at the low rates of serial lines, answers get the rest."""
+"""Upper bound of that reserve [s]: at the low rates of serial lines, the rest of the period is left for the answers."""
 
 
 class Clock(Protocol):
     """The time base of one run."""
 
     answer_timeout: float
-    """How long the answers to a SYNC may take [s]."""
+    """Longest time that the answers to a SYNC may take [s]."""
 
     def wait(self, index: int) -> float:
-        """Wait for the cycle of SYNC `index`; returns how late it is [s]. The first call starts the clock."""
+        """Wait for the cycle of SYNC `index` and return its lateness [s]. The first call starts the clock."""
         ...
 
     def overdue(self, index: int) -> float:
-        """How long ago the cycle of SYNC `index` should have begun [s]; 0 if it is still to come."""
+        """Time since the deadline of the cycle of SYNC `index` [s]; 0 before the deadline."""
         ...
 
     def stamp(self, index: int) -> int:
-        """Time of SYNC `index` [ns]: its index times the configured period from the first one."""
+        """Time of SYNC `index` [ns]: the time of SYNC 0 plus `index` configured periods."""
         ...
 
     def now(self) -> int:
@@ -33,7 +33,7 @@ class Clock(Protocol):
 
 
 class LockstepClock:
-    """Simulated time from zero: never waits, never late."""
+    """Simulated time that begins at zero; it never waits and is never late."""
 
     answer_timeout = 2.0
 
@@ -60,10 +60,10 @@ class LockstepClock:
 
 
 class HostClock:
-    """The host's clock. Deadline k is start + k periods whatever happened before, so that lateness never adds up."""
+    """The host's clock. Deadline k is always start + k periods, so that lateness does not accumulate."""
 
     def __init__(self, rate: float, lead: float = 0.0) -> None:
-        """`lead`: by how much a cycle begins before its SYNC [s]."""
+        """`lead`: time from the beginning of a cycle to its SYNC [s]."""
         self._period = 1.0 / rate
         self._lead_ns = round(lead * 1e9)
         self._start: float | None = None

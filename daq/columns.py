@@ -1,4 +1,4 @@
-"""A recording as named columns: the form of CSV and Parquet files, see "CSV import" in README."""
+"""Table of named columns of a recording, as in CSV and Parquet files; see "CSV import" in README."""
 
 from typing import Any
 
@@ -8,11 +8,11 @@ from numpy.typing import NDArray
 from recordings.recording import Recording
 
 JOINT_COLUMNS = ("position", "velocity", "command", "voltage", "effort")
-"""One column per joint each, in SI units: position_1, position_2, ..."""
+"""Quantities with one column per joint (position_1, position_2, ...), in SI units."""
 
 
 def columns(recording: Recording) -> dict[str, NDArray[Any]]:
-    """Name: (n,) in the order of the file. Gaps are NaN; what was not measured at all is left out."""
+    """Columns (n,) by name, in the order of the file. Gaps are NaN; quantities that were never measured are left out."""
     table: dict[str, NDArray[Any]] = {"time": recording.time}
     for name in JOINT_COLUMNS:
         values = getattr(recording, name)
@@ -22,5 +22,5 @@ def columns(recording: Recording) -> dict[str, NDArray[Any]]:
 
 
 def numbered(name: str, values: NDArray[Any]) -> dict[str, NDArray[Any]]:
-    """`values` (n, dof) as columns name_1 ... name_dof."""
+    """Columns name_1 ... name_dof of `values` (n, dof)."""
     return {f"{name}_{i}": column for i, column in enumerate(values.T, start=1)}

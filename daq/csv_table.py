@@ -1,4 +1,4 @@
-"""Reading CSV files of numbers, a large block at a time, with errors that name line and column."""
+"""Reader of numeric CSV files: parses large blocks at once; errors name the line and the column."""
 
 import csv
 import hashlib
@@ -14,21 +14,21 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 
 _BLOCK = 1 << 24
-"""Bytes that are parsed at a time."""
+"""Number of bytes that are parsed at a time."""
 
 
 @dataclass(frozen=True, eq=False)
 class CsvTable:
-    """Named columns of numbers; row k stands in line k + 2 of the file."""
+    """Named columns of numbers; row k is line k + 2 of the file."""
 
     path: Path
     columns: dict[str, Floats]
-    """Name: (n,), NaN where the cell is empty; none is infinite."""
+    """Columns (n,) by name. Empty cells are NaN; all other values are finite."""
     digest: str
     """SHA-256 of the file."""
 
     def where(self, row: int, name: str | None = None) -> str:
-        """Names a row, or a cell, in errors."""
+        """Position of a row, or of one cell, for error messages."""
         return f"{self.path}, line {row + 2}{f', column {name!r}' if name else ''}"
 
 
@@ -36,8 +36,8 @@ def read_table(path: Path) -> CsvTable:
     """Read a comma-separated file with a header row.
 
     Raises:
-        BadInput: the file is missing or unreadable, the header names nothing or one thing twice, a line has another
-            number of cells, or a cell is not a finite number, empty or NaN.
+        BadInput: the file is missing or unreadable, a column name is empty or a duplicate, the number of cells in a
+            line differs from the header, or a cell is not a finite number, empty or NaN.
     """
     digest = hashlib.sha256()
     try:
@@ -80,13 +80,13 @@ def _names(path: Path, header: bytes) -> list[str]:
 
 
 def _blocks(stream: BinaryIO) -> Iterator[bytes]:
-    """The rest of the file in blocks of whole lines."""
+    """Read the rest of the file in blocks of whole lines."""
     while block := stream.read(_BLOCK):
         yield block if block.endswith(b"\n") else block + stream.readline()
 
 
 def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
-    """The numbers (n, k) of a block that begins at `line`."""
+    """Parse the numbers (n, k) of a block that begins at `line`."""
     text = block.decode("utf-8", "replace").replace("\r", "").replace(" ", "").replace("\t", "")
     text = text.rstrip("\n") + "\n"
     if text == "\n":
@@ -106,7 +106,7 @@ def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
 
 
 def _with_gaps(text: str) -> str:
-    """Empty cells as NaN."""
+    """Write nan into empty cells."""
     text = text.replace("\n,", "\nnan,").replace(",\n", ",nan\n")
     text = f"nan{text}" if text.startswith(",") else text
     # Twice: neighbouring empty cells share a comma.

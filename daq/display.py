@@ -1,4 +1,4 @@
-"""The run on the screen: a progress bar with the figures that matter, and a summary at the end."""
+"""Terminal output of a run: a progress bar with the key figures, and a summary at the end."""
 
 import sys
 import threading
@@ -15,12 +15,12 @@ from daq.session import Result
 from daq.watched import CycleProgress
 
 _INTERVAL = 0.25
-"""Between two looks at the run [s]."""
+"""Time between two updates [s]."""
 
 
 class ProgressBar:
-    """Shows a run that is going on, on stderr and only on a terminal. It looks at the run from its own thread, so
-    the cycle never waits for a screen."""
+    """Progress bar of a run, on stderr if that is a terminal. It has a thread of its own, so that the cycle never
+    waits for the screen."""
 
     def __init__(self, progress: CycleProgress) -> None:
         self._progress = progress
@@ -66,7 +66,7 @@ def _figures(progress: CycleProgress, rate: float) -> str:
 
 
 def figures(result: Result) -> dict[str, Any]:
-    """The figures of a finished run, for `--json`. Lateness in seconds, following error in rad."""
+    """Figures of a finished run, for `--json`: lateness in seconds, following error in rad."""
     progress = result.progress
     lateness = np.array(progress.lateness)
     return {
@@ -85,7 +85,7 @@ def figures(result: Result) -> dict[str, Any]:
 
 
 def summary(result: Result) -> Table:
-    """The same for a person."""
+    """Table of the same figures for the terminal."""
     shown = figures(result)
     late = {key: f"{value * 1e3:.2f}" for key, value in shown["lateness"].items()}
     table = Table.grid(padding=(0, 2))

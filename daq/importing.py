@@ -1,4 +1,4 @@
-"""Measurements of other programs, in the CSV format of README, as recordings."""
+"""Conversion of measurements of other programs, in the CSV format of README, to recordings."""
 
 import re
 from collections.abc import Mapping
@@ -22,26 +22,26 @@ from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _JOINT_COLUMN = re.compile(rf"({'|'.join(JOINT_COLUMNS)})_([1-9]\d*)")
 _LONGEST = 2**31
-"""Seconds that a ROS time stamp holds."""
+"""Largest time that a ROS time stamp holds [s]."""
 _HIGHEST_RATE = 4000.0
-"""Of a rig description [Hz]."""
+"""Highest rate that a rig description permits [Hz]."""
 
 
 @dataclass(frozen=True)
 class Description:
-    """What is known of the machine besides the measurements."""
+    """Description of the machine, given in addition to the measurements."""
 
     rig: Rig | None = None
     mechanism: MechanismName | None = None
     joints: tuple[JointType, ...] = ("revolute",)
     torque: Mapping[str, Any] | None = None
-    """Keys of the section [torque] of a rig file; None: nothing is known."""
+    """Keys of the section [torque] of a rig file; None if they are unknown."""
     simulated: bool = False
 
 
 @dataclass(frozen=True, eq=False)
 class Imported:
-    """What became of a CSV file."""
+    """Result of importing a CSV file."""
 
     rig: Rig
     run: Run
@@ -49,18 +49,18 @@ class Imported:
 
     @property
     def steps(self) -> Floats:
-        """(n - 1,) between samples [s]."""
+        """Time steps between the samples (n - 1,) [s]."""
         return np.diff(self.samples.stamp) / 1e9
 
 
 def import_csv(path: Path, out: Path, description: Description) -> Imported:
     """Write the measurements in `path` to the new recording `out`.
 
-    Stamps stay as uneven as they are. Time is counted from the first sample.
+    Time is counted from the first sample. Uneven time steps are kept.
 
     Raises:
-        BadInput: the file is not as README describes, or does not fit the description; `out` exists.
-        OSError: `out` cannot be written; nothing of it is left.
+        BadInput: the file violates the format in README or contradicts the description, or `out` exists.
+        OSError: `out` cannot be written; no partial file is left.
     """
     table = read_table(path)
     stamp = _stamps(table)
@@ -104,7 +104,7 @@ def _is_known(name: str) -> bool:
 
 
 def _stamps(table: CsvTable) -> Ints:
-    """(n,) [ns] from the first sample."""
+    """Time stamps (n,) [ns] from the first sample."""
     if "time" not in table.columns:
         raise BadInput(f"{table.path}, line 1: a column 'time' expected, {', '.join(table.columns)} found; rename it")
     time = table.columns["time"]
@@ -112,7 +112,7 @@ def _stamps(table: CsvTable) -> Ints:
         raise BadInput(f"{table.path}: at least two samples expected, {len(time)} found")
     if np.isnan(time).any():
         raise BadInput(f"{table.where(int(np.argmax(np.isnan(time))), 'time')}: a time expected, none found")
-    # Whole seconds apart, so that the nanoseconds of a time since 1970 are as good as a float can hold them.
+    # Whole seconds are split off, so that times since 1970 keep the full float resolution of their fractions.
     seconds = np.floor(time)
     if seconds[-1] - seconds[0] >= _LONGEST:
         raise BadInput(f"{table.path}: times in seconds within {_LONGEST} s expected; check the unit")
@@ -129,7 +129,7 @@ def _stamps(table: CsvTable) -> Ints:
 
 
 def _joints(table: CsvTable) -> dict[str, Floats]:
-    """Quantity: (n, dof), for those that the file has."""
+    """Joint quantities (n, dof) in the file, by name."""
     numbers: dict[str, set[int]] = {}
     for name in table.columns:
         if match := _JOINT_COLUMN.fullmatch(name):
@@ -175,7 +175,7 @@ def _rig(table: CsvTable, description: Description, dof: int, volts: bool, rate:
 
 
 def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
-    """(n,) repetition of each sample, -1 where none, and the period [s], 0 where nothing repeats."""
+    """Repetition index of each sample (n,), -1 outside of repetitions, and the period [s], 0 without repetitions."""
     if "cycle" in table.columns:
         return _given_repeat(table, stamp)
     step = float(np.median(np.diff(stamp)))
@@ -183,14 +183,14 @@ def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
     cycles = find_cycles(_on(grid, stamp, motion))
     if cycles is None:
         return np.full(len(stamp), -1), 0.0
-    # Half a step early, so that a sample on the boundary falls on its own side whatever the rounding.
+    # Half a step is added, so that rounding cannot move a sample at a boundary to the wrong repetition.
     since = stamp + step / 2 - grid[cycles.first]
     repeat = np.floor(since / (cycles.period * step)).astype(np.int64)
     return np.where((repeat >= 0) & (repeat < cycles.count), repeat, -1), cycles.period * step / 1e9
 
 
 def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
-    """`motion` (n, dof) at the instants `grid` [ns], by straight lines over gaps; NaN for a joint never measured."""
+    """Linear interpolation of `motion` (n, dof) at the instants `grid` [ns]; NaN for a joint that was never measured."""
     known = np.isfinite(motion)
     return np.column_stack(
         [

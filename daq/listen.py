@@ -1,8 +1,8 @@
-"""Recording what another master makes the drives do, without sending anything.
+"""Passive recording of a bus that another master controls; nothing is sent.
 
-While it listens only frames are written, as they come, so memory does not grow and nothing that was heard is lost
-when the program is killed. The samples are made of them at the end, in a second pass: the line through the SYNC
-arrivals, and with it every time stamp, is known only then. If the program does not come to that, `daq recover` does.
+While listening, only frames are written, as they arrive, so that memory does not grow and no frame is lost if the
+program is killed. A second pass reconstructs the samples at the end: the time stamps come from a line through all SYNC
+arrivals. If the program is killed before that pass, `daq recover` performs it.
 """
 
 import os
@@ -29,26 +29,26 @@ from recordings.writer import RecordingWriter
 from trajectories import Trajectory
 
 NAME = "listened"
-"""Stands for the trajectory, which is the other master's affair."""
+"""Trajectory name of the run where the trajectory is unknown."""
 SILENCE = 5.0
-"""Without a SYNC for so long, after the first one, the motion is over [s]."""
+"""Listening ends when no SYNC has come for this long after the first one [s]."""
 _LOOK = 0.1
-"""How often the end is thought of at least [s]."""
+"""Longest time between two checks of the end conditions [s]."""
 
 
 @dataclass
 class BusTraffic:
-    """What came so far; read by the display."""
+    """Counts of received frames; read by the display."""
 
     frames: int = 0
     syncs: int = 0
 
 
 class Listener:
-    """Listens on `bus` and writes frames to the new recording `out`."""
+    """Writer of all frames on `bus` to the new recording `out`."""
 
     def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
-        """Raises BadInput where `out` exists or cannot be created."""
+        """Raise BadInput if `out` exists or cannot be created."""
         self._rig = rig
         self.heard = BusTraffic()
         self._writer = RecordingWriter(out, rig, _run(rig))
@@ -60,7 +60,7 @@ class Listener:
     def listen(
         self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda heard: None
     ) -> str:
-        """Listen until asked to stop, for `duration` seconds, or until SYNC has ceased; returns which it was.
+        """Listen until a stop request, for `duration` [s], or until SYNC has ceased; return the reason for the end.
 
         Raises:
             RunFailed: the bus is lost, or the file cannot be written.
@@ -109,7 +109,7 @@ class Listener:
 
 
 def check(rig: Rig) -> None:
-    """Raise BadInput where there is nothing to be heard."""
+    """Raise BadInput if the bus of `rig` cannot be listened to."""
     if isinstance(rig.bus, SerialBus):
         raise BadInput("a CAN bus expected: on a serial line nobody but its master hears the drives; found serial")
     if rig.bus.interface == "virtual":
@@ -133,7 +133,7 @@ def record(
     with bus, StopRequest() as stop:
         listener = Listener(bus, rig, out)
         reason = listener.listen(stop, duration, show)
-        # A signal must not keep the samples from being made: still within the StopRequest.
+        # Within the StopRequest, so that a signal cannot interrupt the reconstruction of the samples.
         return listener.heard, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
 
 
@@ -152,11 +152,11 @@ def _run(rig: Rig) -> Run:
 
 
 def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[str, str]) -> Reconstructed:
-    """Add the samples to the recording `path`, which holds frames only; `end` goes into its last record `run`.
+    """Add the samples to the recording `path`, which holds frames only; `end` is added to its last record `run`.
 
     Raises:
-        RunFailed: there is no SYNC among the frames; the recording stays as it is.
-        OSError: there is no room for the new file; likewise.
+        RunFailed: there is no SYNC among the frames; the recording is unchanged.
+        OSError: the new file cannot be written; the recording is unchanged.
     """
     reconstructed = reconstruct(path, rig, trajectory)
     if reconstructed is None:
@@ -171,7 +171,7 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
 
 
 def _known(reconstructed: Reconstructed) -> dict[str, str]:
-    """What the record `run` says of a listened recording."""
+    """Entries of the record `run` that follow from the frames."""
     run = {
         "rate": reconstructed.rate,
         "period": reconstructed.period,

@@ -1,19 +1,19 @@
-"""A bar on the screen for what is not a run of the drives: how far it has come, and a few words."""
+"""Progress bar for tasks other than a run of the drives."""
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 Show = Callable[[int, int | None, str], None]
-"""Called with how much is done, of how much (None: nobody knows), and a few words; as often as is convenient."""
+"""Callback for the amount done, the total (None if unknown) and a short text; may be called at any rate."""
 
 _INTERVAL = 0.1
-"""Between two looks [s]."""
+"""Shortest time between two updates [s]."""
 
 
 @contextmanager
 def progress_bar(description: str) -> Iterator[Show]:
-    """On stderr, if that is a terminal."""
+    """Show a progress bar on stderr if that is a terminal."""
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 

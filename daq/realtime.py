@@ -1,4 +1,4 @@
-"""Precedence of the cycle over other programs, where this computer permits it."""
+"""Real-time priority and locked memory for the cycle, where the operating system permits them."""
 
 import ctypes
 import os
@@ -10,20 +10,20 @@ from pathlib import Path
 from drivers.protocol import Report
 
 _PRIORITY = 10
-"""Of SCHED_FIFO: above all ordinary programs, below the kernel's own interrupt threads."""
+"""SCHED_FIFO priority of the cycle: above all ordinary programs, below the kernel's interrupt threads."""
 _HELPERS = 1
-"""Of this program's other threads. They hold Python's lock at times: if another program came before them just then,
-the cycle would wait for that program."""
+"""SCHED_FIFO priority of the other threads of this program. They hold Python's global lock at times: if another program
+preempted them then, the cycle would wait for that program."""
 _CURRENT_ON_FAULT = 1 | 4
-"""For mlockall: what is in memory, and what comes to be of that which is mapped; no limit of later allocations."""
+"""Flags of mlockall (MCL_CURRENT | MCL_ONFAULT): lock resident pages now, and mapped pages when they are first used."""
 
 
 @contextmanager
 def precedence(report: Report) -> Iterator[None]:
-    """Meanwhile the calling thread goes first (SCHED_FIFO), this program's other threads come next, and its memory is
-    not swapped.
+    """Run the block with real-time priority (SCHED_FIFO) of the calling thread, lower real-time priority of the other
+    threads of this program, and locked memory.
 
-    Neither is needed: `report` gets which of both this computer permits. Threads begun meanwhile are ordinary ones.
+    Both are optional: `report` gets which of them are permitted. Threads started in the block have normal priority.
     """
     first, locked = _go_first(), _lock_memory()
     report("info", "host", f"{_words('real-time priority', first)}, {_words('locked memory', locked)}")
@@ -49,13 +49,13 @@ def _go_first() -> bool:
 
 
 def _schedule(policy: int, priority: int, helper_priority: int) -> None:
-    """Give the calling thread and all others of this program these priorities; if it may not, none of them."""
+    """Set the priorities of the calling thread and of all other threads; if that is not permitted, change none."""
     me = threading.get_native_id()
-    # The calling thread, which asks for the most, is the first.
+    # The calling thread comes first: it needs the highest priority, so that a refusal changes no thread.
     for thread in sorted(
         (int(task.name) for task in Path("/proc/self/task").iterdir()), key=lambda thread: thread != me
     ):
-        with suppress(ProcessLookupError):  # it has ended meanwhile
+        with suppress(ProcessLookupError):  # the thread has ended
             parameters = os.sched_param(priority if thread == me else helper_priority)
             os.sched_setscheduler(thread, policy | os.SCHED_RESET_ON_FORK, parameters)
 

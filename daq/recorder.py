@@ -1,4 +1,4 @@
-"""Writing beside the cycle: the cycle hands over what happened, a thread encodes and writes it."""
+"""Recorder with a thread of its own: the cycle queues the data, the thread encodes and writes them."""
 
 import math
 import queue
@@ -16,11 +16,11 @@ from recordings.writer import RecordingWriter
 
 _Write = Callable[[], None]
 _DECIMALS = 9
-"""References are rounded to nanometres and nanoradians, so that the last bits of another processor do not show."""
+"""Decimals of the references [m, rad], so that files do not depend on the rounding of the processor."""
 
 
 def _delays(stamp_ns: int, sample: Sample) -> dict[str, float]:
-    """By how much later than the SYNC instant everything was measured [s]."""
+    """Delay of each measurement after the SYNC instant [s], by name."""
     delays = {}
     for name, values, stamps in (
         (POSITION_DELAY, sample.position, sample.position_stamp),
@@ -32,7 +32,7 @@ def _delays(stamp_ns: int, sample: Sample) -> dict[str, float]:
 
 
 class Recorder:
-    """Queues in the order of the calls; `error` tells the cycle that nothing can be written any more."""
+    """Queue of records, written in the order of the calls; `error` is set when writing has failed."""
 
     def __init__(self, writer: RecordingWriter) -> None:
         self._writer = writer
@@ -44,7 +44,7 @@ class Recorder:
         self.frames_received = 0
 
     def frame(self, log_ns: int, message: can.Message, sent: bool) -> None:
-        """One CAN frame, stamped with its time [ns]."""
+        """Record one CAN frame with its time [ns]."""
         if sent:
             self.frames_sent += 1
         else:
@@ -73,7 +73,7 @@ class Recorder:
         platform: NDArray[np.float64] | None,
         sample: Sample,
     ) -> None:
-        """One SYNC: reference sent [rad], platform reference [m] if there is one, answers."""
+        """Record one SYNC: the reference sent [rad], the platform reference [m] if there is one, and the answers."""
 
         def write() -> None:
             writer = self._writer
@@ -98,14 +98,14 @@ class Recorder:
         self._queue.put(write)
 
     def event(self, log_ns: int, level: Level, source: str, message: str) -> None:
-        """One line of the log."""
+        """Record one line of the log."""
         self._queue.put(lambda: self._writer.event(log_ns, level, source, message))
 
     def close(self, exit_status: int, reason: str) -> None:
-        """Write what is queued and close the file.
+        """Write the queued records and close the file.
 
         Raises:
-            RunFailed: something could not be written.
+            RunFailed: a record could not be written.
         """
         self._queue.put(lambda: self._writer.close(exit_status, reason))
         self._queue.put(None)
@@ -123,7 +123,7 @@ class Recorder:
 
 
 class NullRecorder:
-    """A recorder that keeps nothing, for a rehearsal."""
+    """Recorder that discards everything, for a dry run."""
 
     error: RunFailed | None = None
     frames_sent = 0

@@ -1,4 +1,4 @@
-"""Making an interrupted or damaged recording whole, and one whose samples are still only frames."""
+"""Recovery of interrupted or damaged recordings, and of listened recordings without samples."""
 
 import os
 from dataclasses import dataclass
@@ -16,18 +16,18 @@ _END = {"exit_status": "1", "reason": "recovered after interruption"}
 
 @dataclass(frozen=True)
 class Recovered:
-    """What became of a recording."""
+    """Result of recovering a recording."""
 
     kept: RewriteSummary
     reconstructed: bool
-    """The samples were made from the frames, as it was recorded by listening."""
+    """The samples were reconstructed from the frames of a listened recording."""
 
 
 def recover(source: Path, out: Path) -> Recovered:
-    """Make a whole recording `out` of everything intact in `source`, which is not touched.
+    """Write everything intact in `source` to the complete recording `out`; `source` is not changed.
 
     Raises:
-        BadInput: `source` is missing, is whole already, no recording, or holds nothing intact; `out` exists.
+        BadInput: `source` is missing, is already complete, is no recording or holds nothing intact, or `out` exists.
         OSError: `out` cannot be written.
     """
     if _is_whole(source):
@@ -42,7 +42,7 @@ def recover(source: Path, out: Path) -> Recovered:
 
 
 def recover_in_place(source: Path) -> Recovered:
-    """The same, in the place of `source`."""
+    """Recover `source` and replace it by the complete recording."""
     partial = source.with_name(source.name + ".part")
     recovered = recover(source, partial)
     os.replace(partial, source)  # noqa: PTH105
@@ -54,7 +54,7 @@ def _is_whole(source: Path) -> bool:
         container = load(source, _SAMPLES)
     except BadInput:
         if source.is_file():
-            return False  # damaged; what else may be wrong shows when it is copied
+            return False  # damaged; other errors appear when it is copied
         raise
     return (
         not container.cut_off
@@ -64,7 +64,7 @@ def _is_whole(source: Path) -> bool:
 
 
 def _complete(path: Path) -> bool:
-    """Make the samples of a recording that was made by listening."""
+    """Add the samples if the recording `path` holds only frames; return whether it did."""
     container = load(path, (*_SAMPLES, "/can"))
     if any(container.batches.get(topic) for topic in _SAMPLES) or not container.batches.get("/can"):
         return False

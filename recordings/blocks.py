@@ -1,4 +1,4 @@
-"""Samples that are whole arrays already, written in blocks: what `RecordingWriter` does one SYNC at a time."""
+"""Writing samples that are complete arrays, in blocks; `RecordingWriter` writes one SYNC at a time."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -25,14 +25,14 @@ _FIELDS = {topic: parse_schema(text) for topic, (_, text) in (schemas.TOPICS | s
 
 @dataclass(frozen=True, eq=False)
 class SampleTable:
-    """n samples of dof joints, as in `Recording`; what was not measured at all is None."""
+    """n samples of dof joints, as in `Recording`; None for quantities that were not measured."""
 
     joints: tuple[str, ...]
     """(dof,) names."""
     stamp: Ints
     """(n,) SYNC instants [ns], ascending."""
     log: Ints
-    """(n,) the host's arrival time [ns]."""
+    """(n,) arrival time at the host [ns]."""
     cycle: Ints
     """(n,) SYNC counter."""
     repeat: Ints
@@ -48,11 +48,11 @@ class SampleTable:
 
 
 def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
-    """A whole recording of `samples`, which did not come over a bus: no frames, no events.
+    """Write a complete recording of `samples` that did not come over a bus: no frames, no events.
 
     Raises:
         BadInput: the file exists, or cannot be created.
-        OSError: the file cannot be written; nothing of it is left.
+        OSError: the file cannot be written; the partial file is removed.
     """
     with create(path) as stream:
         try:
@@ -62,7 +62,7 @@ def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
             writer.metadata("run", run_record(run.model_copy(update={"exit_status": None})))
             for chunk in encode(samples, channels):
                 writer.chunk(chunk)
-            if run.exit_status is not None:  # at the end, so that a file which is cut off does not claim to have one
+            if run.exit_status is not None:  # at the end, so that a truncated file has no exit status
                 writer.metadata("run", {"exit_status": str(run.exit_status)})
             writer.finish()
         except BaseException:
@@ -79,7 +79,7 @@ def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) ->
 
 
 def encode(samples: SampleTable, channels: Mapping[str, int]) -> Iterator[Packed]:
-    """Chunks of `ROWS` samples each; `channels` gives the channel of every topic."""
+    """Yield chunks of `ROWS` samples each; `channels` maps each topic to its channel."""
     for first in range(0, len(samples.stamp), ROWS):
         block = slice(first, first + ROWS)
         messages = {topic: _messages(samples, block, topic, channels[topic]) for topic in _topics(samples)}
@@ -101,11 +101,11 @@ def _topics(samples: SampleTable) -> Iterator[str]:
 
 
 def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> NDArray[Any]:
-    """One Message record for each sample of `part`."""
+    """Message records of one topic, one for each sample of `block`."""
     strings, values = _contents(samples, block, topic)
     dof = samples.position.shape[1]
     sequences = {name: len(strings) if name in ("name", "value") else dof for name in ("name", "value", *values)}
-    # Sequences of what was not measured are empty, as ROS has it.
+    # Sequences of quantities that were not measured are empty, as usual in ROS.
     lengths = {name: sequences.get(name, 0) for name in ("velocity", "effort")} | sequences
     texts = {"header.frame_id": "", **{f"name.{i}": name for i, name in enumerate(strings)}}
     known = {name: len(text.encode()) + 1 for name, text in texts.items()} | lengths
@@ -119,13 +119,13 @@ def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> N
         message[name] = text.encode()
     _fill_time(message["header.stamp"], samples.stamp[block])
     for name, value in values.items():
-        # A sequence of one has no axis of its own.
+        # A sequence of length one has no axis in the dtype.
         message[name] = value.reshape(message[name].shape)
     return records
 
 
 def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str], dict[str, NDArray[Any]]]:
-    """The names in the messages of a topic, and their other values."""
+    """Names in the messages of a topic, and the values by field."""
     n, dof = samples.position[block].shape
     if topic == "/joint_states":
         measured = {"position": samples.position, "velocity": samples.velocity, "effort": samples.effort}
@@ -150,7 +150,7 @@ def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str]
 
 
 def _records(samples: SampleTable, block: slice, channel: int, layout: Layout) -> NDArray[Any]:
-    """Message records with their head filled in."""
+    """Message records with only the record header filled in."""
     head = [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8")]
     dtype = np.dtype([*head, ("publish", "<u8"), ("message", layout.dtype)])
     records = np.zeros(len(samples.stamp[block]), dtype)

@@ -1,7 +1,7 @@
 """CDR, the wire format of ROS 2 messages (XCDR1, little endian), for messages whose lengths are known.
 
-Once the lengths of its strings and sequences are known, every message of a type has its values at the same
-offsets. So a message is packed by one precompiled `struct`, and many are viewed at once as a numpy array.
+With fixed string and sequence lengths, the values of a message type stand at fixed offsets. One precompiled
+`struct` then packs a message, and one numpy structured array views many messages.
 """
 
 import re
@@ -17,7 +17,7 @@ HEADER = b"\x00\x01\x00\x00"
 """The encapsulation header: plain CDR, little endian, no options."""
 
 _LENGTH = struct.Struct("<I")
-# `struct` and numpy share these letters.
+# Type letters shared by `struct` and numpy.
 _PRIMITIVES = {
     "bool": "?",
     "byte": "B",
@@ -39,27 +39,27 @@ _FIELD = re.compile(r"(?P<type>[\w/]+)(?P<array>\[(?P<bound><=)?(?P<count>\d*)\]
 
 @dataclass(frozen=True)
 class Field:
-    """One value of a message; nested messages are flattened into dotted names."""
+    """One field of a message; nested messages are flattened into dotted names."""
 
     name: str
     codes: str
-    """Letters of `struct` that make up one element; "s" for a string."""
+    """`struct` letters of one element; "s" for a string."""
     count: int | None
-    """1, the length of a fixed array, or None for a sequence, whose length stands in the message."""
+    """1 for a scalar, the length of a fixed array, or None for a sequence, whose length is in the message."""
 
     @property
     def size(self) -> int:
-        """Bytes of one element."""
+        """Size of one element [bytes]."""
         return struct.calcsize("<" + self.codes)
 
     @property
     def alignment(self) -> int:
-        """CDR aligns every primitive to its own size."""
+        """Alignment [bytes]: CDR aligns every primitive to its own size."""
         return struct.calcsize("<" + self.codes[0])
 
 
 def parse_schema(text: str) -> tuple[Field, ...]:
-    """Flatten a ROS 2 message definition, dependencies included, into its values.
+    """Flatten a ROS 2 message definition, dependencies included, into its fields.
 
     Raises:
         ValueError: a line is not a field, or its type is neither primitive nor defined in the text.
@@ -95,7 +95,7 @@ def _fields(match: re.Match[str], prefix: str, definitions: Mapping[str, str]) -
     elif type_name in _PRIMITIVES:
         yield Field(name, _PRIMITIVES[type_name], count)
     elif type_name in definitions and match["array"] is None:
-        # Its own definition is left out on the way down, so that no type can contain itself.
+        # Removing the definition on the way down keeps a type from containing itself.
         rest = {other: text for other, text in definitions.items() if other != type_name}
         yield from _flatten(definitions[type_name], name + ".", rest)
     else:
@@ -128,12 +128,12 @@ class _Length:
 
 
 class Layout:
-    """Where everything stands in the messages of one type that have the same lengths."""
+    """Offsets of all fields in messages of one type with the same string and sequence lengths."""
 
     def __init__(self, fields: Iterable[Field], length_at: Callable[[str, int], int]) -> None:
-        """`length_at(name, offset)` gives the length, which stands at `offset`, of a sequence or NUL-ended string.
+        """Lay out `fields`; `length_at(name, offset)` gives the length of a sequence or of a NUL-terminated string.
 
-        The elements of a sequence of strings are called name.0, name.1, ...
+        The length field stands at `offset`. Elements of a sequence of strings are named name.0, name.1, ...
         """
         self.slots: list[_Slot] = []
         self.lengths: list[_Length] = []
@@ -150,14 +150,14 @@ class Layout:
                 "itemsize": self.size,
             }
         )
-        """One message; a field of n elements has the shape (n,), a string is bytes."""
+        """Dtype of one message; a field of n elements has the shape (n,), a string is bytes."""
 
     @classmethod
     def of(cls, fields: Iterable[Field], message: bytes) -> "Layout":
-        """The layout of one received message.
+        """Derive the layout from one received message.
 
         Raises:
-            ValueError: the message is not CDR in little endian or is not as long as its contents.
+            ValueError: the message is not little-endian CDR, or its length does not match its contents.
         """
         if message[: len(HEADER)] != HEADER:
             raise ValueError("a message does not begin as CDR in little endian")
@@ -174,7 +174,7 @@ class Layout:
         return layout
 
     def fits(self, messages: np.ndarray[Any, np.dtype[Any]]) -> NDArray[np.bool_]:
-        """(n,) which of n messages, viewed with `dtype`, have this layout indeed: the same header and lengths."""
+        """Mask (n,) of the messages, viewed with `dtype`, whose header and lengths agree with this layout."""
         fits: NDArray[np.bool_] = messages["encapsulation"] == int.from_bytes(HEADER, "little")
         for length in self.lengths:
             fits &= messages[f"length of {length.name}"] == length.value
@@ -198,15 +198,15 @@ class Layout:
         return self.lengths[-1].value
 
     def _aligned(self, alignment: int) -> int:
-        # Alignment counts from behind the encapsulation header.
+        # Alignment is relative to the end of the encapsulation header.
         return self.size + (len(HEADER) - self.size) % alignment
 
 
 class Encoder:
-    """Packs messages of one type whose strings and sequence lengths are fixed beforehand."""
+    """Packs messages of one type whose strings and sequence lengths are constant."""
 
     def __init__(self, fields: Iterable[Field], texts: Mapping[str, str], lengths: Mapping[str, int]) -> None:
-        """`texts` holds every string by name, `lengths` the number of elements of every sequence."""
+        """Prepare the encoder from every string (`texts`) and every sequence length (`lengths`), by field name."""
         strings = {name: text.encode("utf-8", "replace") + b"\0" for name, text in texts.items()}
         known = {name: len(string) for name, string in strings.items()} | dict(lengths)
         layout = Layout(fields, lambda name, _: known[name])
@@ -232,9 +232,12 @@ class Encoder:
         self._struct = struct.Struct("".join(codes))
 
     def pack(self, values: list[Any]) -> bytes:
-        """One message from its values in order, strings and lengths left out; a time is seconds, nanoseconds.
+        """Pack one message from its values in order, without strings and lengths; a time is seconds, nanoseconds.
 
-        `values` is used up. Raises struct.error where they are not as many as promised or out of range.
+        `values` is modified in place.
+
+        Raises:
+            struct.error: the number of values is wrong, or a value is out of range.
         """
         for index, constant in self._constants:
             values.insert(index, constant)

@@ -1,8 +1,8 @@
-"""The frame shared by the programs `daq` and `ident`: commands found by file name, errors turned into exit codes.
+"""Command-line support for the programs `daq` and `ident`: commands found by file name, errors mapped to exit codes.
 
-One command is one file in the program's `commands` package, named as the command is typed (`-` as `_`; `_` behind a
-name that Python keeps for itself, as in `import_.py`), and holds a `click.Command` called `command`. A command's file
-is imported only when it is needed.
+One command is one file in the program's `commands` package. The file is named after the command (`-` becomes `_`; a
+Python keyword gets a trailing `_`, as in `import_.py`) and holds a `click.Command` called `command`. It is imported
+only when the command is used.
 """
 
 import importlib
@@ -21,11 +21,11 @@ from recordings.errors import BadInput, RunFailed
 
 
 def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Path] = ()) -> None:
-    """Nothing is replaced unasked, and nothing that is `read` in any case; that is said before the work.
+    """Check before the work that no output replaces a file without `force`, or an input (`read`) in any case.
 
     Raises:
-        BadInput: one of the `paths` is there already, and no `force` was given; or it is among those that are read,
-            a recording, or no file at all; or its folder cannot be written.
+        BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording (.mcap),
+            or is neither file nor folder; or its folder is not writable.
     """
     inputs = [path_read.resolve() for path_read in read]
     for path in filter(None, paths):
@@ -43,7 +43,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
 
 
 class FiniteRange(click.FloatRange):
-    """A number in a range; unlike click's, neither NaN, which compares as inside any range, nor infinity."""
+    """A finite number in a range; click's own type accepts infinity, and NaN in any range."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         number: float = super().convert(value, param, ctx)
@@ -73,13 +73,13 @@ class CommandFolder(click.Group):
         return command
 
     def _files(self) -> dict[str, str]:
-        """Command: the module that holds it."""
+        """Module name by command name."""
         names = [module.name for module in pkgutil.iter_modules(self._package.__path__)]
         return {name.rstrip("_").replace("_", "-"): name for name in names}
 
 
 def run(program: Callable[..., Any]) -> NoReturn:
-    """Run a click program; exit 0 done, 1 the run failed, 2 bad usage or bad input."""
+    """Run a click program and exit: 0 done, 1 the run failed, 2 bad usage or bad input."""
     try:
         program(standalone_mode=False)
         code = 0
@@ -96,7 +96,7 @@ def run(program: Callable[..., Any]) -> NoReturn:
         click.echo("interrupted", err=True)
         code = 1
     except BrokenPipeError:
-        # The reader of our output (`| head`) has gone; point stdout elsewhere so that Python's own flush is quiet.
+        # The reader of the output (`| head`) has closed; redirect stdout so that Python's flush at exit does not fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except OSError as error:
@@ -111,7 +111,7 @@ def run(program: Callable[..., Any]) -> NoReturn:
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether Ctrl-C is behind an `error`: a compiler that was stopped half way complains of its own state."""
+    """Whether Ctrl-C caused `error`: an interrupted compiler raises errors about its own state."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

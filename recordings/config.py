@@ -1,4 +1,4 @@
-"""Reading TOML files into validated, immutable descriptions, with errors a person can act on."""
+"""Reading TOML files into validated, immutable descriptions."""
 
 import json
 import tomllib
@@ -19,9 +19,9 @@ class ConfigSection(BaseModel):
 ModelT = TypeVar("ModelT", bound=ConfigSection)
 
 _LARGEST_FILE = 1_000_000
-"""[bytes]; a device such as /dev/zero has no end."""
+"""Size limit [bytes]; a device such as /dev/zero has no end."""
 _LARGEST = 1e12
-"""No quantity of a machine is larger in its SI unit; squares of what is must still be numbers."""
+"""Largest accepted number, in SI units; its square must not overflow."""
 
 
 def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
@@ -55,7 +55,7 @@ def _text(path: Path, what: str) -> str:
 
 
 def _check_magnitudes(content: Any, key: str, where: str) -> None:
-    """Raise BadInput at the first number that cannot be meant: it would overflow somewhere far from here."""
+    """Raise BadInput at the first number too large to be meant; it would overflow in later computations."""
     if isinstance(content, dict | list):
         for name, value in content.items() if isinstance(content, dict) else enumerate(content):
             _check_magnitudes(value, f"{key}.{name}" if key else str(name), where)
@@ -71,7 +71,7 @@ def validated(content: Any, model: type[ModelT], where: str) -> ModelT:
         BadInput: naming the first offending key, what was expected and what was found.
     """
     try:
-        # By way of JSON: strict types there still let an array be a tuple and 1 a float, as TOML means them.
+        # In JSON mode, strict types still accept an array as a tuple and 1 as a float, as TOML means them.
         return model.model_validate_json(json.dumps(content, default=str))
     except ValidationError as error:
         first = error.errors()[0]

@@ -1,7 +1,7 @@
-"""Reading MCAP files whole, a chunk at a time, be they complete or cut off.
+"""Reading MCAP files chunk by chunk, complete or truncated.
 
-The mcap library decodes the few descriptive records. Messages, thousands per chunk, are only located here; all
-messages of a chunk that have one length are then viewed as one numpy array.
+The mcap library decodes the few descriptive records. Messages, thousands per chunk, are only located; the messages
+of a chunk with the same length are then viewed as one numpy array.
 """
 
 import os
@@ -31,14 +31,14 @@ MAGIC = b"\x89MCAP0\r\n"
 
 _RECORD = struct.Struct("<BQ")
 RECORD_HEAD = _RECORD.size
-"""Bytes of opcode and length in front of every record."""
+"""Size of the opcode and length that precede every record [bytes]."""
 _BLOCK = 1 << 20
-"""Bytes that are looked at together in search of the end."""
+"""Block size of the search for the end of the data [bytes]."""
 _MESSAGE = struct.Struct("<BQH")
 _MESSAGE_HEAD = 31
-"""Bytes of a Message record before the message itself: opcode, length, channel, sequence, log and publish time."""
+"""Size of the Message record header [bytes]: opcode, length, channel, sequence, log and publish time."""
 
-# What the libraries raise on bytes that make no sense.
+# Exceptions that the libraries raise on damaged bytes.
 NONSENSE = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
 Batch = np.ndarray[Any, np.dtype[Any]]
@@ -53,32 +53,33 @@ class Container:
 
     path: Path
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    """Metadata records by name; of several records with one name, later ones add to earlier ones."""
+    """Metadata records by name; records with the same name are merged, later values win."""
     fields: dict[str, tuple[Field, ...]] = field(default_factory=dict)
-    """Topic: the values of its messages."""
+    """Message fields by topic."""
     batches: dict[str, list[Batch]] = field(default_factory=dict)
-    """Topic: its messages, in as many parts as there are chunks and lengths."""
+    """Messages by topic, one batch per chunk and message length."""
     cut_off: bool = True
-    """Whether the file ends before its footer."""
+    """True where the file ends before its footer."""
 
 
-def _as_it_is(batch: Batch) -> Batch:
+def _unchanged(batch: Batch) -> Batch:
     return batch
 
 
 def load(
     path: Path,
     topics: Collection[str],
-    condense: Callable[[Batch], Batch] = _as_it_is,
+    condense: Callable[[Batch], Batch] = _unchanged,
     most: int | None = None,
 ) -> Container:
-    """Read the messages of `topics` and all metadata. Of a file that is cut off, everything intact.
+    """Read the messages of `topics` and all metadata; from a truncated file, everything intact.
 
-    Every batch is kept as `condense` returns it: a long recording's messages may not fit into memory as they are.
-    most: bytes of the file to look at, as if it were cut off there.
+    Args:
+        condense: reduces each batch, because all messages of a long recording may not fit into memory.
+        most: number of bytes to read, as if the file were truncated there.
 
     Raises:
-        BadInput: there is no such file, it is not MCAP, or its bytes are damaged.
+        BadInput: the file is missing, not MCAP, or damaged.
     """
     loader = _Loader(path, topics, condense)
     with _opened(path) as file:
@@ -87,10 +88,10 @@ def load(
 
 
 def contents(path: Path, most: int | None = None) -> bytes:
-    """The bytes of an MCAP file, or the first `most` of them.
+    """Read the bytes of an MCAP file, or the first `most` of them.
 
     Raises:
-        BadInput: there is no such file, it cannot be read, or is not MCAP.
+        BadInput: the file is missing, cannot be read, or is not MCAP.
     """
     with _opened(path) as file:
         data = file.read(-1 if most is None else most)
@@ -99,7 +100,7 @@ def contents(path: Path, most: int | None = None) -> bytes:
 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
-    """The file at its beginning, which is that of an MCAP file: only then more of it is read.
+    """Open the file after checking that it begins as an MCAP file.
 
     Raises:
         BadInput: as `contents`.
@@ -124,23 +125,23 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
 
 
 class _Stream:
-    """A file, or its first `most` bytes, record by record: all of a long recording would fill the memory."""
+    """A file, or its first `most` bytes, read record by record, because a long recording may not fit into memory."""
 
     def __init__(self, file: BinaryIO, most: int | None) -> None:
         self._file = file
         size = file.seek(0, os.SEEK_END)
         self._end = size if most is None else min(most, size)
         self.whole = self._end > len(MAGIC) and self.part(self._end - len(MAGIC), self._end) == MAGIC
-        """Whether it ends as a whole file does."""
-        # What a power failure cut off may end in zeros that were never written.
+        """Whether the data end with the MCAP magic, as in a complete file."""
+        # After a power failure the file may end in zero bytes that were never written.
         while not self.whole and self._end and not self.part(self._end - 1, self._end).strip(b"\0"):
             before = max(0, self._end - _BLOCK)
             self._end = before + len(self.part(before, self._end).rstrip(b"\0"))
         self.checksum = zlib.crc32(MAGIC)
-        """Of all before the record that came last."""
+        """CRC-32 of everything before the last record returned."""
 
     def records(self) -> Iterator[tuple[int, int, bytes]]:
-        """Opcode, offset and body of every top-level record that is there as a whole."""
+        """Yield opcode, offset and body of every complete top-level record."""
         offset = len(MAGIC)
         while offset + RECORD_HEAD <= self._end:
             head = self.part(offset, offset + RECORD_HEAD)
@@ -154,13 +155,13 @@ class _Stream:
             offset = start + length
 
     def part(self, start: int, end: int) -> bytes:
-        """Its bytes from `start` to `end`."""
+        """Read the bytes from `start` to `end`."""
         self._file.seek(start)
         return self._file.read(max(0, end - start))
 
 
 class _Loader:
-    def __init__(self, path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _as_it_is) -> None:
+    def __init__(self, path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _unchanged) -> None:
         self.container = Container(path)
         self._topics = topics
         self._condense = condense
@@ -187,10 +188,10 @@ class _Loader:
             elif opcode == Opcode.CHUNK:
                 self._chunk(unpacked(decode(Chunk.read, body)))
             elif opcode == Opcode.DATA_END:
-                _compare_crc(body, stream.checksum)
+                _check_crc(body, stream.checksum)
             elif opcode == Opcode.FOOTER:
                 summary_start = int.from_bytes(body[:8], "little")
-                _compare_crc(body[16:], zlib.crc32(stream.part(summary_start, offset + RECORD_HEAD + 16)))
+                _check_crc(body[16:], zlib.crc32(stream.part(summary_start, offset + RECORD_HEAD + 16)))
                 self.container.cut_off = False
             else:
                 self._describe(opcode, body)
@@ -234,14 +235,14 @@ class _Loader:
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """The records in a chunk. Raises one of `NONSENSE` where its bytes are damaged."""
+    """Uncompressed records of a chunk. Raises one of `NONSENSE` where the chunk is damaged."""
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     data: bytes = stream.read(size)
     return data
 
 
 def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[int, bytes]]]:
-    """Where the messages stand in an unpacked chunk, by channel and length; opcode and body of all other records."""
+    """Message offsets in an unpacked chunk, by channel and length; and opcode and body of all other records."""
     messages: dict[tuple[int, int], list[int]] = defaultdict(list)
     others = []
     offset = 0
@@ -257,14 +258,14 @@ def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[i
 
 
 def rows(data: bytes, length: int, offsets: list[int]) -> NDArray[np.uint8]:
-    """The Message records at `offsets` as (n, record), for messages of one length; log time in bytes 15 to 23."""
+    """Message records of one length at `offsets`, as bytes (n, record size); log time in bytes 15 to 23."""
     buffer = np.frombuffer(data, np.uint8)
     view: NDArray[np.uint8] = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
     return view
 
 
 def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Batch]:
-    """View Message records of one length, (n, length), as messages; more than once only where strings vary."""
+    """View Message records of one length, (n, record size), as messages; several batches only where strings vary."""
     while len(rows):
         layout = Layout.of(fields, rows[0, _MESSAGE_HEAD:].tobytes())
         dtype = np.dtype(
@@ -282,7 +283,7 @@ def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Bat
 
 
 def records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """Opcode, offset and body of every top-level record that is there as a whole."""
+    """Yield opcode, offset and body of every complete top-level record."""
     offset = len(MAGIC)
     while offset + _RECORD.size <= len(data):
         opcode, length = _RECORD.unpack_from(data, offset)
@@ -294,11 +295,11 @@ def records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
 
 
 def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:
-    """The record that the library's `read` makes of `body`."""
+    """Decode the record in `body` with the library's `read`."""
     return read(ReadDataStream(BytesIO(body)))
 
 
-def _compare_crc(expected: bytes, actual: int) -> None:
+def _check_crc(expected: bytes, actual: int) -> None:
     crc = int.from_bytes(expected[:4], "little")
-    if crc not in (0, actual):  # 0: the file was written without
+    if crc not in (0, actual):  # 0: written without a checksum
         raise ValueError("its checksum does not match its contents")

@@ -1,7 +1,6 @@
-"""Writing MCAP files a chunk at a time: chunks copied as they are, or made of whole arrays of messages.
+"""Writing MCAP files chunk by chunk: chunks copied unchanged, or encoded from arrays of messages.
 
-The mcap library writes message by message, which is right for a run that goes on, and slow for an hour of samples
-that are there already.
+The mcap library writes message by message, which suits a live run but is slow for an hour of existing samples.
 """
 
 import zlib
@@ -38,14 +37,14 @@ from recordings.errors import BadInput
 
 PROFILE = "ros2"
 LIBRARY = "delta-workbench"
-"""The writer's name in the header of its files."""
+"""Name of the writing program in the file header."""
 
 Index = Mapping[int, NDArray[np.uint64]]
-"""Channel: (m, 2) log time [ns] of each of its messages in a chunk, and where it stands in the unpacked chunk."""
+"""Message index of a chunk by channel: (m, 2) log time [ns] and offset in the unpacked chunk [bytes]."""
 
 
 def create(path: Path, what: str = "recording") -> BufferedWriter:
-    """A new file; `what` names its kind in errors.
+    """Create a new file; `what` names its kind in errors.
 
     Raises:
         BadInput: the file exists, or cannot be created.
@@ -62,14 +61,14 @@ def create(path: Path, what: str = "recording") -> BufferedWriter:
 
 @dataclass(frozen=True)
 class Packed:
-    """A chunk, and where its messages stand in it."""
+    """A chunk and its message index."""
 
     chunk: Chunk
     index: Index
 
 
 def pack(data: bytes, index: Index) -> Packed:
-    """The chunk of the records `data`."""
+    """Compress the records `data` into a chunk."""
     times = np.concatenate([entries[:, 0] for entries in index.values()])
     chunk = Chunk(
         compression="zstd",
@@ -83,10 +82,10 @@ def pack(data: bytes, index: Index) -> Packed:
 
 
 class ContainerWriter:
-    """Writes one MCAP file to `stream`, which stays open; the file is whole only after `finish`."""
+    """Writes one MCAP file to `stream`, which stays open; the file is complete only after `finish`."""
 
     def __init__(self, stream: BinaryIO) -> None:
-        """Begin the file."""
+        """Write the magic and the header."""
         self._stream = stream
         self._position = 0
         self._crc = 0
@@ -99,7 +98,7 @@ class ContainerWriter:
         self._record(Header(PROFILE, LIBRARY))
 
     def describe(self, schemas: Iterable[Schema], channels: Iterable[Channel]) -> None:
-        """Announce message types and topics; those known already are passed over."""
+        """Write schemas and channels; known ones are skipped."""
         for schema in schemas:
             if schema.id not in self._schemas:
                 self._schemas[schema.id] = schema
@@ -110,12 +109,12 @@ class ContainerWriter:
                 self._record(channel)
 
     def metadata(self, name: str, values: Mapping[str, str]) -> None:
-        """One metadata record."""
+        """Write one metadata record."""
         offset, length = self._record(Metadata(name=name, metadata=dict(values)))
         self._metadata.append(MetadataIndex(offset=offset, length=length, name=name))
 
     def chunk(self, packed: Packed) -> None:
-        """One chunk; the channels of its messages are described."""
+        """Write one chunk and its indexes; its channels must be described before."""
         chunk, index = packed.chunk, packed.index
         start, length = self._record(chunk)
         offsets = {}
@@ -137,7 +136,7 @@ class ContainerWriter:
         )
 
     def finish(self) -> None:
-        """Write the summary."""
+        """Write the summary and the footer."""
         self._record(DataEnd(self._crc))
         start = self._position
         summary: Any = RecordBuilder()  # partly without annotations
@@ -150,7 +149,7 @@ class ContainerWriter:
         offsets_start = start + summary.count
         for offset in offsets:
             offset.write(summary)
-        # The footer's checksum covers the summary and the footer itself up to it.
+        # The checksum covers the summary and the footer up to the checksum.
         Footer(start, offsets_start, 0).write(summary)
         covered: bytes = summary.end()[:-4]
         self._write(covered + zlib.crc32(covered).to_bytes(4, "little") + MAGIC)
@@ -180,7 +179,7 @@ class ContainerWriter:
         return self._write(builder.end())
 
     def _write(self, data: bytes) -> tuple[int, int]:
-        """Returns where it stands and how long it is."""
+        """Write `data`; return its offset and length [bytes]."""
         offset = self._position
         self._stream.write(data)
         self._crc = zlib.crc32(data, self._crc)
