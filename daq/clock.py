@@ -6,7 +6,7 @@ from typing import Protocol
 _OWN_SHARE = 0.15
 """Share of the period that is reserved for the host's computations."""
 _OWN_TIME = 1e-3
-"""Upper bound of that reserve [s]: at the low rates of serial lines, the rest of the period is left for the answers."""
+"""Upper bound of that reserve [s]: at the low rates of serial lines, answers get the rest of the period."""
 
 
 class Clock(Protocol):

@@ -12,7 +12,7 @@ JOINT_COLUMNS = ("position", "velocity", "command", "voltage", "effort")
 
 
 def columns(recording: Recording) -> dict[str, NDArray[Any]]:
-    """Columns (n,) by name, in the order of the file. Gaps are NaN; quantities that were never measured are left out."""
+    """Columns (n,) by name, in the order of the file. Gaps are NaN; quantities never measured are left out."""
     table: dict[str, NDArray[Any]] = {"time": recording.time}
     for name in JOINT_COLUMNS:
         values = getattr(recording, name)

@@ -190,7 +190,7 @@ def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
 
 
 def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
-    """Linear interpolation of `motion` (n, dof) at the instants `grid` [ns]; NaN for a joint that was never measured."""
+    """Linear interpolation of `motion` (n, dof) at the instants `grid` [ns]; NaN for a joint never measured."""
     known = np.isfinite(motion)
     return np.column_stack(
         [

@@ -1,8 +1,8 @@
 """Passive recording of a bus that another master controls; nothing is sent.
 
 While listening, only frames are written, as they arrive, so that memory does not grow and no frame is lost if the
-program is killed. A second pass reconstructs the samples at the end: the time stamps come from a line through all SYNC
-arrivals. If the program is killed before that pass, `daq recover` performs it.
+program is killed. A second pass reconstructs the samples at the end: the time stamps come from a line through all
+SYNC arrivals. If the program is killed before that pass, `daq recover` performs it.
 """
 
 import os

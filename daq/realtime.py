@@ -12,10 +12,10 @@ from drivers.protocol import Report
 _PRIORITY = 10
 """SCHED_FIFO priority of the cycle: above all ordinary programs, below the kernel's interrupt threads."""
 _HELPERS = 1
-"""SCHED_FIFO priority of the other threads of this program. They hold Python's global lock at times: if another program
-preempted them then, the cycle would wait for that program."""
+"""SCHED_FIFO priority of the other threads of this program. They hold Python's global lock at times: if another
+program preempted them then, the cycle would wait for that program."""
 _CURRENT_ON_FAULT = 1 | 4
-"""Flags of mlockall (MCL_CURRENT | MCL_ONFAULT): lock resident pages now, and mapped pages when they are first used."""
+"""Flags of mlockall (MCL_CURRENT | MCL_ONFAULT): lock resident pages now, other mapped pages at first use."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What drives and their master said, from the frames of the bus and the PDO maps of the rig."""
+"""Reconstruction of samples from the frames of the bus and the PDO maps of the rig."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -20,42 +20,42 @@ from trajectories import Trajectory
 
 _TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
 """RPDO 1, as `drivers.canopen.setup` maps it."""
-_to_joint: Any = setup.counts_to_joint  # holds for arrays as well
+_to_joint: Any = setup.counts_to_joint  # works for arrays as well
 _STATE_BITS = 0x6F
-"""Of the statusword: those that tell whether a drive is enabled."""
+"""Bits of the statusword that encode the drive state."""
 _PAUSE = 500
-"""A longer hole in the SYNCs is a pause of the master; a shorter one is so many lost samples."""
+"""Largest number of missing SYNCs in a row that count as lost samples; a longer gap is a pause of the master."""
 _ANCHORS = 40
-"""Rows of a trajectory by which it is found in the commands."""
+"""Number of rows of a trajectory that are compared with the commands to locate it."""
 _CERTAIN = 0.9
-"""Share of them that must agree."""
+"""Share of these rows that must agree."""
 _SIMULATED = b"simulated drive"
-"""In the name (object 1008) of the simulated rig's drives."""
+"""Part of the device name (object 1008) of simulated drives."""
 
 _FRAME = np.dtype([("id", "<u2"), ("length", "u1"), ("log", "<i8"), ("data", "u1", (8,))])
 
 
 @dataclass(frozen=True, eq=False)
 class Reconstructed:
-    """A recording made from frames, and what became known with it."""
+    """Samples reconstructed from frames, and properties of the run."""
 
     samples: SampleTable
     rate: float
     """SYNCs per second [Hz]."""
     own_clock: bool
-    """The SYNCs came with the configured period by our clock."""
+    """The SYNC period by the clock of this computer is the configured one."""
     missing: int
-    """SYNCs that did not come."""
+    """Number of missing SYNCs."""
     period: float
-    """Of the motion [s]; 0 where it does not repeat."""
+    """Period of the motion [s]; 0 if it does not repeat."""
     cycles: int
     trajectory: Trajectory | None
-    """The given one, if it was found."""
+    """The given trajectory if it was commanded, else None."""
     simulated: bool
-    """A drive introduced itself as simulated."""
+    """A device name says that the drive is simulated."""
 
     def figures(self) -> dict[str, Any]:
-        """What a person wants to know of it."""
+        """Summary for the console and for `--json`."""
         return {
             "samples": len(self.samples.stamp),
             "syncs_missing": self.missing,
@@ -70,10 +70,10 @@ class Reconstructed:
 
 
 def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> Reconstructed | None:
-    """The samples that the frames in the recording `path` tell of; None where there is no SYNC among them.
+    """Reconstruct the samples from the frames in the recording `path`; None if there is no SYNC among them.
 
-    Repetitions are those of `trajectory`, if it was commanded, else found from the motion. If there are none either,
-    all samples in which every drive is enabled count as one.
+    The repetitions are those of `trajectory` if it was commanded; else they are detected in the motion. If the motion
+    does not repeat, all samples with every drive enabled count as one repetition.
 
     Raises:
         BadInput: the file cannot be read.
@@ -118,7 +118,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
 
 
 def _frames(path: Path) -> NDArray[Any]:
-    """The standard data frames in the order of their arrival, in little memory."""
+    """Read the standard data frames in the order of arrival, in compact form."""
     batches = load(path, ("/can",), _condensed).batches.get("/can", [])
     return np.concatenate([np.empty(0, _FRAME), *batches])
 
@@ -133,30 +133,30 @@ def _condensed(batch: Batch) -> NDArray[Any]:
 
 
 class _Table:
-    """Rows for all SYNCs, also those that are missing, and how frames are assigned to them."""
+    """Assignment of frames to rows: one row per SYNC, including missing ones."""
 
     def __init__(self, frames: NDArray[Any], at: Ints, index: Ints) -> None:
-        """`at`: which frames are SYNCs; `index`: their numbers."""
+        """`at`: positions of the SYNCs among the frames; `index`: their numbers."""
         self._frames = frames
         self._at = at
         steps = np.diff(index)
         holes = np.flatnonzero((steps > 1) & (steps <= _PAUSE))
         lost = [np.arange(index[i] + 1, index[i + 1]) for i in holes]
         self.full: Ints = np.unique(np.concatenate([index, *lost]))
-        """(n,) SYNC number of every row."""
+        """SYNC number of every row (n,)."""
         self.rows: Ints = np.searchsorted(self.full, index)
-        """Row of each SYNC that came."""
+        """Row of each received SYNC."""
 
     def answers(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
-        """Rows, and contents, of frames that answer the SYNC before them; the last one counts."""
+        """Rows and contents of frames that answer the SYNC before them; the last frame counts."""
         return self._assigned(arbitration_id, layout, -1)
 
     def orders(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
-        """Rows, and contents, of frames that take effect with the SYNC behind them; the last one counts."""
+        """Rows and contents of frames that take effect with the next SYNC; the last frame counts."""
         return self._assigned(arbitration_id, layout, 0)
 
     def latest(self, arbitration_id: int, value: Callable[[bytes], int]) -> Ints:
-        """(n,) `value` of the last such frame before the next SYNC; 0 before the first one."""
+        """`value` (n,) of the last such frame before the next SYNC; 0 before the first frame."""
         matching = np.flatnonzero(self._frames["id"] == arbitration_id)
         values = [value(bytes(frame["data"][: frame["length"]])) for frame in self._frames[matching]]
         ends = np.append(self._at[1:], len(self._frames))
@@ -176,7 +176,7 @@ class _Table:
 
 @dataclass(frozen=True, eq=False)
 class _Axis:
-    """(n,) each, as in `Samples`."""
+    """Values of one joint, (n,) each, as in `SampleTable`."""
 
     position: Floats
     command: Floats
@@ -210,7 +210,7 @@ def _axis(table: _Table, drive: Drive) -> _Axis:
 def _repeat(
     rig: Rig, joints: dict[str, NDArray[Any]], trajectory: Trajectory | None
 ) -> tuple[Ints, float, Trajectory | None]:
-    """(n,) repetition of each sample, the period in samples, and the trajectory if it was found."""
+    """Repetition index of each sample (n,), the period [samples], and the trajectory if it was commanded."""
     command, n = joints["command"], len(joints["command"])
     first = None if trajectory is None else _place(rig, command, trajectory)
     if trajectory is not None and first is not None:
@@ -225,12 +225,12 @@ def _repeat(
 
 
 def _place(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
-    """The row of `command` (n, dof) with which `trajectory` begins; None where it was not commanded."""
+    """Find the row of `command` (n, dof) at which `trajectory` begins; None if it was not commanded."""
     path = trajectory.joint_position
     room = len(command) - len(path) + 1
     if room < 1:
         return None
-    # Neighbouring samples are least alike where the motion is fast.
+    # Neighbouring samples differ most where the motion is fast.
     pace = np.abs(trajectory.joint_velocity).sum(axis=1)
     anchors = [piece[np.argmax(pace[piece])] for piece in np.array_split(np.arange(len(path)), _ANCHORS)]
     one_count = np.array([1 / abs(drive.counts_per_radian) for drive in rig.drives])
@@ -242,7 +242,7 @@ def _place(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
 
 
 def _says_simulated(frames: NDArray[Any], rig: Rig) -> bool:
-    """Whether a drive told its name, in the segments of an SDO upload, and is simulated."""
+    """Whether the segments of an SDO upload contain the device name of a simulated drive."""
     for drive in rig.drives:
         responses = frames["data"][frames["id"] == 0x580 + drive.node_id]
         if _SIMULATED in np.ascontiguousarray(responses[:, 1:]).tobytes():

@@ -1,4 +1,4 @@
-"""Putting the frames of a recording back on a bus, in their order and with their timing."""
+"""Replay of the frames of a recording on a bus, in their order and with their timing."""
 
 import errno
 import re
@@ -21,25 +21,25 @@ Direction = Literal["tx", "rx", "both"]
 
 _IDS = re.compile(r"(0[xX][\da-fA-F]+|\d+)(?:([-/])(0[xX][\da-fA-F]+|\d+))?")
 _HEADSTART = 0.02
-"""From the call to the first frame [s]."""
+"""Time from the call to the first frame [s]."""
 _LOOK = 0.1
-"""How often a wait is interrupted to look for a request to stop [s]."""
+"""Longest time between two checks for a stop request [s]."""
 _SLACK = 0.005
-"""How much of what the wire could not carry at once may be handed over at once [s]."""
+"""Time on the wire of frames that may be sent ahead of the wire [s]."""
 _PATIENCE = 1.0
-"""How long the interface may be full before the bus counts as lost [s]."""
+"""Time for which the interface may be full before the bus counts as lost [s]."""
 _BLOCK = 10_000
-"""Frames that are unpacked at a time."""
+"""Number of frames that are unpacked at a time."""
 
 
 def matching(frames: CanFrames, direction: Direction, ids: Sequence[str]) -> Bools:
-    """(n,) which frames to replay: of that direction, and with one of `ids` if any are given.
+    """Mask (n,) of the frames with this direction and, if `ids` are given, one of these ids.
 
-    One of `ids` is a single id ("0x181"), a range ("0x181-0x183"), or value/mask as in candump ("0x180/0x780").
+    An entry of `ids` is a single id ("0x181"), a range ("0x181-0x183"), or value/mask as in candump ("0x180/0x780").
     Error frames cannot be sent and never match.
 
     Raises:
-        BadInput: one of `ids` is none of these.
+        BadInput: an entry of `ids` has another form.
     """
     chosen = ~frames.error
     if direction != "both":
@@ -53,7 +53,7 @@ def _has_id(frames: CanFrames, text: str) -> Bools:
     match = _IDS.fullmatch(text.strip())
     if match is None:
         raise BadInput(f"--id: 0x181, 0x181-0x183 or 0x180/0x780 (value/mask) expected, {text!r} found")
-    # Base 0 refuses a decimal number with leading zeros, which could be meant as anything.
+    # Base 0 rejects a decimal number with leading zeros, because its base is ambiguous.
     try:
         first, last = int(match[1], 0), int(match[3] or match[1], 0)
     except ValueError:
@@ -68,9 +68,9 @@ def _has_id(frames: CanFrames, text: str) -> Bools:
 
 
 def commanding(frames: CanFrames) -> Bools:
-    """(n,) which frames make drives do something: those of the master, whoever recorded them.
+    """Mask (n,) of the frames that command drives: those of the master, whichever program recorded them.
 
-    NMT, SYNC, time, RPDOs, SDO requests, the master's heartbeat; of frames that are not CANopen all that were sent.
+    These are NMT, SYNC, time, RPDOs, SDO requests and the master's heartbeat, and all frames that were sent.
     """
     function = frames.id & 0x780
     broadcast = np.isin(frames.id, (0x000, SYNC_ID, 0x100, 0x700 + MASTER_ID))
@@ -81,32 +81,32 @@ def commanding(frames: CanFrames) -> Bools:
 
 @dataclass(frozen=True)
 class Plan:
-    """What will be sent, and when."""
+    """Frames to send and their deadlines."""
 
     frames: CanFrames
     rows: NDArray[np.intp]
-    """(m,) which of the frames."""
+    """Positions of the chosen frames (m,)."""
     due: Floats
-    """(m,) when each is due, from the first one [s]."""
+    """Deadline of each frame after the first one (m,) [s]."""
     wire: Floats
-    """(m,) how long each takes on the wire [s]."""
+    """Duration of each frame on the wire (m,) [s]."""
     loops: int
     loop_time: float
-    """From one repetition to the next [s]."""
+    """Time from one loop to the next [s]."""
 
     @property
     def total(self) -> int:
-        """Frames in all loops."""
+        """Number of frames in all loops."""
         return self.loops * len(self.rows)
 
     @property
     def duration(self) -> float:
-        """Of all loops [s]."""
+        """Duration of all loops [s]."""
         return (self.loops - 1) * self.loop_time + float(self.due[-1])
 
 
 def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: int) -> Plan:
-    """The `chosen` frames, `speed` times as fast as they were recorded, `loops` times; `bitrate` [bit/s] of the bus.
+    """Plan `loops` replays of the `chosen` frames at `speed` times the recorded speed; `bitrate` of the bus [bit/s].
 
     Raises:
         BadInput: no frame is chosen.
@@ -128,7 +128,7 @@ def plan(frames: CanFrames, chosen: Bools, speed: float, loops: int, bitrate: in
 
 
 def _typical_step(frames: CanFrames, rows: NDArray[np.intp], due: Floats) -> float:
-    """From one cycle to the next, so that a loop goes on in step."""
+    """Median time from one cycle to the next [s], so that a new loop continues the rhythm of the SYNCs."""
     syncs = due[frames.id[rows] == SYNC_ID]
     steps = np.diff(syncs if len(syncs) > 1 else due)
     steps = steps[steps > 0]
@@ -137,22 +137,22 @@ def _typical_step(frames: CanFrames, rows: NDArray[np.intp], due: Floats) -> flo
 
 @dataclass(frozen=True, eq=False)
 class Replayed:
-    """What was sent."""
+    """Result of a replay."""
 
     sent: int
     lateness: Floats
-    """(sent,) behind the deadline of each frame [s]."""
+    """Lateness of each frame after its deadline (sent,) [s]."""
     stopped: str | None
-    """Why not all of it was; None: it was."""
+    """Reason why the replay was stopped; None if all frames were sent."""
 
 
 def replay(
     plan: Plan, bus: can.BusABC, stop: StopRequest, show: Callable[[int], None] = lambda sent: None
 ) -> Replayed:
-    """Send everything at absolute deadlines, so that lateness never adds up, but no faster than the wire could.
+    """Send the frames at absolute deadlines, so that lateness does not accumulate, but no faster than the wire.
 
-    Frames that were recorded at one instant (simulated time stands still between SYNCs) follow each other as on a
-    wire.
+    Frames that were recorded at one instant (simulated time stands still between SYNCs) follow each other at the
+    speed of the wire.
 
     Raises:
         RunFailed: the bus does not accept frames.
@@ -200,7 +200,7 @@ def _messages(plan: Plan) -> Iterator[tuple[float, float, can.Message]]:
 
 
 def _wait(deadline: float, stop: StopRequest) -> bool:
-    """Until `deadline` by the performance counter; False as soon as a stop is asked for."""
+    """Wait until `deadline` (performance counter, [s]); return False at once on a stop request."""
     while not stop.count:
         remaining = deadline - time.perf_counter()
         if remaining <= 0:
@@ -219,4 +219,4 @@ def _send(bus: can.BusABC, message: can.Message) -> None:
             code = getattr(error, "error_code", None) or getattr(error, "errno", None)
             if code != errno.ENOBUFS or time.perf_counter() > end:
                 raise RunFailed(f"the CAN bus does not accept frames: {error}") from None
-            time.sleep(1e-4)  # the interface's queue is full: the wire is slower than we are
+            time.sleep(1e-4)  # the queue of the interface is full: the wire is slower than the replay

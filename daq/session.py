@@ -1,4 +1,4 @@
-"""One recording from beginning to end: find and set up the drives, open the file, stream, close all of it."""
+"""Session of one recording: discover and configure the drives, open the file, stream, close everything."""
 
 import errno
 import shutil
@@ -34,24 +34,24 @@ Pace = Literal["lockstep", "realtime"]
 Display = Callable[[CycleProgress], AbstractContextManager[object]]
 
 _BYTES_PER_CYCLE = 400
-"""More than a cycle takes in the file; tells beforehand whether the disk has room."""
+"""Upper bound of the bytes per cycle in the file, to check the free disk space before the run."""
 
 
 @dataclass(frozen=True)
 class RunRequest:
-    """What shall be recorded."""
+    """Request to record one run."""
 
     rig: Rig
     trajectory: Trajectory
     out: Path
     pace: Pace
     seed: int | None
-    """Of the simulated rig's noise; None with real drives."""
+    """Seed of the noise of the simulated rig; None with real drives."""
 
 
 @dataclass(frozen=True)
 class Result:
-    """What became of it."""
+    """Result of a run."""
 
     identities: tuple[Identity, ...]
     progress: CycleProgress
@@ -60,11 +60,11 @@ class Result:
 
 
 def check_beforehand(order: RunRequest) -> None:
-    """Refuse what is known to fail before anything is opened or moves.
+    """Check the request before anything is opened or moves.
 
     Raises:
-        BadInput: the file exists, its folder does not or cannot be written, the disk is full, or the rate does not
-            suit bus or drives.
+        BadInput: the file exists, its folder does not exist or cannot be written, the disk is full, or the rate does
+            not suit the bus or the drives.
     """
     folder = order.out.resolve().parent
     if order.out.exists():
@@ -72,7 +72,7 @@ def check_beforehand(order: RunRequest) -> None:
     if not folder.is_dir():
         raise BadInput(f"folder {folder} does not exist; create it or choose another --out")
     try:
-        # Trying is what tells: root may write everywhere, but not where there is no room for files at all.
+        # A trial file is more reliable than permission bits: root may write everywhere, except in places like /proc.
         tempfile.TemporaryFile(dir=folder).close()
     except OSError as error:
         if error.errno != errno.ENOSPC:
@@ -85,7 +85,7 @@ def check_beforehand(order: RunRequest) -> None:
 
 
 def rig_from(path: Path | None, rate: float | None = None) -> Rig:
-    """The rig of a file, or the simulated one where there is none; with another rate [Hz] if one is given.
+    """Load the rig file `path`, or the simulated rig if it is None; `rate` [Hz] replaces its rate.
 
     Raises:
         BadInput: the file or the rate is not valid.
@@ -100,26 +100,26 @@ def _clock(order: RunRequest) -> Clock:
 
 
 class Session:
-    """Runs one order; `log` gets what the drives and the cycle report: level, source, message."""
+    """Session of one run; `log` gets the reports of the drives and the cycle (level, source, message)."""
 
     def __init__(self, order: RunRequest, log: Report) -> None:
         self._order = order
         self._log = log
         self._clock: Clock = _clock(order)
-        # What passes before the file is open: it can be opened only when the drives have said what they are.
+        # Frames before the file is open: it can be opened only when the drives are identified.
         self._early: list[tuple[int, can.Message, bool]] = []
         self._write_frame: Tap = lambda *frame: self._early.append(frame)
         self._recorder: Recorder | None = None
         self.progress = CycleProgress()
 
     def run(self, display: Display) -> Result:
-        """Record; on every way out the drives are disabled and the file is closed with its exit status.
+        """Record the run; in every case the drives are disabled and the file is closed with its exit status.
 
         Raises:
-            RunFailed: the motion was not completed, or the file not written to its end.
+            RunFailed: the motion was not completed, or the file was not written to its end.
             BadInput: the bus or the file cannot be opened.
         """
-        # Signals are kept off until all is closed: however often they come, they cannot cut the end off.
+        # Signals are caught until everything is closed, so that repeated signals cannot interrupt the closing.
         with StopRequest() as stop:
             drives = self._connect()
             status, reason = 1, "the program was interrupted"
@@ -144,10 +144,10 @@ class Session:
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
 
     def rehearse(self, display: Display) -> tuple[Result, list[float]]:
-        """All of `run` but power and file; returns where the joints stand [rad], too.
+        """Do everything of `run` except power and file; return the result and the joint positions [rad].
 
         Raises:
-            RunFailed: a drive is silent, in trouble, or refuses its set-up.
+            RunFailed: a drive does not answer, reports a fault, or rejects its configuration.
             BadInput: the bus cannot be opened.
         """
         drives = self._connect()
@@ -183,7 +183,7 @@ class Session:
             simulated=any(identity.simulated for identity in identities),
             pace=order.pace,
             seed=order.seed,
-            # In lockstep all time is simulated and begins at the epoch.
+            # In lockstep, time is simulated and begins at the epoch.
             start=datetime.fromtimestamp(0 if lockstep else time.time(), UTC).isoformat(timespec="milliseconds"),
         )
         recorder = Recorder(RecordingWriter(order.out, order.rig, run))
@@ -216,7 +216,7 @@ class Session:
         try:
             self._recorder.close(status, reason)
         except RunFailed:
-            # This error takes the place of the run's own one, which must not go unsaid.
+            # This error replaces the error of the run, so the reason of the latter is logged.
             if status != 0:
                 self._log("error", "daq", reason)
             raise

@@ -1,4 +1,4 @@
-"""The simulated rig in the service of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
+"""Simulated rig of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,12 +13,12 @@ from recordings.rig import Rig
 
 
 def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> SimConfig:
-    """The machine to simulate: the sim file's, or with effects drawn from the seed `hidden`.
+    """Load the machine to simulate from the sim file, or draw its effects from the seed `hidden`.
 
-    Where it has hidden effects, they are written to the sealed file `truth`.
+    Hidden effects are written to the sealed file `truth`.
 
     Raises:
-        BadInput: the sim file is not valid, both ways to hide effects are used, or `truth` exists.
+        BadInput: the sim file is not valid, effects come from both `sim` and `hidden`, or `truth` exists.
     """
     from drivers.simulated.hidden import draw
     from drivers.simulated.seal import seal
@@ -40,7 +40,7 @@ def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> S
 
 
 def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
-    """The simulated rig on the rig's own bus or lines; a context manager.
+    """Serve the simulated rig on the bus or the lines of `rig`; the result is a context manager.
 
     Raises:
         BadInput: the bus cannot be opened.
@@ -50,7 +50,7 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
 
 @contextmanager
 def served(rig: Rig) -> Iterator[None]:
-    """Where the rig's drives are simulated inside this program, the default machine serves them meanwhile.
+    """Serve the default machine during the block if the drives of `rig` are simulated inside this program.
 
     Raises:
         BadInput: the bus cannot be opened.

@@ -1,4 +1,4 @@
-"""The run for programs that watch it: JSON lines, ten a second."""
+"""Status of a run for other programs: ten JSON lines per second."""
 
 import json
 import math
@@ -17,34 +17,34 @@ from daq.watched import CycleProgress
 from drivers.protocol import Sample
 
 _INTERVAL = 0.1
-"""Between two lines [s]."""
+"""Time between two lines [s]."""
 _ROWS = 25
-"""Cycles that a line tells of at most, spread evenly over those since the last one."""
+"""Largest number of cycles in a line, spread evenly over the cycles since the previous line."""
 
 
 LineSink = Callable[[str], None]
-"""Takes one line."""
+"""Callback for one line."""
 
 
 def to_stdout(line: str) -> None:
-    """For a program that has started this one. It holds the stop button: if it has gone, the motion is ended as by
-    Ctrl-C.
+    """Print a line for the program that started this one. If that program has exited, nobody can stop the motion any
+    more, so the run is ended as by Ctrl-C.
     """
     try:
         print(line, flush=True)
     except BrokenPipeError:
-        # What is still in the buffer must not break the last words of the program either.
+        # The rest of the buffer must not raise another error when the program ends.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         os.kill(os.getpid(), signal.SIGTERM)
 
 
 class StatusLines:
-    """Tells of a run that is going on, from its own thread, so the cycle never waits for those who are told."""
+    """Sender of status lines during a run. It has its own thread, so that the cycle never waits for a receiver."""
 
     def __init__(self, progress: CycleProgress, rate: float, told: Sequence[LineSink]) -> None:
         self._progress, self._rate, self._told = progress, rate, told
         self._due: NDArray[np.float64] = np.array(math.nan)
-        """The command of the cycle before: what a drive has to follow now [rad]."""
+        """Command of the previous cycle, which the drives must have reached now [rad]."""
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._work, name="status", daemon=True)
 
@@ -89,8 +89,8 @@ class StatusLines:
 def _row(
     rate: float, due: NDArray[np.float64], index: int, command: NDArray[np.float64], sample: Sample
 ) -> dict[str, Any]:
-    """One cycle, in which the drives had to be where the cycle before told them; null where nothing was commanded or
-    no answer came."""
+    """Build the row of one cycle; `due` is the command of the previous cycle. Values are null without a command or
+    without an answer."""
     return {
         "time": index / rate,
         "command": _numbers(command.tolist()),

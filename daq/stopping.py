@@ -1,4 +1,4 @@
-"""How a run is asked to stop from outside: once for an orderly stop, twice for a stop at once."""
+"""Stop requests by signals: one asks for an orderly stop, two for a quick stop."""
 
 import signal
 from types import FrameType, TracebackType
@@ -8,17 +8,17 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class StopRequest:
-    """Collects signals while it is entered; the cycle looks at it."""
+    """Counter of signals while the context is entered; the cycle polls it."""
 
     def __init__(self) -> None:
         self.count = 0
-        """0: run on; 1: ramp down along the motion; 2 and more: quick stop."""
+        """0: continue; 1: ramp down along the path; 2 and more: quick stop."""
         self.reason = ""
         self._before: dict[int, object] = {}
         self._signalled = False
 
     def ask(self, reason: str) -> None:
-        """Ask for a stop, or more urgently if it has been asked for already."""
+        """Request a stop; a second request asks for a quick stop."""
         self.count += 1
         self.reason = self.reason or reason
 
@@ -31,7 +31,7 @@ class StopRequest:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         for number, handler in self._before.items():
-            # A program that a signal has stopped is on its way out; more of them must not spoil its last words.
+            # After a signal the program is about to end; further signals must not interrupt its last messages.
             signal.signal(number, signal.SIG_IGN if self._signalled else handler)  # type: ignore[arg-type]
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:

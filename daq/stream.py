@@ -1,7 +1,7 @@
-"""One run: enable, approach, stream, come to rest, disable; on every way out the drives end disabled.
+"""Run of a trajectory: enable, approach, stream, come to rest, disable. The drives end disabled in every case.
 
-Where the motion itself is healthy (operator's stop, full disk), the drives are led to rest along the commanded path.
-Where it is not (fault, following error, silence), every drive stops on its own ramp at once.
+If the motion itself is healthy (operator's stop, full disk), the drives ramp down along the commanded path.
+If it is not (fault, following error, no answers), every drive stops at once on its own quick-stop ramp.
 """
 
 import gc
@@ -26,25 +26,25 @@ from trajectories import Trajectory, approach
 Floats = NDArray[np.float64]
 
 _POWER_TIMEOUT = 3.0
-"""Time in which all drives must have followed a change of power [s]."""
+"""Longest time that the drives may take to enable or disable [s]."""
 _DEAF = 0.2
-"""How long a drive may be silent, or go on as if nothing had been said, while power is taken [s]."""
+"""Longest time without answers, or without a reaction of an enabled drive, while disabling [s]."""
 _RAMP = 0.4
 """Duration of an orderly stop along the path [s]."""
 _SWITCH_INTERVAL = 1e-4
-"""How long another thread may keep the interpreter when the cycle wants it [s]."""
+"""Longest time that another thread may hold the interpreter while the cycle waits for it [s]."""
 
 
 class MotionFault(Exception):
-    """The motion is not healthy: stop at once."""
+    """Fault of the motion: all drives must stop at once."""
 
 
 class StopRequested(Exception):
-    """The motion is healthy but shall end."""
+    """Request to end a healthy motion."""
 
 
 class Stream:
-    """One run on drives that are configured."""
+    """Run of one trajectory on configured drives."""
 
     def __init__(
         self,
@@ -76,10 +76,10 @@ class Stream:
         )
 
     def run(self, trajectory: Trajectory) -> None:
-        """Stream `trajectory`; returns when it is done and the drives are disabled.
+        """Stream `trajectory`; return when it is complete and the drives are disabled.
 
         Raises:
-            RunFailed: the motion was not completed; the drives are disabled (or the message says which are not).
+            RunFailed: the motion was not completed; the drives are disabled (or the message names the others).
         """
         with _quiet_interpreter():
             reason = None
@@ -98,12 +98,12 @@ class Stream:
                 raise RunFailed(reason)
 
     def rehearse(self, trajectory: Trajectory) -> Floats:
-        """All but power: exchange cycles for a second, and prepare the way to the start and the motion itself.
+        """Exchange cycles for a second without power; plan and encode the approach and the trajectory.
 
-        Returns where the joints stand (dof,) [rad].
+        Returns the joint positions (dof,) [rad].
 
         Raises:
-            RunFailed: a drive is silent or in trouble, or what it says cannot be true.
+            RunFailed: a drive does not answer, reports a fault, or its position is outside the joint limits.
         """
         with _quiet_interpreter():
             try:
@@ -149,7 +149,7 @@ class Stream:
         self._follow("approach", path, None)
 
     def _follow(self, phase: str, path: Floats, trajectory: Trajectory | None) -> None:
-        """Stream joint targets (m, dof); with a trajectory, its platform path and repetitions are recorded too."""
+        """Stream joint targets (m, dof); with a trajectory, record its platform path and repetitions too."""
         progress = self._progress
         progress.phase, progress.done, progress.total = phase, 0, len(path)
         setpoints = self._amplifiers.encode(path)
@@ -166,7 +166,7 @@ class Stream:
                 raise StopRequested(str(self._recorder.error or self._stop.reason))
 
     def _ramp_down(self, ahead: Floats) -> None:
-        """Come to rest along the path that lies ahead, slowing its pace smoothly from 1 to 0."""
+        """Come to rest along the path ahead; the pace along the path falls smoothly from 1 to 0."""
         self._progress.phase = "stop"
         count = self._cycles(_RAMP)
         s = np.arange(1, count + 1) / count
@@ -181,10 +181,10 @@ class Stream:
             self._due = target
 
     def _disable(self) -> str:
-        """Quick stop whatever still moves, then power off; returns the joints that did not confirm."""
+        """Command a quick stop, then power off; return the joints that did not confirm."""
         self._progress.phase = "disable"
         try:
-            # A drive that stands still leaves the quick stop at once, so it is the right way out for all.
+            # A drive at standstill ends the quick stop at once, so the quick stop suits all drives.
             for goal in (Goal.STOPPED, Goal.DISABLED):
                 power = self._wait_off(goal)
         except RunFailed as error:
@@ -195,7 +195,7 @@ class Stream:
         return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if not _off([p]))
 
     def _wait_off(self, goal: Goal) -> tuple[Power, ...]:
-        """The powers when all are off, when time is up, or when a drive has been silent or deaf for long."""
+        """Wait until all drives are off, or one does not answer or react for long; return the power states."""
         self._amplifiers.goal = goal
         silent = deaf = 0
         for _ in range(self._cycles(_POWER_TIMEOUT)):
@@ -227,8 +227,11 @@ class Stream:
         return sample
 
     def _skip_missed(self) -> int:
-        """The next SYNC index. Where the host came so late that whole periods have passed, their SYNCs were never
-        sent: they are gaps, and the motion goes on from where it stood rather than leaping after the clock."""
+        """Skip missed cycles and return the next SYNC index.
+
+        If the host is whole periods late, their SYNCs were never sent: they are recorded as gaps, and the motion
+        continues from its last target without a jump.
+        """
         clock = self._clock
         lateness = clock.overdue(self._index)
         missed = int(lateness * self._rig.rate)
@@ -269,7 +272,7 @@ def _off(power: Sequence[Power]) -> bool:
 
 @contextmanager
 def _quiet_interpreter() -> Iterator[None]:
-    """No garbage collection in the cycle, and other threads give way quickly."""
+    """Switch garbage collection off and shorten the switch interval of threads during the block."""
     interval = sys.getswitchinterval()
     gc.collect()
     gc.disable()

@@ -1,6 +1,6 @@
-"""What must hold in every cycle; the first thing that does not, ends the run.
+"""Safety checks of every cycle; the first violation ends the run.
 
-Every check returns the reason to stop, naming joint, figure and limit, or None.
+Every check returns None, or the reason to stop with joint, value and limit.
 """
 
 import math
@@ -14,15 +14,15 @@ from drivers.protocol import Power, Sample
 from recordings.rig import Rig
 
 _WINDOW = 0.01
-"""Speed and torque count over this time, so that a noisy sample is no alarm [s]."""
+"""Time over which speed and torque are judged, so that one noisy sample does not stop the run [s]."""
 _JUMP = 2.0
-"""A position may change at most this much faster than the speed limit from one answer to the next."""
+"""Largest plausible change of position between two answers, as a multiple of the speed limit."""
 
 Triple = NDArray[np.float64] | Sequence[float]
 
 
 class Supervisor:
-    """Looks at one sample after the other."""
+    """Checker of successive samples."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -33,7 +33,7 @@ class Supervisor:
         self.worst_following_error = 0.0
 
     def standstill(self, position: Triple) -> str | None:
-        """Before power: whether the measured joint angles can be true, so that a false zero is seen."""
+        """Check the measured joint angles [rad] against the joint range before power, which reveals a wrong zero."""
         limits = self._limits
         for j, angle in enumerate(position):
             if not limits.joint_min <= angle <= limits.joint_max:
@@ -44,7 +44,7 @@ class Supervisor:
         return None
 
     def drives(self, sample: Sample) -> str | None:
-        """Drive faults and silence."""
+        """Check for drive faults and missing answers."""
         if sample.trouble is not None:
             return sample.trouble
         for j, (track, position) in enumerate(zip(self._axes, sample.position, strict=True)):
@@ -56,7 +56,7 @@ class Supervisor:
         return None
 
     def motion(self, sample: Sample, due: Triple) -> str | None:
-        """While the drives follow: `due` is the target [rad] that this sample's position should have reached."""
+        """Check a moving machine; `due` is the target [rad] that the positions of `sample` should have reached."""
         checks = (self._power, self._jump, self._following, self._speed, self._torque)
         for j in range(len(self._axes)):
             for check in checks:
@@ -108,7 +108,7 @@ class Supervisor:
 
 
 class _Track:
-    """What is remembered of one joint."""
+    """Recent history of one joint."""
 
     def __init__(self, window: int) -> None:
         self.silent = 0
@@ -118,11 +118,11 @@ class _Track:
         self._steps: deque[float] = deque(maxlen=window)
 
     def lost(self) -> None:
-        """A cycle without an answer."""
+        """Count a cycle without an answer."""
         self._since += 1
 
     def moved(self, position: float) -> tuple[float, int]:
-        """Take a position [rad]; returns the change since the last answer and how many cycles that took."""
+        """Add a position [rad]; return the change since the last answer and the number of cycles between them."""
         cycles = self._since + 1
         step = 0.0 if math.isnan(self._last) else position - self._last
         self._last, self._since = position, 0

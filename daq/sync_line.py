@@ -1,8 +1,8 @@
-"""Which SYNC is which, and when it was sent, from nothing but the times at which SYNCs arrived.
+"""Numbers and times of the SYNCs, estimated from their arrival times only.
 
-Arrivals are late, never early: a host that is busy sends a SYNC late, and several that were due at once afterwards.
-So the earliest arrivals tell the time, and a SYNC is known to be missing only when all that follow are a period later
-than they would be without a hole.
+Arrivals are late, never early: a busy host sends a SYNC late, and then several overdue ones at once. So the earliest
+arrivals define the time, and a SYNC counts as missing only if all later SYNCs come a period later than they would
+without the gap.
 """
 
 import numpy as np
@@ -10,27 +10,27 @@ import numpy as np
 from recordings.recording import Floats, Ints
 
 _AHEAD = 500
-"""SYNCs that may be late together without being taken for a hole."""
+"""Number of successive SYNCs that may be late together without being taken for a gap."""
 _FOLLOW = 0.02
-"""Share of a change of the earliest arrivals that is put down to the clocks, per SYNC."""
+"""Share per SYNC of a change of the earliest arrivals that is attributed to clock drift."""
 _ROUNDS = 12
 _OUTLIER = 3.0
-"""Arrivals farther from the line than so many typical distances do not count."""
+"""Arrivals farther from the line than this multiple of the median distance are outliers."""
 _LAST = 20
-"""Among so many last SYNCs no hole is looked for: too few follow to tell lateness from it."""
+"""Number of last SYNCs among which no gap is detected: too few follow to distinguish it from lateness."""
 _NEAR = 0.1
-"""Where the configured period leads no farther from the line than this share of itself, it is the period."""
+"""The configured period is kept if it leads no farther from the line than this share of a period."""
 
 
 def number(arrival: Ints) -> Ints:
-    """(n,) index of each SYNC, counted from the first one with those that are missing, from `arrival` (n,) [ns]."""
+    """Number each SYNC (n,) from 0, counting missing ones, from the arrival times `arrival` (n,) [ns]."""
     if len(arrival) < 3:
         return np.arange(len(arrival))
     from scipy.ndimage import minimum_filter1d
 
     period = _period(arrival)
     late = (arrival - arrival[0]) - period * np.arange(len(arrival))
-    # The earliest of those that follow: late ones that were only late do not show here.
+    # Minimum over the following SYNCs: SYNCs that are merely late do not appear in it.
     width = 2 * min(_AHEAD, len(arrival)) + 1
     backwards = minimum_filter1d(late[::-1], width // 2 + 1, origin=width // 4, mode="nearest")
     following = backwards[::-1]
@@ -50,16 +50,16 @@ def number(arrival: Ints) -> Ints:
 
 
 def _period(arrival: Ints) -> float:
-    """[ns] from pieces long enough for lateness not to matter; pieces with holes are outnumbered."""
+    """Median period [ns] over segments so long that lateness does not matter; segments with gaps are a minority."""
     lag = min(200, len(arrival) // 2)
     return float(np.median(arrival[lag:] - arrival[:-lag])) / lag
 
 
 def line(arrival: Ints, index: Ints, configured: float) -> tuple[int, float]:
-    """Time of SYNC 0 [ns] and the period [ns] of a robust line through the arrivals (n,) [ns].
+    """Fit a robust line to the arrivals (n,) [ns]; return the time of SYNC 0 [ns] and the period [ns].
 
-    Two clocks are never quite alike, so the period is not the `configured` one [ns]. Where the arrivals do not
-    contradict it, because the sender's clock is ours, it is.
+    Two clocks differ, so the period is estimated. If the arrivals agree with the `configured` period [ns], because
+    the sender uses the clock of this computer, that period is returned.
     """
     if len(arrival) < 2:
         return int(arrival[0]), configured
@@ -71,7 +71,7 @@ def line(arrival: Ints, index: Ints, configured: float) -> tuple[int, float]:
 
 
 def _fit(index: Ints, arrival: Ints) -> tuple[float, float]:
-    """Least squares without outliers, which are those far from the line of the round before."""
+    """Least squares without outliers, which are far from the line of the previous iteration."""
     x, y = index.astype(np.float64), arrival.astype(np.float64)
     keep = np.ones(len(x), bool)
     start, period = 0.0, 0.0

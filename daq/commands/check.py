@@ -1,4 +1,4 @@
-"""`daq check`: look at the drives and the bus, move nothing."""
+"""`daq check`: compare the drives and the bus with the rig file without moving anything."""
 
 import json
 from collections.abc import Sequence
@@ -91,7 +91,7 @@ def _shortened(places: "Sequence[str]") -> str:
 
 
 def _grouped(findings: "Sequence[CheckResult]") -> dict[tuple[str, str, str, str], list[str]]:
-    """Places by what was found there: drives of one kind mostly differ in the same way."""
+    """Group the places with equal results: drives of one type usually differ in the same way."""
     groups: dict[tuple[str, str, str, str], list[str]] = {}
     for finding in findings:
         key = (finding.what, finding.expected, finding.found, finding.verdict)

@@ -1,4 +1,4 @@
-"""`daq export`: a recording in another program's format."""
+"""`daq export`: export of a recording to the format of another program."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`daq import`: measurements of another program as a recording."""
+"""`daq import`: conversion of measurements of another program to a recording."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""`daq info`: what a recording holds."""
+"""`daq info`: summary of a recording."""
 
 import math
 import sys
@@ -73,7 +73,7 @@ def _lateness(recording: "Recording") -> dict[str, float] | None:
 
 
 def _histogram(recording: "Recording") -> list[dict[str, float]]:
-    """How many cycles were late by up to so much, in steps of 1-2-5; empty where none was late at all."""
+    """Histogram of the lateness with bin edges in steps of 1-2-5; empty if no cycle was late."""
     import numpy as np
 
     late = recording.lateness[np.isfinite(recording.lateness)]
@@ -129,7 +129,7 @@ def _ending(figures: dict[str, Any]) -> str:
 
 
 def is_terminal() -> bool:
-    """Whether a person looks at the output."""
+    """Whether stdout is a terminal."""
     return sys.stdout.isatty()
 
 
@@ -150,6 +150,6 @@ def _show(figures: dict[str, Any]) -> None:
     table = Table(show_header=False)
     for name, value in rows:
         loud = name in ("error", "fatal") or value.startswith(("SIMULATED", "INTERRUPTED", "FAILED"))
-        # As text: what stands in a recording is not markup.
+        # As `Text`: texts from a recording must not be parsed as markup.
         table.add_row(name, Text(value, style="bold red" if loud else ""))
     Console().print(table)

@@ -133,7 +133,7 @@ def _order(
 
 
 def _on_machine(order: "RunRequest", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
-    """`run` with the real drives, or with simulated ones beside it."""
+    """Call `run`, with the simulated rig running beside it if the drives are simulated."""
     from daq.simulation import configured, simulated
     from drivers.simulated.seal import sealed_path
     from recordings.errors import RunFailed
@@ -168,7 +168,7 @@ def _listen(
         def look(heard: BusTraffic) -> None:
             nonlocal announced
             if not announced:
-                # Not before the bus is open: another program may wait for this line to begin.
+                # Only after the bus is open: another program may wait for this line before it starts.
                 announced = True
                 _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(heard.syncs, None, f"{heard.syncs} SYNCs, {heard.frames} frames")

@@ -1,4 +1,4 @@
-"""`daq recover`: make an interrupted recording whole."""
+"""`daq recover`: recovery of an interrupted recording."""
 
 import json
 from dataclasses import asdict

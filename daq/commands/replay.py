@@ -1,4 +1,4 @@
-"""`daq replay`: put a recording's CAN frames back on a bus."""
+"""`daq replay`: replay of the CAN frames of a recording on a bus."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`daq sim`: the simulated rig on its own."""
+"""`daq sim`: simulated rig as a separate program."""
 
 import signal
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`daq trajectories`: what there is to run, and what it looks like."""
+"""`daq trajectories`: list of the trajectories, and a description and picture of one of them."""
 
 from __future__ import annotations
 

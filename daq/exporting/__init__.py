@@ -1,6 +1,6 @@
-"""Recordings in the formats of other programs. One format is one file here, named as the user types it.
+"""Export of recordings to the formats of other programs.
 
-What a format's module holds is written down in `Format`.
+Each format is one module of this folder, with the name that the user types and the interface `Format`.
 """
 
 import importlib
@@ -12,28 +12,28 @@ from recordings.errors import BadInput
 
 
 class Format(Protocol):
-    """What each module of this folder is."""
+    """Interface of each module of this folder."""
 
     def write(self, file: Path, stream: BinaryIO) -> str:
-        """Write the recording `file` to `stream`; returns what was written, as "200 samples".
+        """Write the recording `file` to `stream`; return the amount written, such as "200 samples".
 
         Raises:
-            BadInput: the recording cannot be read, or does not hold what this format is for.
+            BadInput: the recording cannot be read, or holds no data for this format.
         """
         ...
 
 
 def names() -> tuple[str, ...]:
-    """The formats there are."""
+    """List the available formats."""
     return tuple(sorted(module.name for module in pkgutil.iter_modules(__path__)))
 
 
 def export(file: Path, name: str, out: Path) -> str:
-    """Write the recording `file` to the new file `out` in the format `name`; returns what was written.
+    """Write the recording `file` to the new file `out` in the format `name`; return the amount written.
 
     Raises:
-        BadInput: there is no such format, `out` exists, or the format refuses the recording.
-        OSError: `out` cannot be written; nothing of it is left.
+        BadInput: there is no such format, `out` exists, or the recording does not suit the format.
+        OSError: `out` cannot be written; no partial file is left.
     """
     from recordings.container_writer import create
 

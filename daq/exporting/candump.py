@@ -1,4 +1,4 @@
-"""The log format of can-utils (`candump -L`): every frame of the bus, `(1436509052.249713) can0 044#2A366C2BBA`."""
+"""Export to the log format of can-utils (`candump -L`), such as `(1436509052.249713) can0 044#2A366C2BBA`."""
 
 from pathlib import Path
 from typing import BinaryIO
@@ -8,10 +8,10 @@ from recordings.reader import read_can
 from recordings.recording import CanFrames
 
 CHANNEL = "can0"
-"""The interface's name in the log; what it was called when the frames were recorded is not told by the frames."""
+"""Name of the interface in the log; recordings do not store the original name."""
 _ERROR_FLAG = 0x2000_0000
 _FRAMES = 50_000
-"""Frames that are text in memory at a time."""
+"""Number of frames that are formatted at a time."""
 
 
 def write(file: Path, stream: BinaryIO) -> str:

@@ -1,6 +1,6 @@
-"""CSV as `daq import` reads it: time [s], position_i [rad or m], voltage_i [V], effort_i [N m or N], cycle, ...
+"""CSV export as `daq import` reads it: time [s], position_i [rad or m], voltage_i [V], effort_i [N m or N], cycle, ...
 
-An empty cell is a gap. Numbers are written so that the same ones are read back.
+An empty cell is a gap. Numbers are written with full precision, so that reading returns the same values.
 """
 
 import csv
@@ -14,7 +14,7 @@ from daq.columns import columns
 from recordings.reader import read
 
 _ROWS = 50_000
-"""Rows that are text in memory at a time."""
+"""Number of rows that are formatted at a time."""
 
 
 def write(file: Path, stream: BinaryIO) -> str:

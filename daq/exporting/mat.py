@@ -1,14 +1,14 @@
-"""MATLAB: n samples of dof joints as matrices, NaN where there is a gap or the drives do not measure it.
+"""Export to MATLAB: n samples of dof joints as matrices; gaps and quantities that were not measured are NaN.
 
-| variable | holds |
+| variable | content |
 |---|---|
 | time | (n, 1) from the first sample [s] |
 | position, velocity, command | (n, dof) [rad, rad/s; m, m/s for a prismatic joint] |
 | voltage, effort | (n, dof) [V; N m, or N for a prismatic joint] |
 | statusword, error_code | (n, dof) |
-| cycle | (n, 1) repetition of the motion, -1 outside of all |
+| cycle | (n, 1) repetition of the motion, -1 outside of repetitions |
 | lateness | (n, 1) of the host [s] |
-| extra, extra_names | (n, k) and their k names: what came with the samples, as in the topic /extra |
+| extra, extra_names | (n, k) and their k names: additional columns, as in the topic /extra |
 | joint_names, rig, run | names; rig description and run as JSON (`jsondecode`) |
 """
 
@@ -29,7 +29,7 @@ def write(file: Path, stream: BinaryIO) -> str:
     count, gap = len(recording.time), np.full_like(recording.position, np.nan)
     joints = {name: getattr(recording, name) for name in JOINT_COLUMNS}
     savemat(
-        cast(Any, stream),  # its annotations forget that it takes open files
+        cast(Any, stream),  # accepts open files, contrary to its annotations
         {
             "time": recording.time,
             **{name: gap if values is None else values for name, values in joints.items()},

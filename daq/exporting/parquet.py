@@ -1,6 +1,6 @@
-"""Parquet: the columns of the CSV file, with statusword_i, error_code_i and lateness; a gap is null.
+"""Export to Parquet: the columns of the CSV file, with statusword_i, error_code_i and lateness; a gap is null.
 
-The rig description and the run stand as JSON in the schema's metadata, under `rig` and `run`.
+The metadata of the schema hold the rig description (`rig`) and the run (`run`) as JSON.
 """
 
 from pathlib import Path

@@ -1,7 +1,7 @@
-"""The run over the Foxglove WebSocket, for Foxglove and other programs that speak its protocol.
+"""Live view over the Foxglove WebSocket, for Foxglove and other programs with its protocol.
 
-/joint_states and /joint_commands as in a recording, so that a layout serves both; /live and /run as JSON. A process
-of its own (`python -m daq.live.foxglove`), fed by `daq.live.viewer`.
+The topics /joint_states and /joint_commands are those of a recording, so that one layout serves both; /live and /run
+are JSON. The server is a process of its own (`python -m daq.live.foxglove`), fed by `daq.live.viewer`.
 """
 
 import json
@@ -27,7 +27,7 @@ _RUN = {
 
 
 class Publisher:
-    """Gives the run's lines to whoever is connected."""
+    """Publisher of the status lines of a run to all connected clients."""
 
     def __init__(self, run: dict[str, Any]) -> None:
         self._start: int = run["start_ns"]
@@ -37,7 +37,7 @@ class Publisher:
         self._run = foxglove.Channel("/run", schema=_RUN | {"title": "run"})
 
     def publish(self, status: dict[str, Any]) -> None:
-        """One line: its rows, each at the SYNC instant, and its figures."""
+        """Publish the rows of a status line, each at its SYNC instant, and its figures."""
         for row in status["rows"]:
             stamp = self._start + round(1e9 * row["time"])
             for channel, values in ((self._states, row["position"]), (self._commands, row["command"])):
@@ -55,11 +55,11 @@ def _joint_channel(topic: str) -> foxglove.Channel:
 
 
 def main() -> None:
-    """Publish the run on stdin."""
+    """Publish the status lines on stdin."""
     os.nice(5)  # the cycle comes first
     first = json.loads(sys.stdin.readline())
     publisher = Publisher(first["run"])
-    # No capabilities: clients may look, nothing else.
+    # No capabilities: clients are read-only.
     server = foxglove.start_server(name="delta-workbench", host=HOST, port=first["port"])
     for line in sys.stdin:
         if "rows" in (status := json.loads(line)):

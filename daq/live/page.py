@@ -1,6 +1,6 @@
-"""The live view in the browser: a server that shows the run it is told of, and cannot touch it.
+"""Live view in the browser: a read-only server of the status lines of a run.
 
-A process of its own (`python -m daq.live.page`), fed by `daq.live.viewer`.
+The server is a process of its own (`python -m daq.live.page`), fed by `daq.live.viewer`.
 """
 
 import asyncio
@@ -25,9 +25,9 @@ from web.palette import JOINTS, MEASURED
 from web.security import Guard
 
 _KEPT = 300
-"""Lines that a page gets which is opened late."""
+"""Number of last lines that are kept for a page that is opened late."""
 _INTERVAL = 0.1
-"""Between two looks for what is new [s]."""
+"""Time between two checks for new lines [s]."""
 _ASSETS = {
     "/": ("page.html", "text/html"),
     "/page.js": ("page.js", "text/javascript"),
@@ -37,7 +37,7 @@ _KILLED = {"killed": True}
 
 
 class Told:
-    """What the run has said so far, for any number of pages; each takes it at its own speed."""
+    """Broadcast of the status lines of a run to any number of pages; each page reads at its own speed."""
 
     def __init__(self, run: dict[str, Any]) -> None:
         self._first = json.dumps({"run": run, "colours": JOINTS, "grey": MEASURED})
@@ -45,14 +45,14 @@ class Told:
         self._count = 0
         self.over = False
         self.awaited = False
-        """A page is on its way."""
+        """A browser has been started and is expected to open a page."""
         self.pages = 0
-        """How many are open."""
+        """Number of open pages."""
         self.served = 0
-        """How many have seen the end."""
+        """Number of pages that have received the end of the run."""
 
     def listen(self, lines: Iterable[str]) -> None:
-        """Take in all that comes, until the end."""
+        """Read all lines until the end of the run."""
         last = "{}"
         for line in lines:
             last = line.strip()
@@ -66,7 +66,7 @@ class Told:
         self._count += 1
 
     async def events(self) -> AsyncIterator[str]:
-        """Server-sent events: how the run began, what has been said lately, then line by line until its end."""
+        """Generate server-sent events: the start of the run, the last lines, then every new line until the end."""
         self.pages += 1
         try:
             yield f"data: {self._first}\n\n"
@@ -83,7 +83,7 @@ class Told:
 
 
 def application(told: Told) -> FastAPI:
-    """The page, what it needs, and its events."""
+    """Build the application that serves the page, its assets and its events."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
     def offer(path: str, content: str, kind: str) -> None:
@@ -103,7 +103,7 @@ def application(told: Told) -> FastAPI:
 
 
 async def serve(told: Told, token: str, listening: socket.socket) -> None:
-    """Until the run is over, and all open pages have shown that."""
+    """Serve until the run is over and all open pages have received its end."""
     app = Guard(application(told), token, listening.getsockname()[1])
     server = uvicorn.Server(
         uvicorn.Config(app, log_level="error", access_log=False, lifespan="off", timeout_graceful_shutdown=1)
@@ -121,9 +121,9 @@ async def serve(told: Told, token: str, listening: socket.socket) -> None:
 
 
 def main() -> None:
-    """Show the run on stdin."""
+    """Serve the status lines on stdin."""
     os.nice(5)  # the cycle comes first
-    # A browser that is started from here must not read these lines.
+    # A browser started by this process must not read these lines.
     lines = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_RDONLY), sys.stdin.fileno())
     first = json.loads(lines.readline())
@@ -134,7 +134,7 @@ def main() -> None:
         def browse() -> None:
             told.awaited = webbrowser.open(local.address(listening, first["token"]))
 
-        # In a thread: some browsers do not let go before they are closed.
+        # In a thread: with some browsers the call returns only when they are closed.
         threading.Thread(target=browse, daemon=True).start()
         asyncio.run(serve(told, first["token"], listening))
 

@@ -1,4 +1,4 @@
-"""Programs that show a run while it goes on: processes of their own, which the run never waits for."""
+"""Viewers of a run: separate processes, for which the run never waits."""
 
 import json
 import os
@@ -11,22 +11,22 @@ from types import TracebackType
 from typing import Any, Self
 
 _BACKLOG = 1_000_000
-"""Bytes that are kept for a viewer which does not read; lines beyond are dropped."""
+"""Largest number of bytes that are kept for a viewer that does not read; further lines are dropped."""
 PATIENCE = 10.0
-"""How long a viewer may take to show the end of the run [s]."""
+"""Longest time that a viewer may take to show the end of the run [s]."""
 _LAST = 5.0
-"""How much longer until it is ended [s]."""
+"""Additional time before the viewer is killed [s]."""
 
 
 class Viewer:
-    """A module that reads a run line by line on its stdin, and ends with it; a context manager around the run.
+    """Process that runs a viewer module and gets the status lines on its stdin; a context manager around the run.
 
-    If it dies or is slow, the run goes on untouched.
+    A viewer that exits or is slow does not affect the run.
     """
 
     def __init__(self, module: str, first: dict[str, Any], inherited: Sequence[int] = ()) -> None:
-        """`first`: what it is told before all else; `inherited`: file descriptors that it goes on with."""
-        # A session of its own: Ctrl-C in the terminal is for the run alone.
+        """`first`: the first line, as an object; `inherited`: file descriptors that the process inherits."""
+        # In a separate session, so that Ctrl-C in the terminal reaches the run only.
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", module],
             stdin=subprocess.PIPE,
@@ -41,7 +41,7 @@ class Viewer:
         self.tell(json.dumps(first))
 
     def tell(self, line: str) -> None:
-        """One more line. Returns at once; it is lost where the viewer reads nothing or has gone."""
+        """Send a line. Return at once; the line is dropped if the viewer does not read or has exited."""
         if len(self._unsent) < _BACKLOG:
             self._unsent += f"{line}\n".encode()
         self._send()
@@ -60,7 +60,7 @@ class Viewer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Tell how the run ended, and wait until that has been shown; Ctrl-C cuts it short."""
+        """Send the end of the run and wait until the viewer has shown it; Ctrl-C ends the wait."""
         self.tell(json.dumps({"ended": None if error is None else str(error) or "interrupted"}))
         until = time.monotonic() + PATIENCE + _LAST
         with self._process:

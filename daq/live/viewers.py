@@ -1,4 +1,4 @@
-"""Which programs show a run, and what they are told of it at first."""
+"""Start of the viewers of a run, with their first line."""
 
 import importlib.util
 import secrets
@@ -20,7 +20,7 @@ def viewers(
 ) -> Iterator[list[LineSink]]:
     """Show the run of `order`: on a page in the browser, and over the Foxglove WebSocket on the port `foxglove`.
 
-    Yields those who want to be told of it. `say` gets the addresses.
+    Yields the sinks for the status lines. `say` gets the addresses.
 
     Raises:
         BadInput: the port is taken, or the package for Foxglove is missing.
