@@ -22,7 +22,7 @@ class CanBus(ConfigSection):
     max_load: Annotated[float, Field(gt=0, le=1)] = 0.8
     """Largest bus load of the cycle in the worst case, as a fraction."""
     sync: Literal["host", "kernel"] = "host"
-    """Sender of SYNC in real time: the cycle itself, or the kernel (broadcast manager), which a busy host does not delay."""
+    """Sender of SYNC in real time: the cycle, or the kernel (broadcast manager), which a busy host does not delay."""
 
     @model_validator(mode="after")
     def _check_sync(self) -> Self:

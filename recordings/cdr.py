@@ -96,8 +96,8 @@ def _fields(match: re.Match[str], prefix: str, definitions: Mapping[str, str]) -
         yield Field(name, _PRIMITIVES[type_name], count)
     elif type_name in definitions and match["array"] is None:
         # Removing the definition on the way down keeps a type from containing itself.
-        rest = {other: text for other, text in definitions.items() if other != type_name}
-        yield from _flatten(definitions[type_name], name + ".", rest)
+        remaining = {defined: text for defined, text in definitions.items() if defined != type_name}
+        yield from _flatten(definitions[type_name], name + ".", remaining)
     else:
         raise ValueError(f"type {match['type']}{match['array'] or ''} of {name!r} is not known")
 

@@ -24,7 +24,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
     """Check before the work that no output replaces a file without `force`, or an input (`read`) in any case.
 
     Raises:
-        BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording (.mcap),
+        BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording,
             or is neither file nor folder; or its folder is not writable.
     """
     inputs = [path_read.resolve() for path_read in read]
@@ -96,7 +96,7 @@ def run(program: Callable[..., Any]) -> NoReturn:
         click.echo("interrupted", err=True)
         code = 1
     except BrokenPipeError:
-        # The reader of the output (`| head`) has closed; redirect stdout so that Python's flush at exit does not fail.
+        # The reader of the output (`| head`) has closed it; redirect stdout so that the flush at exit does not fail.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except OSError as error:

@@ -223,8 +223,8 @@ class _Loader:
         )
 
     def _chunk(self, data: bytes) -> None:
-        messages, others = located(data)
-        for opcode, body in others:
+        messages, other_records = located(data)
+        for opcode, body in other_records:
             self._describe(opcode, body)
         for (channel, length), offsets in messages.items():
             topic = self._channels.get(channel)
@@ -244,7 +244,7 @@ def unpacked(chunk: Chunk) -> bytes:
 def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[int, bytes]]]:
     """Message offsets in an unpacked chunk, by channel and length; and opcode and body of all other records."""
     messages: dict[tuple[int, int], list[int]] = defaultdict(list)
-    others = []
+    other_records = []
     offset = 0
     while offset < len(data):
         opcode, length, channel = _MESSAGE.unpack_from(data, offset)
@@ -252,9 +252,9 @@ def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[i
             messages[channel, length].append(offset)
         else:
             start = offset + _RECORD.size
-            others.append((opcode, data[start : start + length]))
+            other_records.append((opcode, data[start : start + length]))
         offset += _RECORD.size + length
-    return messages, others
+    return messages, other_records
 
 
 def rows(data: bytes, length: int, offsets: list[int]) -> NDArray[np.uint8]:

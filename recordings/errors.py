@@ -1,8 +1,8 @@
-"""The two ways in which a command can fail; every room raises these or subclasses of them."""
+"""The two error classes of the commands; all packages raise these or subclasses of them."""
 
 
 class BadInput(ValueError):
-    """What the user gave cannot be used. Exit code 2.
+    """Invalid input from the user. Exit code 2.
 
     The message says what was expected, what was found and what to do, in one or two lines.
     """
@@ -11,5 +11,5 @@ class BadInput(ValueError):
 class RunFailed(RuntimeError):
     """The run itself failed (drive fault, following error, bus loss). Exit code 1.
 
-    Whoever raises it has already left the amplifiers disabled and the recording closed.
+    When it is raised, the amplifiers are already disabled and the recording is closed.
     """

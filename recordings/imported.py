@@ -1,4 +1,4 @@
-"""The rig of measurements that were taken elsewhere: described, but not driven."""
+"""The rig of imported measurements: described, but not driven."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -17,15 +17,15 @@ def imported_rig(
     joints: Sequence[JointType] = ("revolute",),
     torque: Torque | None = None,
 ) -> Rig:
-    """The rig of measurements taken elsewhere, without drives.
+    """Describe the rig of imported measurements, without drives.
 
     Args:
-        mechanism: None for the delta robot of the paper if there are three joints, otherwise axes.
-        joints: what kind each axis is, one for all or one each.
-        torque: how torque follows from voltage; None: gains of 1.0, assumed.
+        mechanism: None selects the delta robot of the paper for three joints, "axes" otherwise.
+        joints: type of the joints, one for all or one per joint.
+        torque: torque map from voltage to torque; None: assumed gains of 1.0.
 
     Raises:
-        BadInput: these do not fit together.
+        BadInput: mechanism, number and types of joints are inconsistent.
     """
     mechanism = mechanism or ("delta" if dof == 3 else "axes")
     if mechanism == "delta" and ("prismatic" in joints or dof != 3):
@@ -46,5 +46,5 @@ def imported_rig(
 
 
 def measured_torque(dof: int) -> Torque:
-    """For measurements that hold the effort itself, in N m or N: nothing to convert, nothing assumed."""
+    """Identity torque map for measurements that contain the effort itself [N m or N]."""
     return Torque(map="linear", gain=(1.0,) * dof, gain_source="calibrated", gain_uncertainty=0.0)

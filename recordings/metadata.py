@@ -1,4 +1,4 @@
-"""The metadata records `rig` and `run`, as every writer puts them into a recording."""
+"""The metadata records `rig` and `run` of a recording, shared by all writers."""
 
 import json
 
@@ -8,16 +8,16 @@ from recordings.rig import Rig
 
 
 def rig_record(rig: Rig) -> dict[str, str]:
-    """The metadata record `rig`."""
+    """Contents of the metadata record `rig`."""
     return {"layout": schemas.LAYOUT, "json": clean(rig.model_dump_json())}
 
 
 def run_record(run: Run) -> dict[str, str]:
-    """The metadata record `run`."""
+    """Contents of the metadata record `run`."""
     values = run.model_dump(mode="json", exclude_none=True)
     return {name: clean(value) if isinstance(value, str) else json.dumps(value) for name, value in values.items()}
 
 
 def clean(text: str) -> str:
-    """Without lone surrogates, as they come from file names, which UTF-8 cannot hold."""
+    """Replace lone surrogates, which file names may contain and UTF-8 cannot encode."""
     return text.encode("utf-8", "replace").decode()

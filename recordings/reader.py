@@ -1,4 +1,4 @@
-"""Reading a recording into arrays, be it complete or interrupted."""
+"""Reading a recording, complete or interrupted, into arrays."""
 
 import json
 from collections.abc import Callable, Collection
@@ -18,33 +18,34 @@ from recordings.errors import BadInput
 from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
 from recordings.rig import Rig
 
-_SYNCED = ("/joint_states", "/joint_commands", "/amplifiers")
-_WANTED = {
+_SYNC_TOPICS = ("/joint_states", "/joint_commands", "/amplifiers")
+_FIELDS = {
     *("header.stamp", "position", "velocity", "effort", "voltage", "statusword", "error_code", "repeat", "lateness"),
     *("value", "level", "name", "msg"),
 }
-"""Fields of messages that `read` looks at, beside the names of joints."""
-_PIECE = 1 << 26
-"""Bytes of memory that are asked for at a time; those that are not needed are never touched."""
-_FEW = 16
-"""Messages that stand for themselves."""
+"""Message fields that `read` uses, besides the joint names."""
+_ALLOCATION_BYTES = 1 << 26
+"""Size of one memory allocation [bytes]; the system provides only the pages in use."""
+_SMALL_BATCH = 16
+"""Batches with fewer messages get an array of their own."""
 _LEVELS = {number: name for name, number in schemas.LEVELS.items()}
 
 
 def read(path: Path, most: int | None = None) -> Recording:
-    """Read a recording; of an interrupted one, everything that is intact.
+    """Read a recording; from an interrupted one, everything that is intact.
 
-    most: bytes of the file to look at, for a quick look at the beginning of a long one.
+    The messages of one SYNC are joined by their stamp. Missing values are gaps: NaN; 0 in statusword and error code;
+    -1 in repeat.
 
-    The messages of one SYNC are joined by their stamp; what is missing is a gap: NaN, statusword and error code 0,
-    repeat -1.
+    Args:
+        most: number of bytes of the file to read, for a preview of the beginning of a long recording.
 
     Raises:
         BadInput: the file is missing, not MCAP, damaged, not a recording of this program, or holds no samples.
     """
-    container = _load(path, (*_SYNCED, "/events"), _Condenser(), optional=("/extra",), most=most)
+    container = _load(path, (*_SYNC_TOPICS, "/events"), _FieldSelector(), optional=("/extra",), most=most)
     run = _run(container)
-    grid = _Grid(container, _rig(container), _stamps(container, run))
+    grid = _SyncGrid(container, _rig(container), _stamps(container, run))
     return Recording(
         path=path,
         rig=grid.rig,
@@ -53,8 +54,8 @@ def read(path: Path, most: int | None = None) -> Recording:
         position=grid.joints("/joint_states", "position", np.nan),
         command=grid.joints("/joint_commands", "position", np.nan),
         voltage=grid.joints("/amplifiers", "voltage", np.nan),
-        velocity=_if_any(grid.joints("/joint_states", "velocity", np.nan)),
-        effort=_if_any(grid.joints("/joint_states", "effort", np.nan)),
+        velocity=_unless_all_nan(grid.joints("/joint_states", "velocity", np.nan)),
+        effort=_unless_all_nan(grid.joints("/joint_states", "effort", np.nan)),
         statusword=grid.joints("/amplifiers", "statusword", np.uint16(0)),
         error_code=grid.joints("/amplifiers", "error_code", np.uint16(0)),
         repeat=grid.scalars("repeat", -1),
@@ -74,13 +75,13 @@ def read_rig(path: Path) -> Rig:
 
 
 def read_can(path: Path) -> CanFrames:
-    """Read the frames of the bus from a recording, in the order in which they were logged.
+    """Read the CAN frames of a recording in the order in which they were logged.
 
     Raises:
         BadInput: the file is missing, not MCAP, damaged, or not a recording of this program.
     """
     container = _load(path, ("/can",), lambda batch: batch)
-    # "tx" and "rx" are three bytes with their NUL; an empty array gives the type where there are no frames.
+    # "tx" and "rx" have three bytes with the NUL; the empty array gives the dtype where there are no frames.
     none = np.empty(0, Layout(parse_schema(schemas.CAN_FRAME), lambda *_: 3).dtype)
     batches = container.batches.get("/can", [])
     log = np.concatenate([np.empty(0, np.int64), *(batch["log"].astype(np.int64) for batch in batches)])
@@ -100,20 +101,20 @@ def read_can(path: Path) -> CanFrames:
 
 
 @dataclass(frozen=True)
-class _Grid:
-    """The SYNC instants of a recording, on which the messages of its topics are joined."""
+class _SyncGrid:
+    """SYNC instants of a recording, at which the messages of its topics are joined."""
 
     container: Container
     rig: Rig
     stamps: Ints
-    """(n,) [ns], ascending."""
+    """(n,) SYNC instants [ns], ascending."""
 
     def joints(self, topic: str, name: str, missing: float | np.uint16) -> NDArray[Any]:
-        """(n, dof) one field of a topic, of the type of `missing`, in the rig's order of joints."""
+        """One field of a topic as (n, dof), in the joint order of the rig, with `missing` and its dtype in gaps."""
         table = np.full((len(self.stamps), self.rig.dof), missing)
         for batch in self.container.batches.get(topic, []):
             values = batch["message"][name]
-            values = values.reshape(len(values), -1)  # a sequence of one has no axis of its own
+            values = values.reshape(len(values), -1)  # a sequence of length one has no axis in the dtype
             if values.shape[1] == 0:  # drives need not measure velocity and effort
                 continue
             if values.shape[1] != self.rig.dof:
@@ -125,14 +126,14 @@ class _Grid:
         return table
 
     def scalars(self, name: str, missing: float) -> NDArray[Any]:
-        """(n,) one field of /amplifiers."""
+        """One field of /amplifiers as (n,), with `missing` in gaps."""
         table = np.full(len(self.stamps), missing)
         for batch in self.container.batches.get("/amplifiers", []):
             table[self._rows(batch)] = batch["message"][name]
         return table
 
     def extra(self) -> dict[str, Floats]:
-        """Name: (n,) of every number in /extra."""
+        """Every value in /extra as (n,), by name; NaN in gaps."""
         columns: dict[str, Floats] = {}
         for batch in self.container.batches.get("/extra", []):
             rows, message = self._rows(batch), batch["message"]
@@ -146,7 +147,7 @@ class _Grid:
         return np.searchsorted(self.stamps, _nanoseconds(batch["message"]))
 
     def _order(self, batch: Batch) -> list[int]:
-        """Where each joint of the rig stands in the messages, by name where they carry names."""
+        """Column of each joint of the rig in the messages, by joint name if the messages contain names."""
         names = [name for name in batch["message"].dtype.names or () if name.startswith("name.")]
         if not names:
             return list(range(self.rig.dof))
@@ -183,32 +184,32 @@ def _load(
     return container
 
 
-class _Condenser:
-    """Keeps of messages what `read` looks at: an hour's messages as they are would fill the memory.
+class _FieldSelector:
+    """Copies only the message fields that `read` uses, because all messages of an hour would fill the memory.
 
-    They stand in a few large pieces: those of many small ones, once freed, would not go back to the system.
+    The copies share a few large allocations; many small ones, once freed, would not return to the system.
     """
 
     def __init__(self) -> None:
         self._pieces: dict[np.dtype[Any], Batch] = {}
 
     def __call__(self, batch: Batch) -> Batch:
-        names = [name for name in batch["message"].dtype.names or () if name in _WANTED or name.startswith("name.")]
-        if not names:  # not our messages; `_check_layout` will say so
+        names = [name for name in batch["message"].dtype.names or () if name in _FIELDS or name.startswith("name.")]
+        if not names:  # messages of another program; `_check_layout` reports them
             return batch
         message = batch["message"][names]
-        slim = self._room(
+        slim = self._allocate(
             len(batch), np.dtype([("log", "<u8"), ("message", [(name, message.dtype[name]) for name in names])])
         )
         slim["log"], slim["message"] = batch["log"], message
         return slim
 
-    def _room(self, count: int, kind: np.dtype[Any]) -> Batch:
-        if count < _FEW:
+    def _allocate(self, count: int, kind: np.dtype[Any]) -> Batch:
+        if count < _SMALL_BATCH:
             return np.empty(count, kind)
         piece = self._pieces.get(kind)
         if piece is None or len(piece) < count:
-            piece = np.empty(max(count, _PIECE // kind.itemsize), kind)
+            piece = np.empty(max(count, _ALLOCATION_BYTES // kind.itemsize), kind)
         self._pieces[kind] = piece[count:]
         return piece[:count]
 
@@ -251,7 +252,7 @@ def _run(container: Container) -> Run:
 
 
 def _stamps(container: Container, run: Run) -> Ints:
-    batches = [batch for topic in _SYNCED for batch in container.batches.get(topic, [])]
+    batches = [batch for topic in _SYNC_TOPICS for batch in container.batches.get(topic, [])]
     if not batches:
         reason = run.reason or "it was interrupted"
         raise BadInput(
@@ -267,7 +268,7 @@ def _nanoseconds(messages: Batch) -> Ints:
     return nanoseconds
 
 
-def _if_any(table: Floats) -> Floats | None:
+def _unless_all_nan(table: Floats) -> Floats | None:
     return None if np.isnan(table).all() else table
 
 

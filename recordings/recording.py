@@ -1,4 +1,4 @@
-"""What a recording holds, as arrays: the form in which every later stage sees it."""
+"""Contents of a recording as arrays: the input of all later stages."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 Words = NDArray[np.uint16]
-"""As drives send them: an hour of them need not take the memory of measurements."""
+"""16-bit words as the drives send them; they take a quarter of the memory of floats."""
 
 
 class Run(ConfigSection):
@@ -34,13 +34,13 @@ class Run(ConfigSection):
     simulated: bool
     pace: Literal["lockstep", "realtime"]
     seed: int | None = None
-    """Seed of the simulated rig's noise; None where nothing random was drawn by us."""
+    """Seed of the noise of the simulated rig; None where no random numbers were drawn."""
     start: str
     """ISO 8601 time of the first SYNC; the epoch in lockstep, where time is simulated."""
     exit_status: int | None = None
-    """0 done, 1 failed; None: the recording was interrupted."""
+    """0 done, 1 failed, None interrupted."""
     reason: str | None = None
-    """Why the run ended."""
+    """Reason for the end of the run."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Event:
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """A recording with n cycles of a mechanism with dof joints. NaN is a gap: a sample that was not received."""
+    """Recording of n SYNC cycles of a mechanism with dof joints. NaN marks a gap: a sample that was not received."""
 
     path: Path
     rig: Rig
@@ -66,7 +66,7 @@ class Recording:
     position: Floats
     """(n, dof) measured joint position at the SYNC [rad]."""
     command: Floats
-    """(n, dof) reference that was sent for this SYNC [rad]."""
+    """(n, dof) reference sent for this SYNC [rad]."""
     voltage: Floats
     """(n, dof) signed operating voltage [V]."""
     velocity: Floats | None
@@ -78,12 +78,12 @@ class Recording:
     error_code: Words
     """(n, dof)."""
     repeat: Ints
-    """(n,) repetition of the motion this sample belongs to, 0 to cycles - 1; -1 while approaching and stopping."""
+    """(n,) repetition of the motion, 0 to cycles - 1; -1 during approach and stop."""
     lateness: Floats
-    """(n,) how late the host began the cycle [s]."""
+    """(n,) delay with which the host began the cycle [s]."""
     events: tuple[Event, ...]
     extra: Mapping[str, Floats] = field(default_factory=dict)
-    """Name: (n,) numbers of another program that were imported with the samples."""
+    """Further values (n,) by name, imported with the samples."""
 
     @property
     def complete(self) -> bool:
@@ -92,7 +92,7 @@ class Recording:
 
     @property
     def gaps(self) -> Ints:
-        """(dof,) number of samples lost per joint."""
+        """Number of lost samples per joint (dof,)."""
         counts: Ints = np.isnan(self.position).sum(axis=0, dtype=np.int64)
         return counts
 
@@ -102,17 +102,17 @@ class CanFrames:
     """The n frames of a recording in the order in which they were logged."""
 
     stamp: Ints
-    """(n,) each frame's own time [ns]."""
+    """(n,) timestamp of each frame [ns]."""
     log: Ints
-    """(n,) the host's arrival time [ns]."""
+    """(n,) arrival time at the host [ns]."""
     id: Ints
     """(n,) arbitration id."""
     dlc: Ints
     """(n,) number of data bytes."""
     data: NDArray[np.uint8]
-    """(n, 8) data bytes, zero behind dlc."""
+    """(n, 8) data bytes, zero beyond dlc."""
     sent: Bools
-    """(n,) True for the frames that we sent, False for those received."""
+    """(n,) True for sent frames, False for received ones."""
     rtr: Bools
     extended: Bools
     error: Bools

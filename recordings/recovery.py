@@ -1,4 +1,4 @@
-"""Making a whole MCAP file of one that is cut off or damaged: its intact chunks, a new end and a new index."""
+"""Rewriting a truncated or damaged MCAP file: its intact chunks, a new end and a new index."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,40 +16,40 @@ from recordings.errors import BadInput
 
 @dataclass(frozen=True)
 class RewriteSummary:
-    """What a rewritten file holds of the one before."""
+    """Amount of data recovered and lost in a rewritten file."""
 
     messages: int
     duration: float
-    """Between the first message and the last [s]."""
+    """Time from the first message to the last [s]."""
     damaged_chunks: int
-    """Left out."""
+    """Number of chunks left out because they are damaged."""
     bytes_behind: int
-    """Bytes at the end of the old file that make up no whole record."""
+    """Number of bytes at the end of the old file that form no complete record."""
 
 
 def rewrite(source: Path, out: Path, run: Mapping[str, str], samples: SampleTable | None = None) -> RewriteSummary:
-    """Copy everything intact in `source` to the new file `out`, with `samples` and a last record `run` behind it.
+    """Copy everything intact in `source` to the new file `out`, followed by `samples` and a final record `run`.
 
     Raises:
-        BadInput: `source` is missing, no MCAP file, or holds nothing intact; `out` exists or cannot be created.
-        OSError: `out` cannot be written; nothing of it is left.
+        BadInput: `source` is missing, not MCAP, or contains nothing intact; `out` exists or cannot be created.
+        OSError: `out` cannot be written; the partial file is removed.
     """
     data = container.contents(source)
     with create(out) as stream:
         try:
-            copy = _Copy(source, ContainerWriter(stream))
-            kept = copy.everything(data)
+            rewriter = _Rewriter(source, ContainerWriter(stream))
+            summary = rewriter.copy_intact(data)
             if samples is not None:
-                copy.add(samples)
-            copy.writer.metadata("run", run)
-            copy.writer.finish()
+                rewriter.add(samples)
+            rewriter.writer.metadata("run", run)
+            rewriter.writer.finish()
         except BaseException:
             out.unlink()
             raise
-    return kept
+    return summary
 
 
-class _Copy:
+class _Rewriter:
     def __init__(self, source: Path, writer: ContainerWriter) -> None:
         self._source = source
         self.writer = writer
@@ -58,11 +58,11 @@ class _Copy:
         self._damaged = 0
         self._first, self._last = 2**63, 0
 
-    def everything(self, data: bytes) -> RewriteSummary:
+    def copy_intact(self, data: bytes) -> RewriteSummary:
         end = len(container.MAGIC)
         for opcode, offset, body in container.records(data):
             if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
-                break  # bytes that are no records
+                break  # not a record
             end = offset + container.RECORD_HEAD + len(body)
             if opcode in (Opcode.DATA_END, Opcode.FOOTER):
                 break
@@ -71,7 +71,7 @@ class _Copy:
             raise BadInput(
                 f"recording {self._source} holds no intact data, so there is nothing to recover; record again"
             )
-        # What follows the data of a whole file is its old index.
+        # In a complete file, the data are followed by the old index, which is not lost data.
         behind = 0 if data.endswith(container.MAGIC) else len(data) - end
         return RewriteSummary(self._messages, (self._last - self._first) / 1e9, self._damaged, behind)
 
@@ -82,7 +82,7 @@ class _Copy:
     def _copy(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.CHUNK:
             try:
-                packed = self._packed(container.decode(Chunk.read, body))
+                packed = self._repack(container.decode(Chunk.read, body))
             except container.NONSENSE:
                 self._damaged += 1
                 return
@@ -93,10 +93,10 @@ class _Copy:
         else:
             self._describe(opcode, body)
 
-    def _packed(self, chunk: Chunk) -> Packed:
+    def _repack(self, chunk: Chunk) -> Packed:
         data = container.unpacked(chunk)
-        messages, others = container.located(data)
-        for opcode, body in others:
+        messages, other_records = container.located(data)
+        for opcode, body in other_records:
             self._describe(opcode, body)
         index: dict[int, list[np.ndarray]] = {}
         for (channel, length), offsets in messages.items():
@@ -105,7 +105,7 @@ class _Copy:
             self._messages += len(offsets)
             self._first = min(self._first, int(log.min()))
             self._last = max(self._last, int(log.max()))
-        return Packed(chunk, {channel: np.concatenate(parts) for channel, parts in index.items()})
+        return Packed(chunk, {channel: np.concatenate(entries) for channel, entries in index.items()})
 
     def _describe(self, opcode: int, body: bytes) -> None:
         if opcode == Opcode.SCHEMA:

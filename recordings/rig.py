@@ -1,7 +1,7 @@
-"""The rig description: what the machine is, how its drives are wired and what it may do.
+"""The rig description: the machine, the connection of its drives and its limits.
 
-It is read from a TOML file, travels whole inside every recording, and is the one thing that all rooms share.
-SI units and radians throughout; counts appear only as the drives' own scale factors.
+It is read from a TOML file, stored in every recording and shared by all packages. All values are in SI units and
+radians; counts appear only as scale factors of the drives.
 """
 
 import math
@@ -23,7 +23,7 @@ JointType = Literal["revolute", "prismatic"]
 class Geometry(ConfigSection):
     """Lengths of the delta robot [m] and directions of its limbs [rad]: Table 1, Fig. 2.
 
-    L2 is not printed in the paper; 0.8 m is assumed unless the file says otherwise.
+    L2 is not given in the paper; the default of 0.8 m is assumed.
     """
 
     L1: Positive = 0.3423
@@ -34,7 +34,7 @@ class Geometry(ConfigSection):
     L2_source: Literal["assumed", "measured"] = "assumed"
 
     @model_validator(mode="after")
-    def _closes(self) -> Self:
+    def _check_closure(self) -> Self:
         if self.L2 <= self.L1 + abs(self.R - self.r):
             raise ValueError(
                 f"the forearms are too short to close the mechanism: L2 > L1 + |R - r| = "
@@ -44,7 +44,7 @@ class Geometry(ConfigSection):
 
 
 class Nominal(ConfigSection):
-    """The manufacturer's masses and inertias, Table 1: the model to beat, and the torque estimate before a run."""
+    """The manufacturer's masses and inertias, Table 1: the reference model and the torque estimate before a run."""
 
     m_a: Positive = 3.977
     m_d: Positive = 0.402
@@ -56,11 +56,11 @@ class Nominal(ConfigSection):
 
 
 class Torque(ConfigSection):
-    """How torque follows from voltage: gain * v * |v| ("square") or gain * v ("linear")."""
+    """Map from voltage v to torque: gain * v * |v| ("square") or gain * v ("linear")."""
 
     map: Literal["square", "linear"] = "square"
     gain: tuple[Positive, ...] = (1.0, 1.0, 1.0)
-    """N m / V^2 or N m / V (N instead of N m for a prismatic joint), one per joint; 1.0 each if left out."""
+    """Gain per joint [N m / V^2 or N m / V; N instead of N m for a prismatic joint]; default 1.0."""
     gain_source: Literal["calibrated", "assumed"] = "assumed"
     gain_uncertainty: Annotated[float, Field(ge=0, lt=1)] = 0.1
     """Relative standard uncertainty of the gain."""
@@ -71,7 +71,7 @@ class Axis(ConfigSection):
 
     type: JointType = "revolute"
     gravity: bool = False
-    """True where weight loads the joint; a revolute one then needs a torque that depends on its angle."""
+    """True where gravity loads the joint; on a revolute joint this torque depends on the angle."""
 
 
 class Voltage(ConfigSection):
@@ -80,16 +80,16 @@ class Voltage(ConfigSection):
     index: Annotated[int, Field(ge=0x2000, le=0x9FFF)] = 0x2200
     sub: Annotated[int, Field(ge=0, le=254)] = 1
     scale: Positive = 0.0005
-    """V per count."""
+    """Voltage per count [V]."""
     kind: Literal["motor", "command", "dc_link"] = "motor"
-    """The voltage across the motor; or the one that the amplifier was told to give, before its dead band and
-    saturation; or that of its supply, which says nothing about the torque."""
+    """Voltage across the motor; voltage commanded to the amplifier, before dead band and saturation; or supply
+    voltage, which carries no information about the torque."""
     transfer: Literal["pdo", "sdo"] = "pdo"
-    """With SYNC, or polled where a drive cannot map the object: slower, each value with a stamp of its own."""
+    """Sent with SYNC (pdo), or polled where a drive cannot map the object (sdo): slower, one timestamp per value."""
 
 
 class HomedBit(ConfigSection):
-    """An object that tells whether a drive has found its zero: homed where `(object & mask) != 0`."""
+    """Object that indicates whether a drive is homed: `(object & mask) != 0`."""
 
     index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
     sub: Annotated[int, Field(ge=0, le=254)] = 0
@@ -97,7 +97,7 @@ class HomedBit(ConfigSection):
 
 
 class Drive(ConfigSection):
-    """One amplifier and the joint it turns; joints are numbered in the order of the file."""
+    """One amplifier and its joint; joints are numbered in the order of the file."""
 
     node_id: NodeId
     counts_per_turn: Annotated[int, Field(gt=0)] = 8192
@@ -105,22 +105,22 @@ class Drive(ConfigSection):
     gear: Positive = 21.0
     """Motor turns per turn of the joint."""
     sign: Literal[1, -1] = 1
-    """-1 where the drive counts against the joint's positive direction (which lifts the elbow)."""
+    """-1 where counts decrease in the positive direction of the joint (which lifts the elbow)."""
     zero_offset: float = 0.0
     """Joint angle at encoder position zero [rad]."""
     voltage: Voltage = Voltage()
     mode: Literal["cyclic", "interpolated"] = "cyclic"
-    """Cyclic synchronous position (mode 8), or interpolated position (mode 7) where a drive has only that."""
+    """Cyclic synchronous position (mode 8), or interpolated position (mode 7) for drives without mode 8."""
     torque_actual: bool = False
-    """Record object 6077 too, in a second TPDO."""
+    """Whether object 6077 is recorded too, in a second TPDO."""
     homed: HomedBit | None = None
-    """Where the drive tells that its zero is valid; None: it always is (absolute encoder)."""
+    """Object that indicates a valid zero; None: always valid (absolute encoder)."""
     dcf: str | None = None
-    """Device configuration file (CiA 306) whose parameter values are written first, from the working folder."""
+    """Device configuration file (CiA 306), relative to the working folder; its values are written first."""
     emcy: dict[str, str] = Field(default_factory=dict)
-    """The manufacturer's texts of its own error codes, e.g. { "FF01" = "brake resistor too hot" }."""
+    """Texts of manufacturer-specific error codes, e.g. { "FF01" = "brake resistor too hot" }."""
     rated_torque: Positive = 20.0
-    """Joint torque at rated current [N m]; the unit of object 6077 is a thousandth of it."""
+    """Joint torque at rated current [N m]; object 6077 is in thousandths of it."""
 
     @property
     def counts_per_radian(self) -> float:
@@ -129,7 +129,7 @@ class Drive(ConfigSection):
 
 
 class Limits(ConfigSection):
-    """What the machine may do; checked before a motion starts and watched while it runs."""
+    """Limits of the machine, checked before a motion starts and monitored while it runs."""
 
     joint_min: float = -1.2
     joint_max: float = 1.4
@@ -147,14 +147,14 @@ class Limits(ConfigSection):
     following_error: Positive = 0.05
     """Commanded minus measured joint angle [rad]."""
     silence: Positive = 0.05
-    """A drive may leave this long unanswered [s]."""
+    """Longest time without an answer from a drive [s]."""
     host_stall: Positive = 0.05
-    """The host may be late by this much [s]."""
+    """Largest delay of the host [s]."""
     singularity_margin: Positive = 0.05
-    """Least allowed singularity margin (see trajectories.kinematics), dimensionless."""
+    """Smallest allowed singularity margin (see trajectories.kinematics), dimensionless."""
 
     @model_validator(mode="after")
-    def _ordered(self) -> Self:
+    def _check_order(self) -> Self:
         if self.joint_min >= self.joint_max:
             raise ValueError(f"joint_min < joint_max expected, {self.joint_min:g} and {self.joint_max:g} found")
         if self.workspace_z[0] >= self.workspace_z[1]:
@@ -163,33 +163,33 @@ class Limits(ConfigSection):
 
 
 class Rig(ConfigSection):
-    """The whole rig. `geometry`, `nominal` and the limits of the platform mean something for a delta robot only."""
+    """The whole rig. `geometry`, `nominal` and the platform limits apply to a delta robot only."""
 
     name: str
     mechanism: MechanismName = "delta"
     rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
     """Cycles (SYNC) per second [Hz]."""
     axes: tuple[Axis, ...] = ()
-    """The joints of the mechanism "axes", in the order of the drives; a delta robot's are known."""
+    """Joints of the mechanism "axes", in the order of the drives; empty for a delta robot."""
     geometry: Geometry = Geometry()
     nominal: Nominal = Nominal()
     torque: Torque = Field(default=Torque(), validate_default=True)
     bus: Bus = CanBus()
     limits: Limits = Limits()
     drives: tuple[Drive, ...] = ()
-    """One per joint; none where the rig is only described, not driven (an imported recording)."""
+    """One drive per joint; none where the rig is not driven (an imported recording)."""
 
     @field_validator("torque")
     @classmethod
-    def _one_gain_per_axis(cls, torque: Torque, info: ValidationInfo) -> Torque:
+    def _default_gains(cls, torque: Torque, info: ValidationInfo) -> Torque:
         if "gain" in torque.model_fields_set or info.data.get("mechanism") != "axes":
             return torque
         return torque.model_copy(update={"gain": (1.0,) * len(info.data.get("axes", ()))})
 
     @model_validator(mode="after")
-    def _consistent(self) -> Self:
+    def _check_consistency(self) -> Self:
         if self.mechanism == "axes":
-            self._refuse_delta_sections()
+            self._check_no_delta_sections()
         elif self.axes:
             raise ValueError(
                 '[[axes]] belong to the mechanism "axes", "delta" found; remove them or set the mechanism'
@@ -204,16 +204,16 @@ class Rig(ConfigSection):
         if len(self.torque.gain) != self.dof:
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
         if isinstance(self.bus, SerialBus):
-            self._refuse_lines(self.bus)
+            self._check_lines(self.bus)
         return self
 
-    def _refuse_lines(self, bus: SerialBus) -> None:
+    def _check_lines(self, bus: SerialBus) -> None:
         if len(bus.ports) not in (1, self.dof):
             raise ValueError(f"bus.ports: one line for all drives or {self.dof} expected, {len(bus.ports)} found")
         if len(bus.prefixes) not in (0, self.dof):
             raise ValueError(f"bus.prefixes: none or {self.dof} expected, {len(bus.prefixes)} found")
 
-    def _refuse_delta_sections(self) -> None:
+    def _check_no_delta_sections(self) -> None:
         if not self.axes:
             raise ValueError('the mechanism "axes" needs an [[axes]] section for each joint, none found')
         for name in ("geometry", "nominal"):
@@ -225,7 +225,7 @@ class Rig(ConfigSection):
         """The bus of a rig whose transport is CANopen.
 
         Raises:
-            BadInput: it is another one.
+            BadInput: the transport is another one.
         """
         if not isinstance(self.bus, CanBus):
             raise BadInput(f"a rig on a CAN bus expected, bus.transport = '{self.bus.transport}' found")
@@ -236,7 +236,7 @@ class Rig(ConfigSection):
         """The lines of a rig whose transport is serial.
 
         Raises:
-            BadInput: it is another one.
+            BadInput: the transport is another one.
         """
         if not isinstance(self.bus, SerialBus):
             raise BadInput(f"a rig on serial lines expected, bus.transport = '{self.bus.transport}' found")
@@ -249,46 +249,46 @@ class Rig(ConfigSection):
 
     @property
     def joint_types(self) -> tuple[JointType, ...]:
-        """What kind of joint each one is."""
+        """Type of each joint."""
         return tuple(axis.type for axis in self.axes) if self.mechanism == "axes" else ("revolute",) * 3
 
     @property
     def position_units(self) -> tuple[str, ...]:
-        """Of each joint: rad or m."""
+        """Position unit of each joint: rad or m."""
         return tuple("rad" if joint == "revolute" else "m" for joint in self.joint_types)
 
     @property
     def effort_units(self) -> tuple[str, ...]:
-        """Of each joint's effort: N m or N."""
+        """Effort unit of each joint: N m or N."""
         return tuple("N m" if joint == "revolute" else "N" for joint in self.joint_types)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Joint names as they stand in recordings: joint_1 ... joint_n."""
+        """Joint names in recordings: joint_1 ... joint_n."""
         return tuple(f"joint_{i + 1}" for i in range(self.dof))
 
     def at_rate(self, rate: float) -> "Rig":
-        """The same rig with another cycle rate [Hz].
+        """Copy the rig with another cycle rate [Hz].
 
         Raises:
-            BadInput: the rate is not one.
+            BadInput: the rate is invalid.
         """
         return validated(self.model_dump(mode="json") | {"rate": rate}, Rig, "--rate")
 
 
 def simulated_rig() -> Rig:
-    """The rig used where no rig file is given: three simulated drives around the robot of Table 1."""
+    """The default rig where no rig file is given: the robot of Table 1 with three simulated drives."""
     return Rig(name="simulated delta robot", drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
 
 
 def is_default(rig: Rig) -> bool:
-    """Whether a command without a rig file means this machine, at whatever rate."""
+    """Whether `rig` is the default rig, at any rate."""
     default = simulated_rig()
     return rig.model_copy(update={"rate": default.rate}) == default
 
 
 def load_rig(path: Path, *, driven: bool = True) -> Rig:
-    """Read a rig file; `driven` where its drives will be needed.
+    """Read a rig file; `driven` requires drives.
 
     Raises:
         BadInput: the file is missing, is not TOML, a key is unknown, missing or of the wrong type, or no drives.

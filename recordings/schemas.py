@@ -1,4 +1,4 @@
-"""The message types of a recording, as ROS 2 message definitions with all that they depend on."""
+"""Message types of a recording, as ROS 2 message definitions with their dependencies."""
 
 from typing import Literal
 
@@ -121,17 +121,17 @@ TOPICS = {
     "/can": ("can_msgs/msg/Frame", CAN_FRAME),
     "/events": ("rcl_interfaces/msg/Log", LOG),
 }
-"""Topic: name and text of its message type. Every recording has these."""
+"""Name and text of the message type by topic. Every recording has these topics."""
 
 OPTIONAL_TOPICS = {"/extra": ("delta_msgs/msg/NamedValues", EXTRA)}
-"""Likewise; in a recording that was imported, or whose drives are read one after the other."""
+"""Topics only of imported recordings and of recordings whose drives are read one after the other."""
 
 POSITION_DELAY, VOLTAGE_DELAY = "position_delay", "voltage_delay"
-"""Names in /extra, with _1 ... _n behind them."""
+"""Prefixes of names in /extra, followed by _1 ... _n."""
 
 Level = Literal["debug", "info", "warning", "error", "fatal"]
 LEVELS: dict[Level, int] = {"debug": 10, "info": 20, "warning": 30, "error": 40, "fatal": 50}
 """Levels of rcl_interfaces/msg/Log."""
 
 LAYOUT = "1"
-"""Version of all this, kept in the metadata record `rig`; to be raised when older readers would go wrong."""
+"""Version of the file layout, stored in the metadata record `rig`; raise it for changes that break older readers."""

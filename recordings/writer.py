@@ -1,4 +1,4 @@
-"""Writing a recording: an MCAP file of ROS 2 messages that survives being cut off."""
+"""Writing a recording: an MCAP file of ROS 2 messages that stays readable when truncated."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -18,7 +18,7 @@ from recordings.recording import Run
 from recordings.rig import Rig
 
 FLUSH_INTERVAL = 500_000_000
-"""At most this much recorded time [ns] is lost when the program is killed."""
+"""Interval of flushes [ns]: the largest recorded time lost when the program is killed."""
 
 _KNOWN = schemas.TOPICS | schemas.OPTIONAL_TOPICS
 _FIELDS = {topic: parse_schema(text) for topic, (_, text) in _KNOWN.items()}
@@ -27,14 +27,14 @@ Numbers = Sequence[float] | NDArray[np.float64]
 
 
 class RecordingFailed(RunFailed, BadInput):
-    """The file cannot be written on, most often because the disk is full.
+    """The file cannot be written any further, usually because the disk is full.
 
-    It ends the run as any RunFailed does, but it is the user's to mend, as bad input is: exit code 2.
+    It ends the run as any RunFailed, but the user can fix it, so the exit code is 2 as for bad input.
     """
 
 
 def joint_state_encoder(names: Sequence[str], velocity: bool = False, effort: bool = False) -> Encoder:
-    """Packs sensor_msgs/msg/JointState of the joints `names`: time, positions, then what else is measured."""
+    """Create the encoder of sensor_msgs/msg/JointState: time, positions, then velocities and efforts if measured."""
     dof = len(names)
     texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(names)}
     lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
@@ -42,13 +42,13 @@ def joint_state_encoder(names: Sequence[str], velocity: bool = False, effort: bo
 
 
 class RecordingWriter:
-    """Writes one recording; a context manager. Not to be shared between threads.
+    """Writes one recording; a context manager. Not thread-safe.
 
-    Stamps are nanoseconds: `stamp_ns` the SYNC instant (for a frame, its own time), `log_ns` the host's arrival time.
-    Nothing else enters the file, so the same calls give the same bytes. Leaving the context closes the recording,
-    with exit status 1 and the error as its reason where there was one.
+    Times are in nanoseconds: `stamp_ns` is the SYNC instant (for a frame, its timestamp), `log_ns` the arrival time
+    at the host. No other time enters the file, so the same calls give the same bytes. Leaving the context closes
+    the recording; after an exception, with exit status 1 and the error as the reason.
 
-    Every method raises RecordingFailed where the file cannot be written; what was written before stays readable.
+    Every method raises RecordingFailed where the file cannot be written; data written before stay readable.
     """
 
     def __init__(self, path: Path, rig: Rig, run: Run) -> None:
@@ -69,7 +69,7 @@ class RecordingWriter:
         )
         self._stream = create(path)
         self._open = True
-        # Any: a part of the library's methods lack annotations.
+        # Any: some methods of the library lack annotations.
         self._mcap: Any = Writer(self._stream, enable_data_crcs=True)
         try:
             self._mcap.start(profile=PROFILE, library=LIBRARY)
@@ -78,7 +78,7 @@ class RecordingWriter:
             self._mcap.add_metadata("run", run_record(run))
             self._stream.flush()
         except OSError as error:
-            path.unlink(missing_ok=True)  # holds nothing, and would only be in the way of the next run
+            path.unlink(missing_ok=True)  # the empty file would block the next run
             self._fail(error)
 
     def joint_states(
@@ -89,11 +89,11 @@ class RecordingWriter:
         velocity: Numbers | None = None,
         effort: Numbers | None = None,
     ) -> None:
-        """Measured joint positions [rad], NaN where lost; velocities [rad/s] and efforts [N m] only if measured."""
+        """Write measured joint positions [rad], NaN where lost; velocities [rad/s] and efforts [N m] if measured."""
         self._joint_state("/joint_states", stamp_ns, log_ns, position, velocity, effort)
 
     def joint_commands(self, stamp_ns: int, log_ns: int, position: Numbers) -> None:
-        """The joint reference [rad] that was sent for this SYNC."""
+        """Write the joint reference [rad] sent for this SYNC."""
         self._joint_state("/joint_commands", stamp_ns, log_ns, position, None, None)
 
     def amplifiers(
@@ -108,9 +108,9 @@ class RecordingWriter:
         error_code: Sequence[int],
         voltage_stamp_ns: Sequence[int] | None = None,
     ) -> None:
-        """The amplifiers' answers to SYNC number `cycle`: voltages [V], NaN where not fresh; the host's lateness [s].
+        """Write the amplifiers' answers to SYNC number `cycle`: voltages [V], NaN where not fresh; host lateness [s].
 
-        `voltage_stamp_ns` says when each voltage was measured where that is not the SYNC instant.
+        `voltage_stamp_ns` holds the measurement times of the voltages if they differ from the SYNC instant.
         """
         stamp = divmod(stamp_ns, 10**9)
         if voltage_stamp_ns is None:
@@ -121,7 +121,7 @@ class RecordingWriter:
         self._add("/amplifiers", stamp_ns, log_ns, self._amplifiers.pack(values))
 
     def extra(self, stamp_ns: int, log_ns: int, values: Mapping[str, float]) -> None:
-        """More numbers of this SYNC, the same names every time."""
+        """Write further values of this SYNC; the names must be the same in every call."""
         if self._extra is None:
             texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(values)}
             self._extra = Encoder(_FIELDS["/extra"], texts, {"name": len(values), "value": len(values)})
@@ -130,7 +130,7 @@ class RecordingWriter:
         self._add("/extra", stamp_ns, log_ns, payload)
 
     def platform_reference(self, stamp_ns: int, log_ns: int, xyz: Numbers) -> None:
-        """The platform position [m] that the reference means."""
+        """Write the platform position [m] of the reference."""
         payload = self._point.pack([*divmod(stamp_ns, 10**9), *xyz])
         self._add("/platform_reference", stamp_ns, log_ns, payload)
 
@@ -146,24 +146,24 @@ class RecordingWriter:
         extended: bool = False,
         error: bool = False,
     ) -> None:
-        """One frame of the bus with at most 8 bytes; `sent` tells ours from those received."""
+        """Write one CAN frame with at most 8 bytes; `sent` is False for received frames."""
         encoder = self._sent if sent else self._received
         stamp = divmod(stamp_ns, 10**9)
         payload = encoder.pack([*stamp, arbitration_id, rtr, extended, error, len(data), *data.ljust(8, b"\0")])
         self._add("/can", stamp_ns, log_ns, payload)
 
     def event(self, log_ns: int, level: schemas.Level, source: str, message: str) -> None:
-        """A state change, EMCY, missed cycle, or a stop and its reason."""
+        """Write an event: a state change, EMCY, missed cycle, or a stop and its reason."""
         encoder = Encoder(_FIELDS["/events"], {"name": source, "msg": message, "file": "", "function": ""}, {})
         payload = encoder.pack([*divmod(log_ns, 10**9), schemas.LEVELS[level], 0])
         self._add("/events", log_ns, log_ns, payload)
 
     def close(self, exit_status: int, reason: str) -> None:
-        """Write how the run ended and the summary. A recording that is closed already stays as it is."""
+        """Write the end of the run and the summary; without effect on a closed recording."""
         if not self._open:
             return
         try:
-            # The end of the run belongs behind the last chunk.
+            # The end of the run is written after the last chunk.
             self._mcap.flush()
             self._mcap.add_metadata("run", {"exit_status": str(exit_status), "reason": clean(reason)})
             self._mcap.finish()
@@ -222,7 +222,7 @@ class RecordingWriter:
             if self._flushed is None:
                 self._flushed = log_ns
             elif log_ns - self._flushed >= FLUSH_INTERVAL:
-                # By recorded time, not by the wall clock, so that a simulated run gives the same bytes again.
+                # Recorded time, not the wall clock, so that a simulated run is reproducible byte for byte.
                 self._mcap.flush()
                 self._flushed = log_ns
             self._mcap.add_message(self._channels[topic], log_ns, payload, stamp_ns)
@@ -230,7 +230,7 @@ class RecordingWriter:
             self._fail(error)
 
     def _fail(self, error: OSError) -> NoReturn:
-        # Closed below its buffer: what is still in there would be written, and fail, again.
+        # Close the raw file below the buffer: flushing the buffer would fail again.
         self._stream.raw.close()
         self._open = False
         raise RecordingFailed(
