@@ -29,24 +29,24 @@ def problem(recording: Path, preprocessing: str) -> Problem:
 
 
 def main() -> None:
-    """Print the excesses of both neighbourhoods after all iterations, and the time of the certificate."""
+    """Print the excesses of both neighbourhoods after all iterations, and the time of the proof."""
     with tempfile.TemporaryDirectory() as folder:
         (path,) = record(Path(folder), "fig5a")
         for preprocessing in ("parallel", "central"):
             given = problem(path, preprocessing)
             start = time.perf_counter()
-            certificate = certify(given.regressor, given.torque, given.bounds)
+            proof = certify(given.regressor, given.torque, given.bounds)
             seconds = time.perf_counter() - start
             print(
-                f"certificate: {preprocessing}, {len(given.torque)} rows: minimum {certificate.objective:.9g} N m, proven "
-                f"to {certificate.excess(certificate.objective):.0e} in {1e3 * seconds:.0f} ms"
+                f"certificate: {preprocessing}, {len(given.torque)} rows: minimum {proof.objective:.9g} N m, proven "
+                f"to {proof.excess(proof.objective):.0e} in {1e3 * seconds:.0f} ms"
             )
             for neighbourhood in ("current", "personal"):
                 settings = pso.Settings(neighbourhood=neighbourhood, tolerance=0.0)
                 excesses = [_excess(given, settings, seed) for seed in range(SEEDS)]
                 print(
-                    f"  pso, {neighbourhood} best: {sum(excess <= NEAR for excess in excesses)} of {SEEDS} seeds within "
-                    f"{NEAR:g}; excess median {np.median(excesses):.1e}, largest {max(excesses):.1e}"
+                    f"  pso, {neighbourhood} best: {sum(value <= NEAR for value in excesses)} of {SEEDS} seeds "
+                    f"within {NEAR:g}; excess median {np.median(excesses):.1e}, largest {max(excesses):.1e}"
                 )
 
 

@@ -91,7 +91,7 @@ class Machine:
         self.dataset = build(self.exact, self.mechanism, "parallel", CUTOFF)
 
     def dataset_with(self, volts: Floats) -> Dataset:
-        """Dataset of a recording with the noise `volts` (n, dof). Its positions, thus its regressor, stay the same."""
+        """Dataset of a recording with the noise `volts` (n, dof); its positions, thus its regressor, stay."""
         noisy = replace(self.exact, voltage=self.voltage + volts)
         prepared = preprocessing.load("parallel")(sample(noisy), CUTOFF)
         torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)

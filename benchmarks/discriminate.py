@@ -1,6 +1,6 @@
 """Test whether the motion of `ident design --discriminate` resolves ambiguous findings, with the user's commands.
 
-An effect is hidden in the simulated rig; fig5a is recorded and diagnosed. If a finding is confusable with validation
+An effect is hidden in the simulated rig; fig5a is recorded and diagnosed. If a finding is confusable with other
 effects, the motion that the diagnosis recommends is designed and recorded. Both recordings are then diagnosed
 together, first with parts of them held out, then with fig5b held out, which does not discriminate better than fig5a.
 """
@@ -27,8 +27,8 @@ HIDDEN = (
     ("torque_gain_mismatch", 0.01, [3]),
     ("arm_com_offset", 0.01, [1]),
 )
-"""Effect, size relative to the torque, and joints: the effects that were confusable with others after one recording of
-fig5a, among all effects on joint 2 at 1 % and 3 %; and two of them on validation joints."""
+"""Effect, size relative to the torque, and joints. These effects were confusable with others after one recording of
+fig5a, among all effects on joint 2 at 1 % and 3 %. Two of them are also on other joints."""
 
 
 def main() -> None:

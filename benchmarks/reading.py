@@ -82,7 +82,8 @@ def main() -> None:
         )
         our_rate, library_rate = rate(ours, path), rate(mcap_ros2_support, path)
         print(
-            f"reading: {our_rate:,.0f} messages/s, mcap-ros2-support {library_rate:,.0f} messages/s, ratio {our_rate / library_rate:.1f}"
+            f"reading: {our_rate:,.0f} messages/s, mcap-ros2-support {library_rate:,.0f} messages/s, "
+            f"ratio {our_rate / library_rate:.1f}"
         )
 
 

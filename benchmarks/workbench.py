@@ -99,7 +99,7 @@ def _memory(server: int, done: str) -> None:
     """Print the sum of the peak memories of all processes."""
     workers = sum(map(_peak, _children(server)))
     page = _peak(server)
-    print(f"memory at most, {done}: {page + workers:.0f} MB, page {page:.0f}, workers processes {workers:.0f}")
+    print(f"memory at most, {done}: {page + workers:.0f} MB, page {page:.0f}, worker processes {workers:.0f}")
 
 
 def _zoom(page: Any) -> float:

@@ -1,5 +1,5 @@
-"""The hidden-effect benchmark: hide effects in a plant, diagnose its recordings blind, compare with the truth.
+"""The hidden-effect benchmark hides effects in a plant, diagnoses the recordings blind and compares with the truth.
 
-`python -m benchmarks.hidden_effects` records what is not recorded yet, diagnoses what this version of `ident` has not
-diagnosed yet, and prints the figures. It can be stopped at any time and continued.
+`python -m benchmarks.hidden_effects` records and diagnoses the cases that are missing for this version of `ident`,
+and prints the scores. It can be stopped at any time; the same command continues.
 """

@@ -17,12 +17,14 @@ STAGES = ("record", "diagnose", "score")
 
 @click.command()
 @click.option("--plant", type=click.Choice(list(FOLDERS)), default="simulated", show_default=True)
-@click.option("--only", multiple=True, metavar="WORD", help="Only cases whose names hold one of these.")
-@click.option("--cases", "count", type=click.IntRange(1), metavar="N", help="Only the first N of them.")
-@click.option("--stage", "stages", multiple=True, type=click.Choice(STAGES), help="Only these.  [default: all]")
-@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Processes side by side.")
-@click.option("--strict", is_flag=True, help="Fail where a required figure is missed by more than bad luck.")
-@click.option("--folder", type=click.Path(path_type=Path), help="For the recordings.  [default: in runs/]")
+@click.option("--only", multiple=True, metavar="WORD", help="Only cases whose names contain one of these.")
+@click.option("--cases", "count", type=click.IntRange(1), metavar="N", help="Only the first N cases.")
+@click.option(
+    "--stage", "stages", multiple=True, type=click.Choice(STAGES), help="Only these stages.  [default: all]"
+)
+@click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Number of parallel processes.")
+@click.option("--strict", is_flag=True, help="Exit code 1 if a required figure is clearly missed.")
+@click.option("--folder", type=click.Path(path_type=Path), help="Folder of the recordings.  [default: in runs/]")
 def main(
     plant: str,
     only: tuple[str, ...],
@@ -32,69 +34,73 @@ def main(
     strict: bool,
     folder: Path | None,
 ) -> None:
-    """Hide effects, record, diagnose blind, score. What is done already is not done again; Ctrl-C stops."""
+    """Hide effects, record, diagnose blind, score. Finished cases are not repeated; Ctrl-C stops."""
     root = folder or FOLDERS[plant]
     root.mkdir(parents=True, exist_ok=True)
-    chosen = [case for case in cases("foreign" if plant == "foreign" else "simulated") if _wanted(case, only)][:count]
+    selected = [case for case in cases("foreign" if plant == "foreign" else "simulated") if _is_selected(case, only)][
+        :count
+    ]
     stages = stages or STAGES
-    # Also where it runs in the background, where a shell has Ctrl-C ignored.
+    # A shell makes background processes ignore Ctrl-C.
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, signal.default_int_handler)
     try:
         if "record" in stages:
-            _record(chosen, root, jobs)
+            _record(selected, root, jobs)
         if "diagnose" in stages:
-            _diagnose(chosen, root, jobs)
+            _diagnose(selected, root, jobs)
     except KeyboardInterrupt:
-        click.echo("stopped; the same command goes on from here", err=True)
+        click.echo("stopped; the same command continues", err=True)
         raise SystemExit(1) from None
     if "score" in stages:
-        _score(chosen, root, strict)
+        _score(selected, root, strict)
 
 
-def _wanted(case: Case, only: Sequence[str]) -> bool:
+def _is_selected(case: Case, only: Sequence[str]) -> bool:
     return not only or any(word in case.name for word in only)
 
 
-def _record(chosen: Sequence[Case], root: Path, jobs: int) -> None:
-    todo = [case for case in chosen if not recording.is_recorded(case, root)]
-    for _ in work.over(partial(recording.record, root=root), todo, jobs, "record"):
+def _record(selected: Sequence[Case], root: Path, jobs: int) -> None:
+    todo = [case for case in selected if not recording.is_recorded(case, root)]
+    for _ in work.run_all(partial(recording.record, root=root), todo, jobs, "record"):
         pass
 
 
-def _diagnose(chosen: Sequence[Case], root: Path, jobs: int) -> None:
+def _diagnose(selected: Sequence[Case], root: Path, jobs: int) -> None:
     engine, answers = diagnosing.engine(), diagnosing.Answers(root)
-    known = answers.of(engine)
-    todo = [case for case in _recorded(chosen, root) if case.name not in known]
+    diagnosed = answers.of(engine)
+    todo = [case for case in _recorded(selected, root) if case.name not in diagnosed]
     task = partial(diagnosing.diagnose, root=root, engine=engine)
-    for line in work.over(task, todo, jobs, "diagnose", diagnosing.word):
+    for line in work.run_all(task, todo, jobs, "diagnose", diagnosing.summary):
         answers.append(line)
 
 
-def _score(chosen: Sequence[Case], root: Path, strict: bool) -> None:
+def _score(selected: Sequence[Case], root: Path, strict: bool) -> None:
     from drivers.simulated.seal import sealed_path, unseal
 
     answers = diagnosing.Answers(root)
     engine = answers.last_engine()
-    said = answers.of(engine) if engine else {}
-    judged = [
-        judge(case, unseal(sealed_path(root / case.name / "train.mcap")), said[case.name])
-        for case in _recorded(chosen, root)
-        if case.name in said
+    diagnoses = answers.of(engine) if engine else {}
+    judgements = [
+        judge(case, unseal(sealed_path(root / case.name / "train.mcap")), diagnoses[case.name])
+        for case in _recorded(selected, root)
+        if case.name in diagnoses
     ]
-    if not judged:
+    if not judgements:
         raise SystemExit("nothing has been diagnosed yet")
-    impossible = sum(not recording.is_possible(case, root) for case in chosen if recording.is_recorded(case, root))
-    click.echo(f"ident {engine}; {impossible} further cases cannot be had: no such size on that robot")
-    for line in tables.lines(judged):
+    impossible = sum(not recording.is_possible(case, root) for case in selected if recording.is_recorded(case, root))
+    click.echo(
+        f"ident {engine}; {impossible} further cases are impossible: the effect cannot have that size on that robot"
+    )
+    for line in tables.lines(judgements):
         click.echo(line)
-    missed = [figure.what.strip() for figure in tables.figures(judged) if figure.clearly_missed]
+    missed = [figure.criterion.strip() for figure in tables.figures(judgements) if figure.clearly_missed]
     if strict and missed:
         raise SystemExit(f"clearly missed: {', '.join(missed)}")
 
 
-def _recorded(chosen: Sequence[Case], root: Path) -> list[Case]:
-    return [case for case in chosen if recording.is_recorded(case, root) and recording.is_possible(case, root)]
+def _recorded(selected: Sequence[Case], root: Path) -> list[Case]:
+    return [case for case in selected if recording.is_recorded(case, root) and recording.is_possible(case, root)]
 
 
 main()

@@ -1,4 +1,4 @@
-"""What is hidden, in which robot, and under what conditions it is recorded: a list that is always the same."""
+"""List of the cases: hidden effects, robot and recording conditions. The list is always the same."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -9,7 +9,7 @@ from zlib import crc32
 import numpy as np
 
 from drivers.simulated.effect import library
-from drivers.simulated.effect import out_of_library as outside_simulated
+from drivers.simulated.effect import out_of_library as out_of_library_effects
 
 PlantName = Literal["simulated", "foreign"]
 Kind = Literal["nothing", "single", "pair", "outside"]
@@ -17,81 +17,81 @@ RobotName = Literal["default", "heavy", "light"]
 
 ROBOTS: tuple[RobotName, ...] = ("default", "heavy", "light")
 _COMMAND_ONLY = ("amplifier_deadband", "amplifier_saturation")
-"""They leave no trace in the voltages of the motors."""
+"""Effects that are not visible in motor voltages."""
 _NEVER_TOGETHER = {
-    frozenset(("backlash", "joint_elasticity")),  # both between motor and arm, in an order that nobody knows
-    frozenset(("torque_offset", "joint_spring")),  # the one contains the other
+    frozenset(("backlash", "joint_elasticity")),  # both between motor and arm, in an undefined order
+    frozenset(("torque_offset", "joint_spring")),  # a spring includes an offset
 }
 _NOISE = (0.005, 0.01, 0.02)
 _RATES = {"simulated": (200, 250, 400, 500, 800, 900), "foreign": (200, 250, 400, 500, 800, 1000)}
-"""[Hz]; the simulated rig's bus has no room for 1 kHz."""
+"""Sampling rates [Hz]; the bus of the simulated rig does not allow 1 kHz."""
 _BITS = (16, 17, 18, 20)
 _PAIR_SIZES = ((0.03, 0.03), (0.10, 0.03))
 
 
 @dataclass(frozen=True)
 class Case:
-    """One pair of recordings."""
+    """A pair of recordings."""
 
     plant: PlantName
     kind: Kind
     effects: tuple[str, ...]
     sizes: tuple[float, ...]
-    """One per effect, as a share of the torque, after absorption."""
+    """Size of each effect: its torque that the base model cannot absorb, as a share of the torque."""
     robot: RobotName
     number: int
-    """Among those that differ in nothing but what is drawn."""
+    """Number among the cases that differ only in random values."""
     volts: float = 0.01
     """Standard deviation of the voltage's noise [V]."""
     bits: int = 18
-    """Of the encoders, per turn of the joint."""
+    """Encoder resolution per turn of the joint [bit]."""
     rate: float = 500.0
     """[Hz]"""
     reports_command: bool = False
 
     @property
     def name(self) -> str:
-        """Of its folder, and in tables."""
+        """Name of the folder, also used in tables."""
         hidden = "+".join(f"{effect}-{100 * size:g}%" for effect, size in zip(self.effects, self.sizes, strict=True))
         conditions = f"{self.robot}-{self.bits}bit-{self.rate:g}Hz" if self.kind == "nothing" else self.robot
         return "-".join(filter(None, (self.kind, hidden, conditions, str(self.number))))
 
     @property
     def seed(self) -> int:
-        """Of all that is drawn."""
+        """Seed of all random values."""
         return crc32(f"{self.plant} {self.name}".encode())
 
 
 def cases(plant: PlantName) -> list[Case]:
-    """All of them, in an order of which every beginning is a fair sample."""
-    made = list(_simulated() if plant == "simulated" else _foreign())
-    order = np.random.default_rng(0).permutation(len(made))
-    return [made[i] for i in order]
+    """All cases of a plant, in a fixed random order: the first n are a representative sample."""
+    ordered = list(_simulated() if plant == "simulated" else _foreign())
+    order = np.random.default_rng(0).permutation(len(ordered))
+    return [ordered[i] for i in order]
 
 
 def _simulated() -> Iterator[Case]:
     for size, times in ((0.005, 1), (0.01, 2), (0.03, 2), (0.10, 1)):
-        yield from _singles("simulated", library(), size, times)
+        yield from _single_effects("simulated", library(), size, times)
     yield from _nothing("simulated", 110)
     yield from _pairs("simulated", 75)
     for size, times in ((0.03, 3), (0.10, 2)):
-        yield from _singles("simulated", outside_simulated(), size, times, "outside")
+        yield from _single_effects("simulated", out_of_library_effects(), size, times, "outside")
 
 
 def _foreign() -> Iterator[Case]:
     from tests.foreign.outside import KINDS
 
     for size, times in ((0.01, 2), (0.03, 2), (0.10, 1)):
-        yield from _singles("foreign", library(), size, times)
+        yield from _single_effects("foreign", library(), size, times)
     yield from _nothing("foreign", 110)
     yield from _pairs("foreign", 75)
-    yield from _singles("foreign", tuple(KINDS), 0.03, 3, "outside")
+    yield from _single_effects("foreign", tuple(KINDS), 0.03, 3, "outside")
 
 
-def _singles(
+def _single_effects(
     plant: PlantName, effects: Sequence[str], size: float, times: int, kind: Kind = "single"
 ) -> Iterator[Case]:
-    """Each of the effects, `times` times on each robot."""
+    """Each effect, `times` times on each robot."""
     for effect in effects:
         for number in range(times * len(ROBOTS)):
             yield _case(plant, kind, (effect,), (size,), ROBOTS[number % len(ROBOTS)], number + 1)
@@ -107,7 +107,7 @@ def _pairs(plant: PlantName, count: int) -> Iterator[Case]:
 
 
 def _nothing(plant: PlantName, count: int) -> Iterator[Case]:
-    """Of these, half vary the encoders' resolution and the rate over the whole range."""
+    """Cases without hidden effects; half of them cover the whole range of encoder resolution and rate."""
     conditions = list(product(range(12, 21), _RATES[plant]))
     order = np.random.default_rng(4).permutation(len(conditions))
     for number in range(count):
@@ -141,6 +141,6 @@ def _case(
         number,
         volts=float(rng.choice(_NOISE)),
         bits=int(rng.choice(_BITS)),
-        # Of the other cases half as well, so that the kind of voltage gives nothing away.
+        # Half of the other cases too, so that the kind of voltage does not reveal the effect.
         reports_command=bool(set(effects) & set(_COMMAND_ONLY)) or bool(rng.random() < 0.5),
     )

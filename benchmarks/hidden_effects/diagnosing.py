@@ -1,4 +1,4 @@
-"""Diagnosing recordings blind, and keeping what was said: JSON lines, one per case and version of `ident`."""
+"""Diagnose recordings blind and store the results as JSON lines, one per case and version of `ident`."""
 
 import hashlib
 import json
@@ -9,35 +9,35 @@ from typing import Any
 
 from benchmarks.hidden_effects.cases import Case
 
-_ROOMS = ("ident", "recordings", "trajectories")
-"""What a diagnosis is made of."""
+_PACKAGES = ("ident", "recordings", "trajectories")
+"""Packages that a diagnosis depends on."""
 _ROOT = Path(__file__).parents[2]
 
 
 def engine() -> str:
-    """Digest of the code that diagnoses."""
+    """Digest of the diagnosing code, which identifies its version."""
     digest = hashlib.sha256()
-    for path in sorted(path for room in _ROOMS for path in (_ROOT / room).rglob("*.py")):
+    for path in sorted(path for package in _PACKAGES for path in (_ROOT / package).rglob("*.py")):
         digest.update(str(path.relative_to(_ROOT)).encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
 
 class Answers:
-    """The file of what was said."""
+    """The file of stored diagnoses."""
 
     def __init__(self, root: Path) -> None:
         self._path = root / "diagnoses.jsonl"
 
     def of(self, engine: str) -> dict[str, dict[str, Any]]:
-        """By name of the case, those that this engine gave."""
+        """Stored lines of an `engine`, by name of the case."""
         return {line["case"]: line for line in self._lines() if line["engine"] == engine}
 
     def last_engine(self) -> str | None:
-        """That gave the last one."""
+        """Engine of the last stored line."""
         return next((line["engine"] for line in reversed(self._lines())), None)
 
     def append(self, line: dict[str, Any]) -> None:
-        """Keep one more."""
+        """Store a line."""
         with self._path.open("a", encoding="utf-8") as file:
             file.write(json.dumps(line) + "\n")
 
@@ -48,7 +48,7 @@ class Answers:
 
 
 def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
-    """The line to keep: the document of `ident diagnose`, or the error."""
+    """Diagnose a case; return the line to store: the document of `ident diagnose`, or the error."""
     from ident.diagnosis import verdict
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.diagnosis import diagnose as run
@@ -57,8 +57,8 @@ def diagnose(case: Case, root: Path, engine: str) -> dict[str, Any]:
     line: dict[str, Any] = {"case": case.name, "engine": engine}
     try:
         diagnosis = run([folder / "train.mcap"], [folder / "validate.mcap"], _library(), DiagnosisOptions())
-        line["document"] = _short(verdict.to_document(diagnosis).as_json())
-    except Exception as error:  # whatever it is, it is a failed case and no reason to stop
+        line["document"] = _shortened(verdict.to_document(diagnosis).as_json())
+    except Exception as error:  # any error is a failed case; the other cases continue
         line["error"] = f"{type(error).__name__}: {error}"
     return line | {"seconds": round(time.monotonic() - start, 2)}
 
@@ -70,18 +70,18 @@ def _library() -> Any:
     return library()
 
 
-def _short(document: dict[str, Any]) -> dict[str, Any]:
-    """Without what is the same for all, and without the parameters of models that were improved upon."""
-    for rung in document["rungs"][:-1]:
-        rung["parameters"] = {}
+def _shortened(document: dict[str, Any]) -> dict[str, Any]:
+    """Document without texts of the library and without the parameters of intermediate models."""
+    for step in document["rungs"][:-1]:
+        step["parameters"] = {}
     for finding in document["findings"]:
         for text in ("sentence", "looks", "causes", "remedy"):
             finding.pop(text, None)
     return document
 
 
-def word(line: dict[str, Any]) -> str:
-    """What was said, in short."""
+def summary(line: dict[str, Any]) -> str:
+    """Short text of a stored line."""
     if "error" in line:
         return str(line["error"])
     document = line["document"]

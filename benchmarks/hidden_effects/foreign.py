@@ -1,4 +1,4 @@
-"""Cases in the plant of `tests.foreign`, imported from CSV files."""
+"""Cases of the plant in `tests.foreign`, imported from CSV files."""
 
 from pathlib import Path
 from typing import Any
@@ -8,6 +8,6 @@ from tests.foreign.pairs import Setting, make
 
 
 def record(case: Case, folder: Path) -> dict[str, Any]:
-    """As `simulated.record`."""
+    """Write train.mcap and validate.mcap into `folder`; return the truth."""
     setting = Setting(case.robot, case.volts, case.bits, case.rate, case.reports_command)
     return make(folder, case.effects, case.sizes, case.seed, setting)

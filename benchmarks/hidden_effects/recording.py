@@ -1,4 +1,4 @@
-"""Recording a case: a folder with train.mcap, validate.mcap and the sealed truth."""
+"""Record a case into a folder with train.mcap, validate.mcap and the sealed truth."""
 
 import importlib
 import json
@@ -10,21 +10,21 @@ from benchmarks.hidden_effects.cases import Case
 from recordings.errors import BadInput
 
 IMPOSSIBLE = "impossible.json"
-"""In place of the recordings, where the effect cannot have that size on that robot."""
+"""File in place of the recordings if the effect cannot have that size on that robot."""
 
 
 def is_recorded(case: Case, root: Path) -> bool:
-    """Whether there is nothing left to do."""
+    """Whether the folder of the case exists."""
     return (root / case.name).is_dir()
 
 
 def is_possible(case: Case, root: Path) -> bool:
-    """Whether it could be recorded."""
+    """Whether the effects of a recorded case can have their sizes on its robot."""
     return not (root / case.name / IMPOSSIBLE).exists()
 
 
 def record(case: Case, root: Path) -> str:
-    """Make the folder of the case, whole or not at all. Returns a word on it."""
+    """Create the complete folder of the case, or none; return a short text on the result."""
     from drivers.simulated.seal import seal, sealed_path
 
     partial = root / "partial" / case.name
@@ -34,9 +34,9 @@ def record(case: Case, root: Path) -> str:
     try:
         plant = importlib.import_module(f"benchmarks.hidden_effects.{case.plant}")
         seal(sealed_path(partial / "train.mcap"), plant.record(case, partial))
-        word = "recorded"
+        result = "recorded"
     except BadInput as error:
         (partial / IMPOSSIBLE).write_text(json.dumps({"why": str(error)}), encoding="utf-8")
-        word = f"impossible: {error}"
+        result = f"impossible: {error}"
     partial.rename(root / case.name)
-    return word
+    return result

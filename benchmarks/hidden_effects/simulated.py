@@ -1,4 +1,4 @@
-"""Cases in the simulated rig: recorded through its bus, in lockstep."""
+"""Cases of the simulated rig, recorded through its bus in lockstep."""
 
 import os
 from contextlib import nullcontext
@@ -18,49 +18,49 @@ from recordings.rig import Rig, Voltage, simulated_rig
 from trajectories import load
 
 _SLOW = ("thermal_drift", "payload_change")
-"""What takes more repetitions to be seen."""
+"""Effects that need more cycles to be visible."""
 
 
 def record(case: Case, folder: Path) -> dict[str, Any]:
-    """Write train.mcap and validate.mcap into `folder`; returns the truth.
+    """Write train.mcap and validate.mcap into `folder`; return the truth.
 
     Raises:
         BadInput: an effect cannot have its size on this robot.
     """
     rig = _rig(case)
-    machine = _machine(case.robot)
-    config = machine.model_copy(update={"voltage_noise": case.volts, "effects": _effects(case)})
+    base_config = _machine(case.robot)
+    config = base_config.model_copy(update={"voltage_noise": case.volts, "effects": _effects(case)})
     train_cycles = 5 if set(case.effects) & set(_SLOW) else 4
-    for part, (name, motion, cycles) in enumerate((("train", "fig5a", train_cycles), ("validate", "fig5b", 3))):
+    for index, (name, motion, cycles) in enumerate((("train", "fig5a", train_cycles), ("validate", "fig5b", 3))):
         out = folder / f"{name}.mcap"
-        seed = 2 * case.seed + part
-        order = RunRequest(rig=rig, trajectory=load(motion, rig, cycles), out=out, pace="lockstep", seed=seed)
+        seed = 2 * case.seed + index
+        request = RunRequest(rig=rig, trajectory=load(motion, rig, cycles), out=out, pace="lockstep", seed=seed)
         with simulated(rig, config, "lockstep", seed):
-            Session(order, lambda *_: None).run(lambda _: nullcontext())
-    return truth(rig, config, case.seed, _ruler(case.robot, case.reports_command) if case.effects else None)
+            Session(request, lambda *_: None).run(lambda _: nullcontext())
+    return truth(rig, config, case.seed, _sizer(case.robot, case.reports_command) if case.effects else None)
 
 
 def _effects(case: Case) -> tuple[EffectSpec, ...]:
     drawn: tuple[EffectSpec, ...] = ()
     for effect, size in zip(case.effects, case.sizes, strict=True):
-        sizer = _ruler(case.robot, case.reports_command)
-        machine = _machine(case.robot)
+        sizer = _sizer(case.robot, case.reports_command)
+        base_config = _machine(case.robot)
         drawn += draw(
-            case.seed, _described(case.reports_command), machine, names=[effect], sizes=(size,), sizer=sizer
+            case.seed, _base_rig(case.reports_command), base_config, names=[effect], sizes=(size,), sizer=sizer
         )
     return drawn
 
 
 def _rig(case: Case) -> Rig:
-    rig = _described(case.reports_command).at_rate(case.rate)
+    rig = _base_rig(case.reports_command).at_rate(case.rate)
     drives = tuple(
         drive.model_copy(update={"counts_per_turn": round(2**case.bits / drive.gear)}) for drive in rig.drives
     )
-    # A bus of its own, as several of these run side by side.
+    # Parallel processes need separate buses.
     return rig.model_copy(update={"drives": drives, "bus": CanBus(channel=f"benchmark {os.getpid()}")})
 
 
-def _described(reports_command: bool) -> Rig:
+def _base_rig(reports_command: bool) -> Rig:
     rig = simulated_rig()
     voltage = Voltage(kind="command" if reports_command else "motor")
     return rig.model_copy(
@@ -73,5 +73,5 @@ def _machine(robot: RobotName) -> SimConfig:
 
 
 @cache
-def _ruler(robot: RobotName, reports_command: bool) -> EffectSizer:
-    return EffectSizer(_described(reports_command), _machine(robot))
+def _sizer(robot: RobotName, reports_command: bool) -> EffectSizer:
+    return EffectSizer(_base_rig(reports_command), _machine(robot))

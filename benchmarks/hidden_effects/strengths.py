@@ -1,4 +1,4 @@
-"""How far the strength of an effect was missed, where it was named."""
+"""Errors of the estimated strengths of hidden effects."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -7,7 +7,7 @@ from typing import Any
 Parameters = Mapping[str, float]
 
 _GRAVITY = 9.81
-_SAME: dict[str, str] = {
+_STRENGTH_PARAMETERS: dict[str, str] = {
     "stribeck": "a",
     "torque_offset": "a",
     "asymmetric_viscous": "a",
@@ -28,8 +28,8 @@ _SAME: dict[str, str] = {
     "amplifier_saturation": "inverse_level",
     "encoder_zero_offset": "c",
 }
-"""The parameter that is its strength, where plant and `ident` call it the same."""
-_OTHER: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
+"""Strength parameter of each effect whose parameter has the same name in the plant and in `ident`."""
+_STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
     "cogging": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
     "encoder_eccentricity": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
     "base_tilt": (
@@ -40,32 +40,36 @@ _OTHER: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], fl
     "torque_gain_mismatch": (lambda true: true["mismatch"], lambda estimate: estimate["e"]),
     "geometry_error": (lambda true: true["error"] * (-1 if true["r"] else 1), lambda estimate: estimate["e"]),
 }
-"""Its strength by the parameters of the plant, and by those of `ident`, where they differ."""
+"""Strength from the parameters of the plant, and from those of `ident`, of effects whose parameters differ."""
 
 
 def errors(truth: Iterable[Mapping[str, Any]], values: Parameters) -> dict[str, float]:
-    """Effect: error of its strength relative to the truth, the mean over its joints.
+    """Relative error of the strength of each effect, the mean over its joints.
 
-    truth: the hidden effects; values: parameters of the last model by name. What the model lacks is left out.
+    truth: the hidden effects; values: parameters of the last model by name. Effects that the model does not contain
+    are omitted.
     """
     relative_errors = {}
     for effect in truth:
-        estimates = [_own(effect["name"], joint, values) for joint in effect["joints"]]
-        strengths = [_strength(effect["name"], parameters) for parameters in estimates if parameters]
+        estimates = [_estimated_parameters(effect["name"], joint, values) for joint in effect["joints"]]
+        strengths = [_estimated_strength(effect["name"], parameters) for parameters in estimates if parameters]
         if strengths:
-            true = _true(effect["name"], effect["parameters"])
+            true = _true_strength(effect["name"], effect["parameters"])
             relative_errors[effect["name"]] = sum(abs(strength / true - 1) for strength in strengths) / len(strengths)
     return relative_errors
 
 
-def inside(truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]) -> tuple[bool, ...]:
-    """Whether the 95 % interval of a strength holds the truth, of each that plant and `ident` call the same.
+def interval_coverage(
+    truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[str, Any]]
+) -> tuple[bool, ...]:
+    """Whether the 95 % interval of each strength contains the true value.
 
-    truth: the hidden effects; parameters: of the last model by name, as in the document of a diagnosis.
+    Only parameters with the same name in the plant and in `ident` are tested. truth: the hidden effects; parameters:
+    those of the last model by name, as in the document of a diagnosis.
     """
     covered = []
     for effect in truth:
-        name = _SAME.get(effect["name"], "")
+        name = _STRENGTH_PARAMETERS.get(effect["name"], "")
         for joint in ("", *map(str, effect["joints"])):
             limits = parameters.get(f"{effect['name']}.{name}{joint}", {}).get("ci95")
             if limits:
@@ -73,22 +77,32 @@ def inside(truth: Iterable[Mapping[str, Any]], parameters: Mapping[str, Mapping[
     return tuple(covered)
 
 
-def _own(effect: str, joint: int, values: Parameters) -> dict[str, float]:
-    """What the model says of the effect on that joint (from 1): its parameters, those of the whole robot included."""
-    mine = {name.removeprefix(f"{effect}."): value for name, value in values.items() if name.startswith(f"{effect}.")}
-    on_joint = {name[:-1]: value for name, value in mine.items() if name.endswith(str(joint))}
-    everywhere = {name: value for name, value in mine.items() if name[-1] not in "123"}
-    needed = _SAME.get(effect)
-    parameters = everywhere | on_joint
-    return parameters if needed is None or needed in parameters else {}
+def _estimated_parameters(effect: str, joint: int, values: Parameters) -> dict[str, float]:
+    """Estimated parameters of an effect on a `joint` (from 1), including those shared by all joints."""
+    effect_values = {
+        name.removeprefix(f"{effect}."): value for name, value in values.items() if name.startswith(f"{effect}.")
+    }
+    on_joint = {name[:-1]: value for name, value in effect_values.items() if name.endswith(str(joint))}
+    shared = {name: value for name, value in effect_values.items() if name[-1] not in "123"}
+    strength_parameter = _STRENGTH_PARAMETERS.get(effect)
+    parameters = shared | on_joint
+    return parameters if strength_parameter is None or strength_parameter in parameters else {}
 
 
-def _strength(effect: str, estimate: Parameters) -> float:
+def _estimated_strength(effect: str, estimate: Parameters) -> float:
     try:
-        return estimate[_SAME[effect]] if effect in _SAME else _OTHER[effect][1](estimate)
+        return (
+            estimate[_STRENGTH_PARAMETERS[effect]]
+            if effect in _STRENGTH_PARAMETERS
+            else _STRENGTH_FUNCTIONS[effect][1](estimate)
+        )
     except KeyError:
         return math.nan
 
 
-def _true(effect: str, parameters: Parameters) -> float:
-    return parameters[_SAME[effect]] if effect in _SAME else _OTHER[effect][0](parameters)
+def _true_strength(effect: str, parameters: Parameters) -> float:
+    return (
+        parameters[_STRENGTH_PARAMETERS[effect]]
+        if effect in _STRENGTH_PARAMETERS
+        else _STRENGTH_FUNCTIONS[effect][0](parameters)
+    )

@@ -1,4 +1,4 @@
-"""Doing something to many cases, in several processes, with progress; it can be stopped."""
+"""Process many cases in parallel, with progress; can be interrupted."""
 
 import os
 import signal
@@ -13,18 +13,21 @@ from benchmarks.hidden_effects.cases import Case
 T = TypeVar("T")
 
 
-def over(
-    task: Callable[[Case], T], todo: Sequence[Case], jobs: int, what: str, say: Callable[[T], str] = str
+def run_all(
+    task: Callable[[Case], T], todo: Sequence[Case], jobs: int, what: str, summary: Callable[[T], str] = str
 ) -> Iterator[T]:
-    """Results in the order in which they come. What has been begun is given up when this is left early."""
-    # One process per job; libraries with threads of their own would only be in each other's way.
+    """Yield the result of `task` for each case, in order of completion. Closing the generator stops running tasks."""
+    # One process per job: multithreaded libraries would compete for the cores.
     os.environ.update({f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")})
     start = time.monotonic()
     with get_context("spawn").Pool(jobs, _ignore_interrupts) as pool:
         results = pool.imap_unordered(partial(_with_case, task), todo)
         for done, (case, result) in enumerate(results, start=1):
             remaining = (time.monotonic() - start) / done * (len(todo) - done)
-            print(f"{what} {done}/{len(todo)}, {remaining / 60:.0f} min left: {case.name}: {say(result)}", flush=True)
+            print(
+                f"{what} {done}/{len(todo)}, {remaining / 60:.0f} min left: {case.name}: {summary(result)}",
+                flush=True,
+            )
             yield result
 
 
@@ -33,5 +36,5 @@ def _with_case(task: Callable[[Case], T], case: Case) -> tuple[Case, T]:
 
 
 def _ignore_interrupts() -> None:
-    """Ctrl-C reaches all processes; the first one sees to the others."""
+    """Ignore Ctrl-C, which reaches all processes: the parent process stops the others."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,4 +1,4 @@
-"""`python -m benchmarks`: one that fails does not stop the others, and a busy machine is no failure."""
+"""`python -m benchmarks`: a failed benchmark does not stop the others, and a busy machine is not a failure."""
 
 import importlib
 import subprocess
@@ -21,21 +21,21 @@ def test_each_name_is_a_module_with_a_main() -> None:
         assert callable(importlib.import_module(f"benchmarks.{name}").main)
 
 
-def test_a_name_that_is_none_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+def test_unknown_name_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     assert benchmarks.main(["reading", "writing"]) == 2
     assert "no benchmark writing; there are: reading, cycle" in capsys.readouterr().err
 
 
-def test_one_that_fails_is_shown_and_the_next_one_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked: list[str] = []
-    monkeypatch.setattr(benchmarks, "run", lambda name, command: asked.append(name) or name == "cycle")
+def test_failure_sets_the_exit_code_and_the_next_benchmark_runs(monkeypatch: pytest.MonkeyPatch) -> None:
+    names: list[str] = []
+    monkeypatch.setattr(benchmarks, "run", lambda name, command: names.append(name) or name == "cycle")
     assert benchmarks.main(["cycle", "reading"]) == 1
-    assert asked == ["cycle", "reading"]
+    assert names == ["cycle", "reading"]
     assert benchmarks.main(["reading"]) == 0
 
 
 @pytest.mark.parametrize(
-    ("command", "keeps_time", "code", "said"),
+    ("command", "keeps_time", "code", "message"),
     [
         (GOOD, False, 0, ""),
         (LATE, False, 0, "cycle: not measured, node 1 does not answer. This machine does not keep time: sleeps end"),
@@ -43,17 +43,17 @@ def test_one_that_fails_is_shown_and_the_next_one_runs(monkeypatch: pytest.Monke
         (BROKEN, False, 1, "KeyError: 'swarm'"),
     ],
 )
-def test_only_what_came_too_late_on_a_machine_that_does_not_keep_time_is_no_failure(
+def test_timeout_is_tolerated_only_on_a_machine_that_does_not_keep_time(
     command: list[str],
     keeps_time: bool,
     code: int,
-    said: str,
+    message: str,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.setattr(Machine, "keeps_time", keeps_time)
     assert benchmarks.run("cycle", command) == code
-    assert said in capsys.readouterr().out
+    assert message in capsys.readouterr().out
 
 
 def _raise(error: Exception) -> None:
@@ -61,11 +61,11 @@ def _raise(error: Exception) -> None:
 
 
 @pytest.mark.parametrize("error", [RunFailed("silent"), TimeoutError("silent"), subprocess.TimeoutExpired("a", 1.0)])
-def test_what_did_not_answer_in_time_is_known_by_its_kind(error: Exception) -> None:
+def test_timeouts_are_recognized_by_the_type_of_the_error(error: Exception) -> None:
     assert alone.run(lambda: _raise(error)) == alone.TOO_LATE
 
 
-def test_other_errors_come_through() -> None:
+def test_other_errors_are_raised() -> None:
     with pytest.raises(KeyError):
         alone.run(lambda: _raise(KeyError()))
     assert alone.run(lambda: None) == 0

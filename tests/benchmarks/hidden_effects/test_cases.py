@@ -1,4 +1,4 @@
-"""What the benchmark hides."""
+"""List of the cases of the hidden-effect benchmark."""
 
 import pytest
 
@@ -12,26 +12,30 @@ def listed(request: pytest.FixtureRequest) -> list[Case]:
     return cases(plant)
 
 
-def test_the_list_is_always_the_same_and_names_are_its_own(listed: list[Case]) -> None:
+def test_list_is_reproducible_with_unique_names_and_seeds(listed: list[Case]) -> None:
     assert listed == cases(listed[0].plant)
     assert len({case.name for case in listed}) == len(listed)
     assert len({case.seed for case in listed}) == len(listed)
 
 
-def test_every_beginning_is_a_fair_sample(listed: list[Case]) -> None:
+def test_first_cases_are_a_representative_sample(listed: list[Case]) -> None:
     share = sum(case.kind == "single" for case in listed) / len(listed)
     assert sum(case.kind == "single" for case in listed[:60]) / 60 == pytest.approx(share, abs=0.2)
     assert {case.kind for case in listed[:60]} == {"nothing", "single", "pair", "outside"}
 
 
-def test_all_of_the_library_is_hidden_on_every_robot_at_one_and_three_percent(listed: list[Case]) -> None:
-    there = {(case.effects[0], case.sizes[0], case.robot) for case in listed if case.kind == "single"}
+def test_each_library_effect_is_hidden_on_every_robot_at_one_and_three_percent(listed: list[Case]) -> None:
+    combinations = {(case.effects[0], case.sizes[0], case.robot) for case in listed if case.kind == "single"}
     for effect in library():
         for size in (0.01, 0.03):
-            assert {robot for name, s, robot in there if (name, s) == (effect, size)} == {"default", "heavy", "light"}
+            assert {robot for name, case_size, robot in combinations if (name, case_size) == (effect, size)} == {
+                "default",
+                "heavy",
+                "light",
+            }
 
 
-def test_the_simulated_rig_has_six_hundred_cases_and_all_resolutions_and_rates() -> None:
+def test_simulated_rig_has_six_hundred_cases_and_all_resolutions_and_rates() -> None:
     listed = cases("simulated")
     assert len(listed) >= 600
     nothing = [case for case in listed if case.kind == "nothing"]
@@ -40,9 +44,9 @@ def test_the_simulated_rig_has_six_hundred_cases_and_all_resolutions_and_rates()
     assert max(case.rate for case in nothing) >= 900
 
 
-def test_what_shows_in_commanded_voltages_only_is_hidden_where_these_are_reported(listed: list[Case]) -> None:
+def test_amplifier_effects_are_hidden_only_where_commanded_voltages_are_reported(listed: list[Case]) -> None:
     for case in listed:
         if {"amplifier_deadband", "amplifier_saturation"} & set(case.effects):
             assert case.reports_command
-    others = [case.reports_command for case in listed if case.effects == ("stribeck",)]
-    assert len(set(others)) == 2
+    command_flags = [case.reports_command for case in listed if case.effects == ("stribeck",)]
+    assert len(set(command_flags)) == 2

@@ -1,4 +1,4 @@
-"""The benchmark as a command: record, diagnose, score, and go on where it stopped."""
+"""Command of the benchmark: record, diagnose, score, and continue after a stop."""
 
 import subprocess
 import sys
@@ -19,7 +19,7 @@ def run(folder: Path, *arguments: str) -> str:
 
 
 @pytest.mark.slow
-def test_what_is_done_is_not_done_again(tmp_path: Path) -> None:
+def test_finished_cases_are_not_repeated(tmp_path: Path) -> None:
     only = next(case.name for case in cases("foreign") if case.kind == "nothing" and case.rate <= 250)
     assert "record 1/1" in run(tmp_path, "--only", only, "--stage", "record")
     assert "record" not in run(tmp_path, "--only", only, "--stage", "record")

@@ -1,4 +1,4 @@
-"""The rules by which what was said is compared with what was hidden."""
+"""Acceptance rules that compare diagnoses with hidden effects."""
 
 from typing import Any
 
@@ -24,7 +24,7 @@ TRUTH = {
 }
 
 
-def said(
+def judgement_of(
     kind: Kind,
     hidden: tuple[str, ...],
     verdict: str,
@@ -33,7 +33,7 @@ def said(
     parameters: dict[str, float] | None = None,
     cautions: tuple[str, ...] = (),
 ) -> Judgement:
-    """`findings`: effect to what it may be confused with."""
+    """Judgement of a diagnosis; `findings` maps each effect to those that it is confusable with."""
     case = Case("foreign", kind, hidden, (0.03,) * len(hidden), "default", 1)
     document: dict[str, Any] = {
         "verdict": verdict,
@@ -67,10 +67,8 @@ def said(
         ({"rod_inertia": []}, False),
     ],
 )
-def test_a_single_effect_has_to_be_named_first_or_in_a_group_of_four(
-    findings: dict[str, list[str]], right: bool
-) -> None:
-    assert said("single", ("stribeck",), "missing-effect", findings).right is right
+def test_single_effect_must_be_named_first_or_in_a_group_of_four(findings: dict[str, list[str]], right: bool) -> None:
+    assert judgement_of("single", ("stribeck",), "missing-effect", findings).right is right
 
 
 @pytest.mark.parametrize(
@@ -83,22 +81,22 @@ def test_a_single_effect_has_to_be_named_first_or_in_a_group_of_four(
         ({"cogging": ["stribeck"]}, False),
     ],
 )
-def test_of_a_pair_both_have_to_be_named_by_findings_of_their_own(
+def test_both_effects_of_a_pair_must_be_named_by_different_findings(
     findings: dict[str, list[str]], right: bool
 ) -> None:
-    assert said("pair", ("stribeck", "cogging"), "missing-effect", findings).right is right
+    assert judgement_of("pair", ("stribeck", "cogging"), "missing-effect", findings).right is right
 
 
-def test_an_exact_name_does_not_take_the_group_that_another_effect_needs() -> None:
-    judged = said(
+def test_exact_name_does_not_use_up_the_group_that_another_effect_needs() -> None:
+    judged = judgement_of(
         "pair", ("stribeck", "cogging"), "missing-effect", {"stribeck": ["cogging"], "air_drag": ["stribeck"]}
     )
-    assert (judged.found, judged.extra) == (2, 0)
+    assert (judged.named_count, judged.extra) == (2, 0)
 
 
-def test_with_nothing_hidden_only_adequate_is_right() -> None:
-    assert said("nothing", (), "adequate", {"rod_inertia": []}).right
-    assert not said("nothing", (), "unknown-structure", {}).right
+def test_without_hidden_effect_only_the_verdict_adequate_is_right() -> None:
+    assert judgement_of("nothing", (), "adequate", {"rod_inertia": []}).right
+    assert not judgement_of("nothing", (), "unknown-structure", {}).right
 
 
 @pytest.mark.parametrize(
@@ -111,39 +109,39 @@ def test_with_nothing_hidden_only_adequate_is_right() -> None:
         ("missing-effect", ("velocity", "joint_1", "joint_2"), False),
     ],
 )
-def test_outside_the_library_all_variables_and_hardly_another_one(
+def test_out_of_library_effect_requires_all_its_variables_and_at_most_one_other(
     verdict: str, variables: tuple[str, ...], right: bool
 ) -> None:
-    assert said("outside", ("hose_drag",), verdict, {}, variables).right is right
+    assert judgement_of("outside", ("hose_drag",), verdict, {}, variables).right is right
 
 
-def test_the_held_out_error_is_compared_with_the_floor_over_all_joints() -> None:
-    assert said("nothing", (), "adequate", {}).over_floor == pytest.approx(2.0)
+def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> None:
+    assert judgement_of("nothing", (), "adequate", {}).over_floor == pytest.approx(2.0)
 
 
-def test_whether_the_motion_is_said_to_go_beyond_the_training() -> None:
-    caution = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m that the fit has seen."
-    assert said("nothing", (), "adequate", {}, cautions=("Too short to tell", caution)).beyond
-    assert not said("nothing", (), "adequate", {}, cautions=("Too short to tell",)).beyond
+def test_caution_about_extrapolation_is_recognized() -> None:
+    caution = "Joint 1: 90% of ... is where the torque of joint 1 is outside of the 0 to 2 N m of the training data."
+    assert judgement_of("nothing", (), "adequate", {}, cautions=("Too short to tell", caution)).extrapolates
+    assert not judgement_of("nothing", (), "adequate", {}, cautions=("Too short to tell",)).extrapolates
 
 
-def test_the_error_of_a_strength_is_the_mean_over_its_joints() -> None:
+def test_error_of_a_strength_is_the_mean_over_its_joints() -> None:
     parameters = {"stribeck.a1": 1.1, "stribeck.a2": 0.7, "stribeck.v_s": 0.3}
-    judged = said("single", ("stribeck",), "missing-effect", {"stribeck": []}, parameters=parameters)
+    judged = judgement_of("single", ("stribeck",), "missing-effect", {"stribeck": []}, parameters=parameters)
     assert judged.errors == {"stribeck": pytest.approx(0.2)}
     amplitude = {"cogging.a1": 0.3, "cogging.b1": 0.4, "cogging.N": 21.0}
-    judged = said("single", ("cogging",), "missing-effect", {"cogging": []}, parameters=amplitude)
+    judged = judgement_of("single", ("cogging",), "missing-effect", {"cogging": []}, parameters=amplitude)
     assert judged.errors == {"cogging": pytest.approx(0.0)}
 
 
-def test_an_interval_holds_the_truth_or_not_on_each_joint() -> None:
+def test_interval_coverage_is_counted_for_each_joint() -> None:
     parameters = {"stribeck.a1": 1.1, "stribeck.a2": 0.7, "stribeck.v_s": 0.3}
-    judged = said("single", ("stribeck",), "missing-effect", {"stribeck": []}, parameters=parameters)
-    assert judged.inside == (True, False)
-    assert said("single", ("stribeck",), "missing-effect", {"cogging": []}).inside == ()
+    judged = judgement_of("single", ("stribeck",), "missing-effect", {"stribeck": []}, parameters=parameters)
+    assert judged.covered == (True, False)
+    assert judgement_of("single", ("stribeck",), "missing-effect", {"cogging": []}).covered == ()
 
 
-def test_a_diagnosis_that_fails_is_never_right() -> None:
+def test_failed_diagnosis_is_never_right() -> None:
     case = Case("foreign", "nothing", (), (), "default", 1)
     judged = judge(case, {"effects": []}, {"error": "ValueError: no", "seconds": 0.1})
     assert not judged.right

@@ -1,4 +1,4 @@
-"""When a required figure counts as missed."""
+"""Criterion for a missed requirement."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from benchmarks.hidden_effects.tables import Figure
 @pytest.mark.parametrize(
     ("hits", "required", "missed"),
     [
-        ([True] * 9 + [False], 97, False),  # one of ten may be bad luck
+        ([True] * 9 + [False], 97, False),  # one of ten may be chance
         ([True] * 6 + [False] * 4, 97, True),
         ([False] * 3, 98, True),
         ([True] * 382 + [False] * 26, 95, False),
@@ -18,11 +18,13 @@ from benchmarks.hidden_effects.tables import Figure
         ([], 97, False),
     ],
 )
-def test_bad_luck_is_no_miss(hits: list[bool], required: float | None, missed: bool) -> None:
+def test_only_a_significant_shortfall_counts_as_clearly_missed(
+    hits: list[bool], required: float | None, missed: bool
+) -> None:
     assert Figure("of something", hits, required).clearly_missed is missed
 
 
-def test_what_is_below_the_required_share_is_marked_all_the_same() -> None:
+def test_any_share_below_the_required_one_is_marked_as_missed() -> None:
     assert Figure("of something", [True, False], 97).line.endswith("50.0 % of 2   required 97 %   MISSED")
     assert Figure("of something", [True, True], 97).line.endswith("100.0 % of 2   required 97 %")
     assert Figure("of something", [], 97).line.endswith("no cases")
