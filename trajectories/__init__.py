@@ -1,4 +1,4 @@
-"""Where to go: kinematics of the delta robot, reference paths, limits."""
+"""Trajectories: kinematics of the delta robot, reference paths, limits."""
 
 from trajectories.approach import approach
 from trajectories.library import load, names

@@ -1,4 +1,4 @@
-"""The soft move from where the robot stands to where a trajectory begins."""
+"""The soft move from the present pose of the robot to the start of a trajectory."""
 
 import numpy as np
 
@@ -7,16 +7,16 @@ from recordings.recording import Floats
 from recordings.rig import Limits
 
 GENTLE_SPEED = 1.0
-"""Joint speed of a gentle move at most [rad/s]."""
+"""Largest joint speed of a gentle move [rad/s]."""
 GENTLE_ACCELERATION = 4.0
-"""Joint acceleration of a gentle move at most [rad/s^2]."""
+"""Largest joint acceleration of a gentle move [rad/s^2]."""
 
 
 def approach(start: Floats, goal: Floats, limits: Limits, rate: float) -> Floats:
-    """Joint positions (m, 3) [rad] from `start` (3,) to `goal` (3,), at rest at both ends; m >= 1.
+    """Compute joint positions (m, 3) [rad] from `start` (3,) to `goal` (3,), at rest at both ends; m >= 1.
 
-    A quintic in time, all joints together; as fast as gentle speed and acceleration allow, or half of what `limits`
-    allow where that is less. The first row is `start`, the last is `goal`.
+    All joints follow the same quintic in time. Speed and acceleration exceed neither the gentle values nor half
+    of `limits`. The first row is `start`, the last is `goal`.
 
     Raises:
         BadInput: start or goal holds NaN (a drive whose position is not known).
@@ -25,7 +25,7 @@ def approach(start: Floats, goal: Floats, limits: Limits, rate: float) -> Floats
     if not np.isfinite([start, goal]).all():
         raise BadInput(f"finite joint angles expected, {start.tolist()} and {goal.tolist()} found; check the drives")
     distance = float(np.abs(goal - start).max())
-    # The quintic's peaks: 15/8 of the mean speed, 10/sqrt(3) of distance / duration^2.
+    # Peaks of the quintic: speed 15/8 of the mean speed, acceleration 10/sqrt(3) of distance / duration^2.
     speed = min(GENTLE_SPEED, limits.speed / 2)
     acceleration = min(GENTLE_ACCELERATION, limits.acceleration / 2)
     duration = max(15 / 8 * distance / speed, np.sqrt(10 / np.sqrt(3) * distance / acceleration))

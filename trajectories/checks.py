@@ -1,4 +1,4 @@
-"""Whether a rig may run a trajectory: every limit of the rig file, before anything moves."""
+"""Checking a trajectory against the limits of the rig file before anything moves."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ SLOW, MOVE = "slow the motion down", "move the path"
 
 
 class LimitExceeded(BadInput):
-    """A trajectory breaks a limit of the rig, `time` [s] after its start."""
+    """A trajectory violates a limit of the rig, `time` [s] after its start."""
 
     def __init__(self, message: str, time: float) -> None:
         super().__init__(message)
@@ -26,40 +26,40 @@ class LimitExceeded(BadInput):
 
 @dataclass(frozen=True)
 class _Bound:
-    """One quantity and the range it must keep to."""
+    """One quantity and its allowed range."""
 
     quantity: str
-    """With {joint} where the columns are joints."""
+    """Name of the quantity, with {joint} where the columns are joints."""
     values: Floats
-    """(n, k)."""
+    """(n, k) values of the quantity [unit]."""
     low: float
     high: float
     unit: str
     limit: str
-    """Its name in the rig file."""
+    """Name of the limit in the rig file."""
     remedy: str
 
     @property
     def broken(self) -> NDArray[np.bool_]:
-        """(n, k); NaN is outside of every range."""
+        """(n, k) True where the value is out of range; NaN counts as out of range."""
         return ~((self.values >= self.low) & (self.values <= self.high))
 
     @property
     def usage(self) -> Floats:
-        """(n, k) share of the limit that is used: 1 on it, more beyond."""
+        """(n, k) fraction of the limit in use; above 1 beyond the limit."""
         if np.isinf(self.high):
             return self.low / np.maximum(self.values, 1e-6 * self.low)
         middle = (self.low + self.high) / 2 if self.low else 0.0  # a distance has no lower limit
         return np.abs(self.values - middle) / (self.high - middle)
 
     @property
-    def first(self) -> int:
-        """The first row that is broken; meaningless where none is."""
+    def first_broken(self) -> int:
+        """First row out of range; undefined where there is none."""
         return int(np.argmax(self.broken.any(axis=1)))
 
     @property
     def expected(self) -> str:
-        """The range in words."""
+        """Allowed range as text."""
         if self.low == -self.high:
             return f"within ±{self.high:g} {self.unit}"
         if np.isinf(self.high):
@@ -68,16 +68,16 @@ class _Bound:
 
 
 def check(trajectory: Trajectory, rig: Rig) -> None:
-    """Hold a trajectory against `rig.limits`: workspace, singularity, joint angle, speed, acceleration, torque.
+    """Check a trajectory against `rig.limits`: workspace, singularity, joint angle, speed, acceleration, torque.
 
     Raises:
-        LimitExceeded: naming the first instant at which any of them is broken, what was found and what to do.
+        LimitExceeded: a limit is violated; the error names the first instant, the value and the remedy.
     """
     broken = [bound for bound in _bounds(trajectory, rig) if bound.broken.any()]
     if not broken:
         return
-    bound = min(broken, key=lambda bound: bound.first)
-    row, column = bound.first, int(np.argmax(bound.broken[bound.first]))
+    bound = min(broken, key=lambda bound: bound.first_broken)
+    row, column = bound.first_broken, int(np.argmax(bound.broken[bound.first_broken]))
     time, value = row / trajectory.rate, bound.values[row, column]
     raise LimitExceeded(
         f"{trajectory.name}, t = {time:.3f} s: {bound.quantity.format(joint=column + 1)} {bound.expected} expected, "
@@ -87,15 +87,15 @@ def check(trajectory: Trajectory, rig: Rig) -> None:
 
 
 def usage(trajectory: Trajectory, rig: Rig) -> dict[str, Floats]:
-    """(n,) how much of each limit, by its name in the rig file, is used at each instant: 1 is the limit itself."""
+    """Fraction (n,) of each limit in use at each instant, by the name in the rig file; 1 is the limit itself."""
     return {bound.limit: bound.usage.max(axis=1) for bound in _bounds(trajectory, rig)}
 
 
 def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
-    """Joint torque (n, 3) [N m] of a frictionless rigid robot with the masses of `rig.nominal`.
+    """Estimate the joint torque (n, 3) [N m] of a frictionless rigid robot with the masses of `rig.nominal`.
 
-    The form of (25), with half of each forearm's mass at its elbow and half on the platform, and the arm's inertia
-    about its joint: Eqs. (1)-(2) count the forearms twice and leave the parallel-axis term out.
+    Form of (25), with half of each forearm's mass at its elbow and half on the platform, and the inertia of the arm
+    about its joint: Eqs. (1)-(2) count the forearms twice and omit the parallel-axis term.
     """
     geometry, nominal = rig.geometry, rig.nominal
     theta, speed, P = trajectory.joint_position, trajectory.joint_velocity, trajectory.platform
@@ -119,10 +119,10 @@ def _bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:
     angle = "joint {joint} angle" if unit == "rad" else "position of joint {joint}"
     joint_limits = "joint_min or joint_max"
     yield _Bound(angle, trajectory.joint_position, limits.joint_min, limits.joint_max, unit, joint_limits, MOVE)
-    speed, most = trajectory.joint_velocity, limits.speed
-    yield _Bound("joint {joint} speed", speed, -most, most, f"{unit}/s", "speed", SLOW)
-    acceleration, most = trajectory.joint_acceleration, limits.acceleration
-    yield _Bound("joint {joint} acceleration", acceleration, -most, most, f"{unit}/s^2", "acceleration", SLOW)
+    speed, maximum = trajectory.joint_velocity, limits.speed
+    yield _Bound("joint {joint} speed", speed, -maximum, maximum, f"{unit}/s", "speed", SLOW)
+    acceleration, maximum = trajectory.joint_acceleration, limits.acceleration
+    yield _Bound("joint {joint} acceleration", acceleration, -maximum, maximum, f"{unit}/s^2", "acceleration", SLOW)
 
 
 def _platform_bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:

@@ -1,4 +1,4 @@
-"""A picture of a trajectory: its path in space, and what it asks of each joint."""
+"""Figure of a trajectory: its path in space and the motion and torque of each joint."""
 
 from typing import Any
 
@@ -14,15 +14,15 @@ from trajectories.checks import torque_estimate
 from trajectories.trajectory import Trajectory
 
 JOINT_COLOURS = ("#0072B2", "#D55E00", "#009E73")
-"""From the palette of Okabe and Ito: told apart with any colour vision, and by lightness in print."""
+"""Palette of Okabe and Ito: distinguishable with any colour vision, and by lightness in print."""
 QUIET, SHADOW, RAMP, LIMIT = "#6A6A6A", "#CFCFCF", "#F0F0F0", "#B00020"
 SPEED_COLOURS = "viridis"
 
 
 def draw(trajectory: Trajectory, rig: Rig) -> Figure:
-    """The path, and angle, speed, acceleration and torque estimate of every joint, with the limits of `rig`.
+    """Plot the path, and angle, speed, acceleration and torque estimate of every joint, with the limits of `rig`.
 
-    Of identical repetitions only the first is shown, with the lead-in before it.
+    Only the lead-in and the first of the identical repetitions are shown.
     """
     shown = slice(0, int(np.flatnonzero(trajectory.repeat == 0)[-1]) + 2) if trajectory.period else slice(None)
     figure = Figure(figsize=(13, 8), dpi=120)
@@ -55,7 +55,7 @@ def draw(trajectory: Trajectory, rig: Rig) -> Figure:
 
 
 def _draw_views(figure: Figure, platform: Floats, rate: float, limits: Limits) -> None:
-    """The path in space, from above and from the side, coloured by its speed."""
+    """Plot the path in space, from above and from the side, coloured by speed."""
     speed = np.linalg.norm(np.gradient(platform, 1 / rate, axis=0), axis=1)
     P = 1e3 * platform
     radius, (floor, ceiling) = 1e3 * limits.workspace_radius, (1e3 * z for z in limits.workspace_z)
@@ -115,7 +115,7 @@ def _draw_joints(axes: Axes, time: Floats, values: Floats, label: str, bounds: t
     bottom, top = low - 0.1 * (high - low), high + 0.1 * (high - low)
     axes.set(xlim=(time[0], time[-1]), ylim=(bottom, top))
     for bound in bounds:
-        # A limit far away would only flatten the curves: it is a line where in view, and always in the title.
+        # A distant limit would flatten the curves: draw a line only where it is in view; the title always states it.
         if bottom < bound < top:
             axes.axhline(bound, color=LIMIT, lw=1.2, ls="--")
     limit = f"±{bounds[1]:g}" if bounds[0] == -bounds[1] else f"{bounds[0]:g} to {bounds[1]:g}"

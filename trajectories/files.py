@@ -19,30 +19,30 @@ HEADERS: dict[tuple[str, ...], Space] = {
 """Columns of a CSV trajectory; time in s, platform in m, joints in rad."""
 
 
-_LARGEST = 1e6
-"""[s], [m] or [rad]: nothing beyond is a motion."""
+_MAX_NUMBER = 1e6
+"""Largest accepted number [s, m or rad]."""
 
 
 def read_motion(path: Path) -> PlannedMotion:
     """Read a trajectory file.
 
-    A `.toml` file is a `FourierSeries`. A `.csv` file has one of HEADERS and one row per point, evenly spaced or not;
-    a quintic spline joins them, and it repeats if the last row has the coordinates of the first.
+    A `.toml` file is a `FourierSeries`. A `.csv` file has one of HEADERS and one row per point, evenly spaced or not.
+    A quintic spline connects the points. The motion repeats if the last row has the coordinates of the first.
 
     Raises:
-        BadInput: the file is missing or is not such a file; it names the line.
+        BadInput: the file is missing or invalid; the error names the line.
     """
     if path.suffix.lower() == ".toml":
         return read_toml(path, FourierSeries, "trajectory file").motion(path.name)
     lines = _read_lines(path)
     space = _space(path, lines)
     table = np.array([_numbers(path, number, fields) for number, fields in lines[1:]]).reshape(-1, 4)
-    _refuse_unusable(path, [number for number, _ in lines[1:]], table)
+    _check_points(path, [number for number, _ in lines[1:]], table)
     return spline.through(path.name, f"spline through {len(table)} points", space, table[:, 0], table[:, 1:])
 
 
 def _read_lines(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and fields of every line that is not empty."""
+    """Line number and fields of every non-empty line."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
             reader = csv.reader(file)
@@ -68,15 +68,15 @@ def _numbers(path: Path, line: int, fields: list[str]) -> list[float]:
         numbers = []
     if len(numbers) != 4 or not np.isfinite(numbers).all():
         raise BadInput(f"{path}, line {line}: four finite numbers expected, '{','.join(fields)[:60]}' found")
-    if max(map(abs, numbers)) > _LARGEST:
+    if max(map(abs, numbers)) > _MAX_NUMBER:
         raise BadInput(
-            f"{path}, line {line}: seconds, metres or radians below {_LARGEST:g} expected, "
+            f"{path}, line {line}: seconds, metres or radians below {_MAX_NUMBER:g} expected, "
             f"'{','.join(fields)[:60]}' found; check the units"
         )
     return numbers
 
 
-def _refuse_unusable(path: Path, lines: list[int], table: Floats) -> None:
+def _check_points(path: Path, lines: list[int], table: Floats) -> None:
     if len(table) < spline.MIN_POINTS:
         raise BadInput(f"{path}: at least {spline.MIN_POINTS} points expected, {len(table)} found; add points")
     backwards = np.diff(table[:, 0]) <= 0

@@ -1,4 +1,4 @@
-"""Motions as Fourier series, and the TOML file that holds one."""
+"""Motions as Fourier series, and their TOML files."""
 
 import json
 from typing import Literal, Self
@@ -15,7 +15,9 @@ Axis = tuple[float, ...]
 
 
 class FourierSeries(ConfigSection):
-    """centre + sum over h = 1 ... m of cosine_h cos(2 pi h t / period) + sine_h sin(2 pi h t / period), per axis.
+    """Fourier series of m harmonics per axis.
+
+    x(t) = centre + sum over h = 1 ... m of cosine_h cos(2 pi h t / period) + sine_h sin(2 pi h t / period)
 
     The axes are x, y, z [m] or the joints [rad or m]. A trajectory file holds these keys.
     """
@@ -23,16 +25,16 @@ class FourierSeries(ConfigSection):
     kind: Literal["fourier"]
     space: Space
     period: Positive
-    """[s]"""
+    """Duration of one repetition [s]."""
     centre: tuple[float, ...]
     cosine: tuple[Axis, ...]
-    """One list per axis: the coefficients of harmonics 1 ... m."""
+    """Coefficients of harmonics 1 ... m, one list per axis."""
     sine: tuple[Axis, ...]
-    """One list per axis, as long as `cosine`'s."""
+    """Coefficients of harmonics 1 ... m, one list per axis."""
     description: str = "Fourier series"
 
     @model_validator(mode="after")
-    def _same_axes(self) -> Self:
+    def _check_axes(self) -> Self:
         counts = [len(self.centre), len(self.cosine), len(self.sine)]
         if len(set(counts)) > 1 or (self.space == "platform" and counts[0] != 3) or counts[0] == 0:
             number = "three axes (x, y, z)" if self.space == "platform" else "equally many joints"
@@ -40,7 +42,7 @@ class FourierSeries(ConfigSection):
         return self
 
     @model_validator(mode="after")
-    def _same_harmonics(self) -> Self:
+    def _check_harmonics(self) -> Self:
         counts = [len(axis) for axis in (*self.cosine, *self.sine)]
         if min(counts) == 0 or len(set(counts)) > 1:
             raise ValueError(
@@ -59,13 +61,13 @@ class FourierSeries(ConfigSection):
         return position, velocity, acceleration
 
     def as_toml(self) -> str:
-        """The trajectory file that holds this series."""
-        # Numbers, strings and lists of them look the same in JSON.
+        """Format the series as a trajectory file."""
+        # Numbers, strings and lists of them have the same syntax in JSON and TOML.
         lines = [f"{key} = {json.dumps(value)}" for key, value in self.model_dump(mode="json").items()]
         return "\n".join(lines) + "\n"
 
     def motion(self, name: str) -> PlannedMotion:
-        """The series as a motion."""
+        """Convert the series to a motion."""
         return PlannedMotion(
             name=name,
             description=self.description,

@@ -1,4 +1,4 @@
-"""The trajectories there are: one file each in `trajectories/paths`, and files of the user's."""
+"""Available trajectories: built-in ones, one file each in `trajectories/paths`, and the user's files."""
 
 import importlib
 import pkgutil
@@ -12,18 +12,18 @@ from trajectories.trajectory import Trajectory, assemble
 
 
 def names() -> tuple[str, ...]:
-    """The built-in trajectories, in alphabetical order."""
+    """Names of the built-in trajectories, in alphabetical order."""
     return tuple(sorted(module.name for module in pkgutil.iter_modules(paths.__path__)))
 
 
 def load(name_or_path: str | Path, rig: Rig, cycles: int | None = None, rate: float | None = None) -> Trajectory:
-    """The trajectory of that name, or from that file, for `rig`; `cycles` and `rate` as in `assemble`.
+    """Load the trajectory of that name or file for `rig`; `cycles` and `rate` as in `assemble`.
 
-    Limits are not checked here: see `trajectories.checks.check`.
+    Limits are not checked here, see `trajectories.checks.check`.
 
     Raises:
-        BadInput: no such trajectory, a file that is not one, cycles or rate that do not fit.
-        Unreachable: the robot cannot get there, naming the first instant.
+        BadInput: the trajectory is unknown, its file is invalid, or cycles or rate are invalid.
+        Unreachable: the robot cannot reach a position; the error names the first instant.
     """
     return assemble(_motion(str(name_or_path)), rig, cycles, rate)
 

@@ -1,4 +1,4 @@
-"""A motion: the ideal path as a smooth function of phase time, before it is sampled, started and stopped."""
+"""A planned motion: the ideal path as a smooth function of phase time, before sampling and ramps."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,17 +11,17 @@ Space = Literal["platform", "joint"]
 
 @dataclass(frozen=True)
 class PlannedMotion:
-    """What one repetition looks like, in platform coordinates [m] or joint angles [rad]."""
+    """One repetition of a motion, in platform coordinates [m] or joint positions [rad or m]."""
 
     name: str
     description: str
-    """One sentence for a person."""
+    """Short description for the user."""
     space: Space
     duration: float
     """Phase time of one repetition [s]."""
     periodic: bool
-    """True: phase time wraps, and repetitions follow each other smoothly."""
+    """True where phase time wraps and repetitions join smoothly."""
     definition: str
-    """The numbers that define the motion, as text; what the digest is made of."""
+    """Numbers that define the motion, as text; input of the digest."""
     sample: Callable[[Floats], tuple[Floats, Floats, Floats]]
-    """Phase time (m,) [s] to position, first and second derivative, each (m, 3)."""
+    """Function from phase time (m,) [s] to position, first and second derivative, each (m, 3)."""

@@ -1,4 +1,4 @@
-"""Motions as quintic splines through given points: four continuous derivatives, so that torque has no kinks."""
+"""Motions as quintic splines through given points; four continuous derivatives keep the torque smooth."""
 
 import json
 
@@ -10,21 +10,21 @@ from trajectories.motion import PlannedMotion, Space
 
 DEGREE = 5
 MIN_POINTS = DEGREE + 2
-"""One more than the degree asks for: where the path closes, the last point is the first."""
+"""Smallest number of points: one more than the degree requires, because a closed path ends in its first point."""
 
 CLOSED_WITHIN = 1e-6
-"""How near the last point must come to the first for the motion to repeat [m or rad]."""
+"""Largest distance between the last and the first point of a periodic motion [m or rad]."""
 
 
 def closes(points: Floats) -> bool:
-    """Whether the points (m, 3) end where they began."""
+    """Whether the last of the points (m, 3) coincides with the first."""
     return bool(np.abs(points[-1] - points[0]).max() <= CLOSED_WITHIN)
 
 
 def through(name: str, description: str, space: Space, time: Floats, points: Floats) -> PlannedMotion:
-    """The motion through points (m, 3) at strictly increasing times (m,) [s], m >= MIN_POINTS.
+    """Build the motion through points (m, 3) at strictly increasing times (m,) [s], m >= MIN_POINTS.
 
-    It is periodic where the last point is the first.
+    The motion is periodic if the last point coincides with the first.
     """
     time, periodic = time - time[0], closes(points)
     duration = float(time[-1])

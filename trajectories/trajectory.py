@@ -1,4 +1,4 @@
-"""From a motion to the samples that are streamed: soft start, identical cycles, soft end."""
+"""Sampling a motion for streaming: soft start, identical cycles, soft end."""
 
 import hashlib
 import json
@@ -13,16 +13,16 @@ from trajectories import kinematics
 from trajectories.motion import PlannedMotion
 
 RAMP_SECONDS = 1.0
-"""How long the start and the end take."""
+"""Duration of the soft start, and of the soft end [s]."""
 DEFAULT_SECONDS = 20.0
-"""About how long the repetitions take together where their number is not given."""
+"""Approximate duration of all repetitions where their number is not given [s]."""
 
 MIN_RATE = 10.0
-"""[Hz]"""
+"""Lowest rate [Hz]."""
 MIN_SAMPLES = 20
-"""In one repetition."""
+"""Smallest number of samples in one repetition."""
 MAX_SAMPLES = 10_000_000
-"""In all; hours, and a gigabyte of memory."""
+"""Largest number of samples in total: hours, and a gigabyte of memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,57 +32,57 @@ class Trajectory:
     name: str
     description: str
     digest: str
-    """SHA-256 of what defines the samples: the motion, the geometry, rate and cycles."""
+    """SHA-256 of everything that determines the samples: motion, geometry, rate and cycles."""
     rate: float
     """Samples per second [Hz]."""
     period: float
     """Duration of one repetition [s]; 0 where the motion does not repeat."""
     cycles: int
-    """Repetitions."""
+    """Number of repetitions."""
     platform: Floats
-    """(n, 3) platform position [m]; NaN where the rig has none."""
+    """(n, 3) platform position [m]; NaN for a rig without platform."""
     joint_position: Floats
-    """(n, dof) [rad or m]."""
+    """(n, dof) joint position [rad or m]."""
     joint_velocity: Floats
-    """(n, dof) [rad/s or m/s]."""
+    """(n, dof) joint velocity [rad/s or m/s]."""
     joint_acceleration: Floats
-    """(n, dof) [rad/s^2 or m/s^2]."""
+    """(n, dof) joint acceleration [rad/s^2 or m/s^2]."""
     repeat: Ints
-    """(n,) the repetition a sample belongs to, 0 to cycles - 1; -1 while starting and stopping."""
+    """(n,) repetition of each sample, 0 to cycles - 1; -1 during soft start and end."""
 
     @property
     def time(self) -> Floats:
-        """(n,) time of each sample from the first [s]."""
+        """(n,) time since the first sample [s]."""
         return np.arange(len(self.repeat)) / self.rate
 
 
 @dataclass(frozen=True)
 class _Timing:
-    """Phase time of the samples of lead-in, one repetition and lead-out, and its first two time derivatives."""
+    """Phase time of lead-in, one repetition and lead-out, with its first two time derivatives."""
 
     phase: Floats
     speed: Floats
     acceleration: Floats
     ramp: int
-    """Samples of the lead-in; the lead-out has one more, which stands still."""
+    """Number of samples of the lead-in; the lead-out has one more, at rest."""
     samples: int
-    """Samples of one repetition."""
+    """Number of samples of one repetition."""
 
 
 def assemble(motion: PlannedMotion, rig: Rig, cycles: int | None = None, rate: float | None = None) -> Trajectory:
     """Sample `motion` for `rig`, `cycles` times (default: about 20 s) at `rate` [Hz] (default: the rig's).
 
-    The motion's own phase speed is ramped from rest to 1 before the first repetition and back after the last, so
-    that all repetitions are the same, sample for sample. A motion that does not repeat is ramped within itself.
-    Where the duration is no whole number of samples, it is stretched or shortened to the nearest one.
+    The phase speed of the motion is ramped from 0 to 1 before the first repetition and back to 0 after the last, so
+    that all repetitions are identical, sample for sample. In a motion that does not repeat, the ramps are part of
+    the motion. The duration is rounded to a whole number of samples.
 
     Raises:
-        BadInput: rate or cycles make no sense for this motion.
-        Unreachable: the robot cannot get there, naming the first instant.
+        BadInput: rate or cycles are invalid for this motion.
+        Unreachable: the robot cannot reach a position; the error names the first instant.
     """
     rate = rig.rate if rate is None else rate
     cycles = _default_cycles(motion) if cycles is None else cycles
-    _refuse_nonsense(motion, cycles, rate)
+    _check_cycles_and_rate(motion, cycles, rate)
     timing = _timing(motion, rate)
     rows = np.r_[
         : timing.ramp,
@@ -115,7 +115,7 @@ def _default_cycles(motion: PlannedMotion) -> int:
     return max(1, round(DEFAULT_SECONDS / motion.duration)) if motion.periodic else 1
 
 
-def _refuse_nonsense(motion: PlannedMotion, cycles: int, rate: float) -> None:
+def _check_cycles_and_rate(motion: PlannedMotion, cycles: int, rate: float) -> None:
     if cycles < 1:
         raise BadInput(f"{motion.name}: at least one cycle expected, {cycles} found")
     if cycles > 1 and not motion.periodic:
@@ -144,26 +144,26 @@ def _refuse_nonsense(motion: PlannedMotion, cycles: int, rate: float) -> None:
 def _timing(motion: PlannedMotion, rate: float) -> _Timing:
     ramp = round(RAMP_SECONDS * rate)
     samples = round(motion.duration * rate) - (0 if motion.periodic else ramp)
-    # Phase seconds per second: 1 but for rounding the duration to whole samples.
+    # Phase seconds per second: 1 except for rounding the duration to whole samples.
     speed = motion.duration * rate / (samples if motion.periodic else samples + ramp)
     u = np.arange(ramp + 1) / ramp
-    # Smootherstep, its integral and derivative: phase speed joins rest and full speed without a jump in jerk.
-    eased = u**3 * (10 - 15 * u + 6 * u**2)
-    travelled = (u**4 * (2.5 - 3 * u + u**2)) * ramp / rate
-    surge = 30 * u**2 * (1 - u) ** 2 * rate / ramp
-    begin = 0.0 if motion.periodic else travelled[-1]
-    end = 0.0 if motion.periodic else travelled[-1] + samples / rate
+    # Smootherstep, its integral and derivative: the phase speed rises from 0 to 1 without a jump in jerk.
+    ramp_speed = u**3 * (10 - 15 * u + 6 * u**2)
+    ramp_phase = (u**4 * (2.5 - 3 * u + u**2)) * ramp / rate
+    ramp_acceleration = 30 * u**2 * (1 - u) ** 2 * rate / ramp
+    begin = 0.0 if motion.periodic else ramp_phase[-1]
+    end = 0.0 if motion.periodic else ramp_phase[-1] + samples / rate
     phase = np.concatenate(
         [
-            begin - travelled[-1] + travelled[:-1],
+            begin - ramp_phase[-1] + ramp_phase[:-1],
             begin + np.arange(samples) / rate,
-            end + travelled[-1] - travelled[::-1],
+            end + ramp_phase[-1] - ramp_phase[::-1],
         ]
     )
     return _Timing(
         phase=speed * phase,
-        speed=speed * np.concatenate([eased[:-1], np.ones(samples), eased[::-1]]),
-        acceleration=speed * np.concatenate([surge[:-1], np.zeros(samples), -surge[::-1]]),
+        speed=speed * np.concatenate([ramp_speed[:-1], np.ones(samples), ramp_speed[::-1]]),
+        acceleration=speed * np.concatenate([ramp_acceleration[:-1], np.zeros(samples), -ramp_acceleration[::-1]]),
         ramp=ramp,
         samples=samples,
     )
@@ -175,7 +175,7 @@ def _joint_states(motion: PlannedMotion, rig: Rig, timing: _Timing) -> tuple[Flo
     velocity: Floats = slope * timing.speed[:, None]
     acceleration: Floats = bend * timing.speed[:, None] ** 2 + slope * timing.acceleration[:, None]
     if motion.space == "joint":
-        _refuse_other_joints(motion, position.shape[1], rig)
+        _check_joint_count(motion, position.shape[1], rig)
         return _platform(rig, position), position, velocity, acceleration
     if rig.mechanism != "delta":
         raise BadInput(f"{motion.name}: a motion of joints expected for {rig.mechanism}, one of a platform found")
@@ -183,13 +183,13 @@ def _joint_states(motion: PlannedMotion, rig: Rig, timing: _Timing) -> tuple[Flo
     return position, theta, *kinematics.joint_motion(rig.geometry, theta, position, velocity, acceleration)
 
 
-def _refuse_other_joints(motion: PlannedMotion, joints: int, rig: Rig) -> None:
+def _check_joint_count(motion: PlannedMotion, joints: int, rig: Rig) -> None:
     if joints != rig.dof:
         raise BadInput(f"{motion.name}: a motion of {rig.dof} joints expected, one of {joints} found; choose another")
 
 
 def _platform(rig: Rig, position: Floats) -> Floats:
-    """(n, 3) [m] at the joint positions (n, dof); NaN where there is no platform."""
+    """Platform position (n, 3) [m] at the joint positions (n, dof); NaN without a platform."""
     if rig.mechanism == "delta":
         return kinematics.forward(rig.geometry, position)
     return np.full((len(position), 3), np.nan)

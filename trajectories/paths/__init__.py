@@ -1,1 +1,1 @@
-"""One built-in path per file; the file's name is the trajectory's, its `motion()` gives the `Motion`."""
+"""Built-in paths, one per file, named after the trajectory; `motion()` returns the `PlannedMotion`."""

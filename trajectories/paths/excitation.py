@@ -1,4 +1,4 @@
-"""Excitation: many frequencies at once in all three axes."""
+"""Excitation path: many frequencies at once in all three axes."""
 
 import numpy as np
 
@@ -10,13 +10,13 @@ PERIOD = 5.0
 CENTRE = (0.0, 0.0, -0.68)
 HARMONICS = np.arange(1, 11)
 AMPLITUDE = np.array([0.16, 0.16, 0.08])
-"""Of the first harmonic [m]; harmonic h has 1 / h of it, which is equal speed in all of them."""
+"""Amplitude of the first harmonic [m]; harmonic h has 1 / h of it, so that all have equal speed."""
 START_PHASE = np.array([0.0, 2.1, 4.2])
-"""Sets the axes apart [rad]."""
+"""Phase of each axis, which decorrelates the axes [rad]."""
 
 
 def motion() -> PlannedMotion:
-    """Ten harmonics with Schroeder's phases, which keep the sum's peaks low for the power it carries."""
+    """Build ten harmonics with Schroeder phases, which give a low crest factor."""
     schroeder = np.pi * HARMONICS * (HARMONICS - 1) / len(HARMONICS)
     phase = START_PHASE[:, None] * HARMONICS + schroeder
     amplitude = AMPLITUDE[:, None] / HARMONICS

@@ -20,11 +20,11 @@ WAYPOINTS = np.array(
         [4.00, -0.28, -0.12, -0.78],
     ]
 )
-"""Time [s] and platform position [m]. The figure shows no coordinates: these have its role, not its numbers."""
+"""Time [s] and platform position [m]. The figure gives no coordinates; these values are our own."""
 
 
 def motion() -> PlannedMotion:
-    """Five moves of different length and speed, each lifted over the middle."""
+    """Build five moves of different length and speed, each raised in the middle."""
     return through(
         "fig5a",
         "pick and place between five stations (identification)",

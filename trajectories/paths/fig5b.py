@@ -5,9 +5,9 @@ from trajectories.motion import PlannedMotion
 
 
 def motion() -> PlannedMotion:
-    """Two circles in opposite directions make the rosette; continuous contouring, unlike fig5a's picking and placing.
+    """Build the rosette from two circles in opposite directions: contouring, unlike the pick and place of fig5a.
 
-    The figure shows no coordinates: these have its role, not its numbers.
+    The figure gives no coordinates; these values are our own.
     """
     return FourierSeries(
         kind="fourier",
