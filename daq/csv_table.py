@@ -27,7 +27,7 @@ class CsvTable:
     digest: str
     """SHA-256 of the file."""
 
-    def where(self, row: int, name: str | None = None) -> str:
+    def location(self, row: int, name: str | None = None) -> str:
         """Position of a row, or of one cell, for error messages."""
         return f"{self.path}, line {row + 2}{f', column {name!r}' if name else ''}"
 
@@ -45,20 +45,20 @@ def read_table(path: Path) -> CsvTable:
             header = stream.readline()
             digest.update(header)
             names = _names(path, header)
-            parts, line = [np.empty((0, len(names)))], 2
+            arrays, line = [np.empty((0, len(names)))], 2
             for block in _blocks(stream):
                 digest.update(block)
-                parts.append(_parse(path, block, names, line))
-                line += len(parts[-1])
+                arrays.append(_parse(path, block, names, line))
+                line += len(arrays[-1])
     except FileNotFoundError:
         raise BadInput(f"{path} does not exist; check the path") from None
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from None
-    table = CsvTable(path, dict(zip(names, np.concatenate(parts).T.copy(), strict=True)), digest.hexdigest())
+    table = CsvTable(path, dict(zip(names, np.concatenate(arrays).T.copy(), strict=True)), digest.hexdigest())
     for name, column in table.columns.items():
         if np.isinf(column).any():
-            where = table.where(int(np.argmax(np.isinf(column))), name)
-            raise BadInput(f"{where}: a finite number expected, infinity found; leave the cell empty for a gap")
+            location = table.location(int(np.argmax(np.isinf(column))), name)
+            raise BadInput(f"{location}: a finite number expected, infinity found; leave the cell empty for a gap")
     return table
 
 
@@ -92,7 +92,7 @@ def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
     if text == "\n":
         return np.empty((0, len(names)))
     if "\n\n" in text or text.startswith("\n"):
-        _refuse_first_wrong_line(path, text, names, line)
+        _raise_first_invalid_line(path, text, names, line)
     if ",," in text or ",\n" in text or "\n," in text or text.startswith(","):
         text = _with_gaps(text)
     try:
@@ -101,7 +101,7 @@ def _parse(path: Path, block: bytes, names: list[str], line: int) -> Floats:
             return numbers
     except ValueError:
         pass
-    _refuse_first_wrong_line(path, text, names, line)
+    _raise_first_invalid_line(path, text, names, line)
     raise BadInput(f"{path}, behind line {line}: numbers expected; check the file")
 
 
@@ -113,7 +113,7 @@ def _with_gaps(text: str) -> str:
     return text.replace(",,", ",nan,").replace(",,", ",nan,")
 
 
-def _refuse_first_wrong_line(path: Path, text: str, names: list[str], line: int) -> None:
+def _raise_first_invalid_line(path: Path, text: str, names: list[str], line: int) -> None:
     for number, content in enumerate(text.rstrip("\n").split("\n"), start=line):
         cells = content.split(",") if content else []
         if len(cells) != len(names):

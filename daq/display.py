@@ -24,8 +24,8 @@ class ProgressBar:
 
     def __init__(self, progress: CycleProgress) -> None:
         self._progress = progress
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="display", daemon=True)
+        self._finished = threading.Event()
+        self._thread = threading.Thread(target=self._run_thread, name="display", daemon=True)
 
     def __enter__(self) -> Self:
         if sys.stderr.isatty():
@@ -35,16 +35,16 @@ class ProgressBar:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._over.set()
+        self._finished.set()
         if self._thread.is_alive():
             self._thread.join()
 
-    def _work(self) -> None:
+    def _run_thread(self) -> None:
         columns = (TextColumn("{task.description:>8}"), BarColumn(), TextColumn("{task.fields[figures]}"))
         with Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), auto_refresh=False) as bar:
             task = bar.add_task("start", figures="")
             before = 0
-            while not self._over.wait(_INTERVAL):
+            while not self._finished.wait(_INTERVAL):
                 progress = self._progress
                 rate, before = (progress.cycles - before) / _INTERVAL, progress.cycles
                 bar.update(
@@ -86,12 +86,12 @@ def figures(result: Result) -> dict[str, Any]:
 
 def summary(result: Result) -> Table:
     """Table of the same figures for the terminal."""
-    shown = figures(result)
-    late = {key: f"{value * 1e3:.2f}" for key, value in shown["lateness"].items()}
+    values = figures(result)
+    late = {key: f"{value * 1e3:.2f}" for key, value in values["lateness"].items()}
     table = Table.grid(padding=(0, 2))
-    table.add_row("cycles (SYNC)", f"{shown['cycles']}, {shown['cycles_missed']} missed by the host")
-    table.add_row("answers lost", f"{shown['answers_lost']} of {shown['cycles'] * len(result.identities)}")
-    table.add_row("CAN frames", f"{shown['frames_sent']} sent, {shown['frames_received']} received")
+    table.add_row("cycles (SYNC)", f"{values['cycles']}, {values['cycles_missed']} missed by the host")
+    table.add_row("answers lost", f"{values['answers_lost']} of {values['cycles'] * len(result.identities)}")
+    table.add_row("CAN frames", f"{values['frames_sent']} sent, {values['frames_received']} received")
     table.add_row("lateness", f"median {late['p50']} ms, 99 % {late['p99']} ms, worst {late['max']} ms")
-    table.add_row("following error", f"worst {shown['following_error_max'] * 1e3:.2f} mrad")
+    table.add_row("following error", f"worst {values['following_error_max'] * 1e3:.2f} mrad")
     return table

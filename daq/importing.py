@@ -21,9 +21,9 @@ from recordings.recording import Floats, Ints, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _JOINT_COLUMN = re.compile(rf"({'|'.join(JOINT_COLUMNS)})_([1-9]\d*)")
-_LONGEST = 2**31
+_MAX_TIME = 2**31
 """Largest time that a ROS time stamp holds [s]."""
-_HIGHEST_RATE = 4000.0
+_MAX_RATE = 4000.0
 """Highest rate that a rig description permits [Hz]."""
 
 
@@ -111,18 +111,18 @@ def _stamps(table: CsvTable) -> Ints:
     if len(time) < 2:
         raise BadInput(f"{table.path}: at least two samples expected, {len(time)} found")
     if np.isnan(time).any():
-        raise BadInput(f"{table.where(int(np.argmax(np.isnan(time))), 'time')}: a time expected, none found")
+        raise BadInput(f"{table.location(int(np.argmax(np.isnan(time))), 'time')}: a time expected, none found")
     # Whole seconds are split off, so that times since 1970 keep the full float resolution of their fractions.
     seconds = np.floor(time)
-    if seconds[-1] - seconds[0] >= _LONGEST:
-        raise BadInput(f"{table.path}: times in seconds within {_LONGEST} s expected; check the unit")
+    if seconds[-1] - seconds[0] >= _MAX_TIME:
+        raise BadInput(f"{table.path}: times in seconds within {_MAX_TIME} s expected; check the unit")
     relative = (seconds - seconds[0]).astype(np.int64) * 10**9 + np.rint((time - seconds) * 1e9).astype(np.int64)
     stamp: Ints = relative - relative[0]
     wrong = np.flatnonzero(np.diff(stamp) <= 0)
     if len(wrong):
         row = int(wrong[0]) + 1
         raise BadInput(
-            f"{table.where(row, 'time')}: a time after {float(time[row - 1])!r} s expected, {float(time[row])!r} "
+            f"{table.location(row, 'time')}: a time after {float(time[row - 1])!r} s expected, {float(time[row])!r} "
             "found; sort the rows and remove those that stand twice"
         )
     return stamp
@@ -167,7 +167,7 @@ def _rig(table: CsvTable, description: Description, dof: int, volts: bool, rate:
     return imported_rig(
         table.path.stem,
         dof,
-        min(rate, _HIGHEST_RATE),
+        min(rate, _MAX_RATE),
         mechanism=description.mechanism,
         joints=description.joints,
         torque=given if volts else measured_torque(dof),
@@ -177,10 +177,10 @@ def _rig(table: CsvTable, description: Description, dof: int, volts: bool, rate:
 def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
     """Repetition index of each sample (n,), -1 outside of repetitions, and the period [s], 0 without repetitions."""
     if "cycle" in table.columns:
-        return _given_repeat(table, stamp)
+        return _repeat_from_column(table, stamp)
     step = float(np.median(np.diff(stamp)))
     grid = np.arange(0, stamp[-1] + step / 2, step)
-    cycles = find_cycles(_on(grid, stamp, motion))
+    cycles = find_cycles(_interpolated(grid, stamp, motion))
     if cycles is None:
         return np.full(len(stamp), -1), 0.0
     # Half a step is added, so that rounding cannot move a sample at a boundary to the wrong repetition.
@@ -189,7 +189,7 @@ def _repeat(table: CsvTable, stamp: Ints, motion: Floats) -> tuple[Ints, float]:
     return np.where((repeat >= 0) & (repeat < cycles.count), repeat, -1), cycles.period * step / 1e9
 
 
-def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
+def _interpolated(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
     """Linear interpolation of `motion` (n, dof) at the instants `grid` [ns]; NaN for a joint never measured."""
     known = np.isfinite(motion)
     return np.column_stack(
@@ -200,12 +200,12 @@ def _on(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
     )
 
 
-def _given_repeat(table: CsvTable, stamp: Ints) -> tuple[Ints, float]:
+def _repeat_from_column(table: CsvTable, stamp: Ints) -> tuple[Ints, float]:
     cycle = np.nan_to_num(table.columns["cycle"], nan=-1.0)
     wrong = np.flatnonzero((cycle != np.rint(cycle)) | (np.abs(cycle) > 2**31))
     if len(wrong):
         row = int(wrong[0])
-        raise BadInput(f"{table.where(row, 'cycle')}: a whole number expected, {float(cycle[row])!r} found")
+        raise BadInput(f"{table.location(row, 'cycle')}: a whole number expected, {float(cycle[row])!r} found")
     inside = cycle >= 0
     numbers, rank = np.unique(cycle[inside], return_inverse=True)
     repeat = np.full(len(cycle), -1)

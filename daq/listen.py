@@ -28,11 +28,11 @@ from recordings.rig import Rig
 from recordings.writer import RecordingWriter
 from trajectories import Trajectory
 
-NAME = "listened"
+TRAJECTORY_NAME = "listened"
 """Trajectory name of the run where the trajectory is unknown."""
-SILENCE = 5.0
+SYNC_TIMEOUT = 5.0
 """Listening ends when no SYNC has come for this long after the first one [s]."""
-_LOOK = 0.1
+_POLL_INTERVAL = 0.1
 """Longest time between two checks of the end conditions [s]."""
 
 
@@ -50,7 +50,7 @@ class Listener:
     def __init__(self, bus: can.BusABC, rig: Rig, out: Path) -> None:
         """Raise BadInput if `out` exists or cannot be created."""
         self._rig = rig
-        self.heard = BusTraffic()
+        self.traffic = BusTraffic()
         self._writer = RecordingWriter(out, rig, _run(rig))
         self._link = Link(bus)
         self._link.tap = self._on_frame
@@ -58,7 +58,7 @@ class Listener:
         self._emcy = {0x80 + drive.node_id: (i + 1, drive.emcy) for i, drive in enumerate(rig.drives)}
 
     def listen(
-        self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda heard: None
+        self, stop: StopRequest, duration: float | None, show: Callable[[BusTraffic], None] = lambda traffic: None
     ) -> str:
         """Listen until a stop request, for `duration` [s], or until SYNC has ceased; return the reason for the end.
 
@@ -67,24 +67,24 @@ class Listener:
         """
         with self._writer as writer:
             end = None if duration is None else time.monotonic() + duration
-            while (reason := self._over(stop, end)) is None:
-                self._link.receive(_LOOK)
-                show(self.heard)
+            while (reason := self._end_reason(stop, end)) is None:
+                self._link.receive(_POLL_INTERVAL)
+                show(self.traffic)
             writer.close(0, reason)
         return reason
 
-    def _over(self, stop: StopRequest, end: float | None) -> str | None:
+    def _end_reason(self, stop: StopRequest, end: float | None) -> str | None:
         now = time.monotonic()
         if stop.count:
             return stop.reason
         if end is not None and now >= end:
             return "the time to listen was over"
-        if self._last_sync is not None and now - self._last_sync > SILENCE:
-            return f"no SYNC for {SILENCE:g} s"
+        if self._last_sync is not None and now - self._last_sync > SYNC_TIMEOUT:
+            return f"no SYNC for {SYNC_TIMEOUT:g} s"
         return None
 
     def _on_frame(self, stamp_ns: int, message: can.Message, sent: bool) -> None:
-        self.heard.frames += 1
+        self.traffic.frames += 1
         arbitration_id, data = message.arbitration_id, bytes(message.data[:8])
         self._writer.can(
             stamp_ns,
@@ -99,7 +99,7 @@ class Listener:
         if message.is_extended_id or message.is_error_frame:
             return
         if arbitration_id == SYNC_ID:
-            self.heard.syncs += 1
+            self.traffic.syncs += 1
             self._last_sync = time.monotonic()
         elif arbitration_id in self._emcy:
             joint, texts = self._emcy[arbitration_id]
@@ -121,7 +121,7 @@ def record(
     out: Path,
     trajectory: Trajectory | None,
     duration: float | None,
-    show: Callable[[BusTraffic], None] = lambda heard: None,
+    show: Callable[[BusTraffic], None] = lambda traffic: None,
 ) -> tuple[BusTraffic, Reconstructed]:
     """Listen on the bus of `rig` and write the new recording `out`; see `Listener.listen` for when it ends.
 
@@ -134,12 +134,12 @@ def record(
         listener = Listener(bus, rig, out)
         reason = listener.listen(stop, duration, show)
         # Within the StopRequest, so that a signal cannot interrupt the reconstruction of the samples.
-        return listener.heard, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
+        return listener.traffic, complete(out, rig, trajectory, {"exit_status": "0", "reason": reason})
 
 
 def _run(rig: Rig) -> Run:
     return Run(
-        trajectory=NAME,
+        trajectory=TRAJECTORY_NAME,
         trajectory_digest="",
         period=0.0,
         cycles=1,
@@ -165,12 +165,12 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
             "master is at work"
         )
     partial = path.with_name(path.name + ".part")
-    rewrite(path, partial, {**end, **_known(reconstructed)}, reconstructed.samples)
+    rewrite(path, partial, {**end, **_run_entries(reconstructed)}, reconstructed.samples)
     os.replace(partial, path)  # noqa: PTH105
     return reconstructed
 
 
-def _known(reconstructed: Reconstructed) -> dict[str, str]:
+def _run_entries(reconstructed: Reconstructed) -> dict[str, str]:
     """Entries of the record `run` that follow from the frames."""
     run = {
         "rate": reconstructed.rate,

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from daq.sync_line import line, number
+from daq.sync_line import fit_line, number_syncs
 from drivers import cia402
 from drivers.canopen import emcy, setup
 from recordings.blocks import SampleTable
@@ -23,13 +23,13 @@ _TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
 _to_joint: Any = setup.counts_to_joint  # works for arrays as well
 _STATE_BITS = 0x6F
 """Bits of the statusword that encode the drive state."""
-_PAUSE = 500
+_MAX_GAP = 500
 """Largest number of missing SYNCs in a row that count as lost samples; a longer gap is a pause of the master."""
-_ANCHORS = 40
+_ANCHOR_COUNT = 40
 """Number of rows of a trajectory that are compared with the commands to locate it."""
-_CERTAIN = 0.9
+_MIN_AGREEMENT = 0.9
 """Share of these rows that must agree."""
-_SIMULATED = b"simulated drive"
+_SIMULATED_NAME = b"simulated drive"
 """Part of the device name (object 1008) of simulated drives."""
 
 _FRAME = np.dtype([("id", "<u2"), ("length", "u1"), ("log", "<i8"), ("data", "u1", (8,))])
@@ -42,7 +42,7 @@ class Reconstructed:
     samples: SampleTable
     rate: float
     """SYNCs per second [Hz]."""
-    own_clock: bool
+    uses_configured_period: bool
     """The SYNC period by the clock of this computer is the configured one."""
     missing: int
     """Number of missing SYNCs."""
@@ -61,7 +61,9 @@ class Reconstructed:
             "syncs_missing": self.missing,
             "answers_lost": np.isnan(self.samples.position).sum(axis=0).tolist(),
             "rate_hz": self.rate,
-            "stamps": "SYNC index x configured period" if self.own_clock else "line through the arrivals",
+            "stamps": "SYNC index x configured period"
+            if self.uses_configured_period
+            else "line through the arrivals",
             "trajectory": self.trajectory.name if self.trajectory else None,
             "cycles": self.cycles,
             "period_s": self.period,
@@ -79,16 +81,16 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
         BadInput: the file cannot be read.
     """
     frames = _frames(path)
-    at = np.flatnonzero(frames["id"] == setup.SYNC_ID)
-    if not len(at):
+    sync_positions = np.flatnonzero(frames["id"] == setup.SYNC_ID)
+    if not len(sync_positions):
         return None
-    arrival = frames["log"][at]
-    index = number(arrival)
-    start, period = line(arrival, index, 1e9 / rig.rate)
-    table = _Table(frames, at, index)
-    axes = [_axis(table, drive) for drive in rig.drives]
-    joints = {name: np.column_stack([getattr(axis, name) for axis in axes]) for name in _Axis.__annotations__}
-    stamp = start + np.rint(table.full * period).astype(np.int64)
+    arrival = frames["log"][sync_positions]
+    index = number_syncs(arrival)
+    start, period = fit_line(arrival, index, 1e9 / rig.rate)
+    table = _FrameTable(frames, sync_positions, index)
+    axes = [_joint_values(table, drive) for drive in rig.drives]
+    joints = {name: np.column_stack([getattr(axis, name) for axis in axes]) for name in _JointValues.__annotations__}
+    stamp = start + np.rint(table.sync_number * period).astype(np.int64)
     log = stamp.copy()
     log[table.rows] = arrival
     repeat, motion_period, matched_trajectory = _repeat(rig, joints, trajectory)
@@ -96,7 +98,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
         joints=rig.joint_names,
         stamp=stamp,
         log=log,
-        cycle=table.full,
+        cycle=table.sync_number,
         repeat=repeat,
         position=joints["position"],
         command=joints["command"],
@@ -108,22 +110,22 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     return Reconstructed(
         samples=samples,
         rate=1e9 / period,
-        own_clock=period == 1e9 / rig.rate,
+        uses_configured_period=period == 1e9 / rig.rate,
         missing=int(index[-1]) + 1 - len(index),
         period=motion_period * period / 1e9,
         cycles=max(int(repeat.max()) + 1, 1),
         trajectory=matched_trajectory,
-        simulated=_says_simulated(frames, rig),
+        simulated=_is_simulated(frames, rig),
     )
 
 
 def _frames(path: Path) -> NDArray[Any]:
     """Read the standard data frames in the order of arrival, in compact form."""
-    batches = load(path, ("/can",), _condensed).batches.get("/can", [])
+    batches = load(path, ("/can",), _compact).batches.get("/can", [])
     return np.concatenate([np.empty(0, _FRAME), *batches])
 
 
-def _condensed(batch: Batch) -> NDArray[Any]:
+def _compact(batch: Batch) -> NDArray[Any]:
     message = batch["message"]
     plain = ~(message["is_rtr"] | message["is_extended"] | message["is_error"])
     frames = np.empty(int(plain.sum()), _FRAME)
@@ -132,26 +134,26 @@ def _condensed(batch: Batch) -> NDArray[Any]:
     return frames
 
 
-class _Table:
+class _FrameTable:
     """Assignment of frames to rows: one row per SYNC, including missing ones."""
 
-    def __init__(self, frames: NDArray[Any], at: Ints, index: Ints) -> None:
-        """`at`: positions of the SYNCs among the frames; `index`: their numbers."""
+    def __init__(self, frames: NDArray[Any], sync_positions: Ints, index: Ints) -> None:
+        """`sync_positions`: positions of the SYNCs among the frames; `index`: their numbers."""
         self._frames = frames
-        self._at = at
+        self._sync_positions = sync_positions
         steps = np.diff(index)
-        holes = np.flatnonzero((steps > 1) & (steps <= _PAUSE))
-        lost = [np.arange(index[i] + 1, index[i + 1]) for i in holes]
-        self.full: Ints = np.unique(np.concatenate([index, *lost]))
+        gaps = np.flatnonzero((steps > 1) & (steps <= _MAX_GAP))
+        lost = [np.arange(index[i] + 1, index[i + 1]) for i in gaps]
+        self.sync_number: Ints = np.unique(np.concatenate([index, *lost]))
         """SYNC number of every row (n,)."""
-        self.rows: Ints = np.searchsorted(self.full, index)
+        self.rows: Ints = np.searchsorted(self.sync_number, index)
         """Row of each received SYNC."""
 
     def answers(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
         """Rows and contents of frames that answer the SYNC before them; the last frame counts."""
         return self._assigned(arbitration_id, layout, -1)
 
-    def orders(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
+    def commands(self, arbitration_id: int, layout: np.dtype[Any]) -> tuple[Ints, NDArray[Any]]:
         """Rows and contents of frames that take effect with the next SYNC; the last frame counts."""
         return self._assigned(arbitration_id, layout, 0)
 
@@ -159,23 +161,23 @@ class _Table:
         """`value` (n,) of the last such frame before the next SYNC; 0 before the first frame."""
         matching = np.flatnonzero(self._frames["id"] == arbitration_id)
         values = [value(bytes(frame["data"][: frame["length"]])) for frame in self._frames[matching]]
-        ends = np.append(self._at[1:], len(self._frames))
-        heard = np.array([0, *values])[np.searchsorted(matching, ends)]
-        filled: Ints = np.zeros(len(self.full), np.int64)
-        filled[self.rows] = heard
+        ends = np.append(self._sync_positions[1:], len(self._frames))
+        latest_value = np.array([0, *values])[np.searchsorted(matching, ends)]
+        filled: Ints = np.zeros(len(self.sync_number), np.int64)
+        filled[self.rows] = latest_value
         return filled
 
     def _assigned(self, arbitration_id: int, layout: np.dtype[Any], shift: int) -> tuple[Ints, NDArray[Any]]:
         frames = self._frames
         matching = np.flatnonzero((frames["id"] == arbitration_id) & (frames["length"] == layout.itemsize))
-        sync = np.searchsorted(self._at, matching) + shift
-        inside = (sync >= 0) & (sync < len(self._at))
+        sync = np.searchsorted(self._sync_positions, matching) + shift
+        inside = (sync >= 0) & (sync < len(self._sync_positions))
         data = np.ascontiguousarray(frames["data"][matching[inside], : layout.itemsize])
         return self.rows[sync[inside]], data.view(layout)[:, 0]
 
 
 @dataclass(frozen=True, eq=False)
-class _Axis:
+class _JointValues:
     """Values of one joint, (n,) each, as in `SampleTable`."""
 
     position: Floats
@@ -186,8 +188,8 @@ class _Axis:
     error_code: Ints
 
 
-def _axis(table: _Table, drive: Drive) -> _Axis:
-    n = len(table.full)
+def _joint_values(table: _FrameTable, drive: Drive) -> _JointValues:
+    n = len(table.sync_number)
     raw = {name: np.full(n, np.nan) for name in ("status", "position", "voltage", "torque")}
     for pdo, fields in enumerate(setup.tpdos(drive)):
         layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
@@ -195,9 +197,9 @@ def _axis(table: _Table, drive: Drive) -> _Axis:
         for field in fields:
             raw[field.name][rows] = contents[field.name]
     target = np.full(n, np.nan)
-    rows, contents = table.orders(0x200 + drive.node_id, _TARGET)
+    rows, contents = table.commands(0x200 + drive.node_id, _TARGET)
     target[rows] = contents["counts"]
-    return _Axis(
+    return _JointValues(
         position=_to_joint(drive, raw["position"]),
         command=_to_joint(drive, target),
         voltage=raw["voltage"] * drive.voltage.scale * drive.sign,
@@ -212,7 +214,7 @@ def _repeat(
 ) -> tuple[Ints, float, Trajectory | None]:
     """Repetition index of each sample (n,), the period [samples], and the trajectory if it was commanded."""
     command, n = joints["command"], len(joints["command"])
-    first = None if trajectory is None else _place(rig, command, trajectory)
+    first = None if trajectory is None else _locate(rig, command, trajectory)
     if trajectory is not None and first is not None:
         repeat = np.full(n, -1)
         repeat[first : first + len(trajectory.repeat)] = trajectory.repeat
@@ -224,27 +226,27 @@ def _repeat(
     return np.where(enabled.all(axis=1), 0, -1), 0.0, None
 
 
-def _place(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
+def _locate(rig: Rig, command: Floats, trajectory: Trajectory) -> int | None:
     """Find the row of `command` (n, dof) at which `trajectory` begins; None if it was not commanded."""
     path = trajectory.joint_position
-    room = len(command) - len(path) + 1
-    if room < 1:
+    offset_count = len(command) - len(path) + 1
+    if offset_count < 1:
         return None
     # Neighbouring samples differ most where the motion is fast.
-    pace = np.abs(trajectory.joint_velocity).sum(axis=1)
-    anchors = [piece[np.argmax(pace[piece])] for piece in np.array_split(np.arange(len(path)), _ANCHORS)]
+    speed = np.abs(trajectory.joint_velocity).sum(axis=1)
+    anchors = [segment[np.argmax(speed[segment])] for segment in np.array_split(np.arange(len(path)), _ANCHOR_COUNT)]
     one_count = np.array([1 / abs(drive.counts_per_radian) for drive in rig.drives])
-    votes = np.zeros(room, np.int64)
+    votes = np.zeros(offset_count, np.int64)
     for anchor in anchors:
-        votes += (np.abs(command[anchor : anchor + room] - path[anchor]) < one_count).all(axis=1)
+        votes += (np.abs(command[anchor : anchor + offset_count] - path[anchor]) < one_count).all(axis=1)
     best = int(np.argmax(votes))
-    return best if votes[best] >= _CERTAIN * len(anchors) else None
+    return best if votes[best] >= _MIN_AGREEMENT * len(anchors) else None
 
 
-def _says_simulated(frames: NDArray[Any], rig: Rig) -> bool:
+def _is_simulated(frames: NDArray[Any], rig: Rig) -> bool:
     """Whether the segments of an SDO upload contain the device name of a simulated drive."""
     for drive in rig.drives:
         responses = frames["data"][frames["id"] == 0x580 + drive.node_id]
-        if _SIMULATED in np.ascontiguousarray(responses[:, 1:]).tobytes():
+        if _SIMULATED_NAME in np.ascontiguousarray(responses[:, 1:]).tobytes():
             return True
     return False

@@ -37,7 +37,7 @@ class Recorder:
     def __init__(self, writer: RecordingWriter) -> None:
         self._writer = writer
         self._queue: queue.SimpleQueue[_Write | None] = queue.SimpleQueue()
-        self._thread = threading.Thread(target=self._work, name="recorder", daemon=True)
+        self._thread = threading.Thread(target=self._run_thread, name="recorder", daemon=True)
         self._thread.start()
         self.error: RunFailed | None = None
         self.frames_sent = 0
@@ -113,7 +113,7 @@ class Recorder:
         if self.error is not None:
             raise self.error
 
-    def _work(self) -> None:
+    def _run_thread(self) -> None:
         while (write := self._queue.get()) is not None:
             if self.error is None:
                 try:

@@ -20,13 +20,13 @@ from recordings.recording import Bools, CanFrames, Floats
 Direction = Literal["tx", "rx", "both"]
 
 _IDS = re.compile(r"(0[xX][\da-fA-F]+|\d+)(?:([-/])(0[xX][\da-fA-F]+|\d+))?")
-_HEADSTART = 0.02
+_START_DELAY = 0.02
 """Time from the call to the first frame [s]."""
-_LOOK = 0.1
+_POLL_INTERVAL = 0.1
 """Longest time between two checks for a stop request [s]."""
-_SLACK = 0.005
+_MAX_AHEAD = 0.005
 """Time on the wire of frames that may be sent ahead of the wire [s]."""
-_PATIENCE = 1.0
+_FULL_TIMEOUT = 1.0
 """Time for which the interface may be full before the bus counts as lost [s]."""
 _BLOCK = 10_000
 """Number of frames that are unpacked at a time."""
@@ -75,8 +75,8 @@ def commanding(frames: CanFrames) -> Bools:
     function = frames.id & 0x780
     broadcast = np.isin(frames.id, (0x000, SYNC_ID, 0x100, 0x700 + MASTER_ID))
     from_master = broadcast | np.isin(function, (0x200, 0x300, 0x400, 0x500, 0x600))
-    orders: Bools = frames.sent | (from_master & ~frames.extended)
-    return orders
+    commands: Bools = frames.sent | (from_master & ~frames.extended)
+    return commands
 
 
 @dataclass(frozen=True)
@@ -157,13 +157,13 @@ def replay(
     Raises:
         RunFailed: the bus does not accept frames.
     """
-    start = time.perf_counter() + _HEADSTART
+    start = time.perf_counter() + _START_DELAY
     lateness = np.zeros(plan.total)
     sent, wire_free = 0, 0.0
     for loop in range(plan.loops):
         for due, wire, message in _messages(plan):
             deadline = loop * plan.loop_time + due
-            deadline = max(deadline, wire_free - _SLACK)
+            deadline = max(deadline, wire_free - _MAX_AHEAD)
             wire_free = max(wire_free, deadline) + wire
             if not _wait(start + deadline, stop):
                 return Replayed(sent, lateness[:sent], stop.reason)
@@ -205,12 +205,12 @@ def _wait(deadline: float, stop: StopRequest) -> bool:
         remaining = deadline - time.perf_counter()
         if remaining <= 0:
             return True
-        time.sleep(min(remaining, _LOOK))
+        time.sleep(min(remaining, _POLL_INTERVAL))
     return False
 
 
 def _send(bus: can.BusABC, message: can.Message) -> None:
-    end = time.perf_counter() + _PATIENCE
+    end = time.perf_counter() + _FULL_TIMEOUT
     while True:
         try:
             bus.send(message)

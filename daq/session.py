@@ -15,7 +15,7 @@ from typing import Literal
 import can
 
 from daq.clock import Clock, HostClock, LockstepClock
-from daq.realtime import precedence
+from daq.realtime import realtime_priority
 from daq.recorder import NullRecorder, Recorder
 from daq.stopping import StopRequest
 from daq.stream import Stream
@@ -59,16 +59,16 @@ class Result:
     frames_received: int
 
 
-def check_beforehand(order: RunRequest) -> None:
+def check_request(request: RunRequest) -> None:
     """Check the request before anything is opened or moves.
 
     Raises:
         BadInput: the file exists, its folder does not exist or cannot be written, the disk is full, or the rate does
             not suit the bus or the drives.
     """
-    folder = order.out.resolve().parent
-    if order.out.exists():
-        raise BadInput(f"{order.out} exists and recordings are never overwritten; choose another name with --out")
+    folder = request.out.resolve().parent
+    if request.out.exists():
+        raise BadInput(f"{request.out} exists and recordings are never overwritten; choose another name with --out")
     if not folder.is_dir():
         raise BadInput(f"folder {folder} does not exist; create it or choose another --out")
     try:
@@ -77,11 +77,11 @@ def check_beforehand(order: RunRequest) -> None:
     except OSError as error:
         if error.errno != errno.ENOSPC:
             raise BadInput(f"folder {folder} cannot be written: {error.strerror}; choose another --out") from None
-    needed = len(order.trajectory.repeat) * _BYTES_PER_CYCLE + 100_000
+    needed = len(request.trajectory.repeat) * _BYTES_PER_CYCLE + 100_000
     free = shutil.disk_usage(folder).free
     if free < needed:
         raise BadInput(f"disk full: {needed / 1e6:.1f} MB needed in {folder}, {free / 1e6:.1f} MB free; make room")
-    transports.of(order.rig).check(order.rig)
+    transports.of(request.rig).check(request.rig)
 
 
 def rig_from(path: Path | None, rate: float | None = None) -> Rig:
@@ -94,21 +94,23 @@ def rig_from(path: Path | None, rate: float | None = None) -> Rig:
     return rig if rate is None else rig.at_rate(rate)
 
 
-def _clock(order: RunRequest) -> Clock:
-    rig = order.rig
-    return LockstepClock(rig.rate) if order.pace == "lockstep" else HostClock(rig.rate, transports.of(rig).lead(rig))
+def _clock(request: RunRequest) -> Clock:
+    rig = request.rig
+    return (
+        LockstepClock(rig.rate) if request.pace == "lockstep" else HostClock(rig.rate, transports.of(rig).lead(rig))
+    )
 
 
 class Session:
     """Session of one run; `log` gets the reports of the drives and the cycle (level, source, message)."""
 
-    def __init__(self, order: RunRequest, log: Report) -> None:
-        self._order = order
+    def __init__(self, request: RunRequest, log: Report) -> None:
+        self._request = request
         self._log = log
-        self._clock: Clock = _clock(order)
+        self._clock: Clock = _clock(request)
         # Frames before the file is open: it can be opened only when the drives are identified.
-        self._early: list[tuple[int, can.Message, bool]] = []
-        self._write_frame: Tap = lambda *frame: self._early.append(frame)
+        self._early_frames: list[tuple[int, can.Message, bool]] = []
+        self._write_frame: Tap = lambda *frame: self._early_frames.append(frame)
         self._recorder: Recorder | None = None
         self.progress = CycleProgress()
 
@@ -125,13 +127,13 @@ class Session:
             status, reason = 1, "the program was interrupted"
             try:
                 identities = drives.discover()
-                self._refuse_false_pace(identities)
+                self._check_pace(identities)
                 self._recorder = self._open_recorder(identities)
                 self._write_frame = self._recorder.frame
-                with display(self.progress), self._precedence():
+                with display(self.progress), self._realtime_priority():
                     drives.configure()
-                    stream = Stream(self._order.rig, drives, self._clock, self._recorder, stop, self.progress)
-                    stream.run(self._order.trajectory)
+                    stream = Stream(self._request.rig, drives, self._clock, self._recorder, stop, self.progress)
+                    stream.run(self._request.trajectory)
                 status, reason = 0, "done"
             except Exception as error:
                 reason = str(error)
@@ -143,7 +145,7 @@ class Session:
                     self._close(status, reason)
         return Result(identities, self.progress, self._recorder.frames_sent, self._recorder.frames_received)
 
-    def rehearse(self, display: Display) -> tuple[Result, list[float]]:
+    def dry_run(self, display: Display) -> tuple[Result, list[float]]:
         """Do everything of `run` except power and file; return the result and the joint positions [rad].
 
         Raises:
@@ -153,41 +155,41 @@ class Session:
         drives = self._connect()
         try:
             identities = drives.discover()
-            self._refuse_false_pace(identities)
-            with StopRequest() as stop, display(self.progress), self._precedence():
+            self._check_pace(identities)
+            with StopRequest() as stop, display(self.progress), self._realtime_priority():
                 drives.configure()
-                stream = Stream(self._order.rig, drives, self._clock, NullRecorder(), stop, self.progress)
-                position = stream.rehearse(self._order.trajectory)
+                stream = Stream(self._request.rig, drives, self._clock, NullRecorder(), stop, self.progress)
+                position = stream.dry_run(self._request.trajectory)
         finally:
             drives.close()
-        sent = sum(frame[2] for frame in self._early)
-        return Result(identities, self.progress, sent, len(self._early) - sent), position.tolist()
+        sent = sum(frame[2] for frame in self._early_frames)
+        return Result(identities, self.progress, sent, len(self._early_frames) - sent), position.tolist()
 
     def _connect(self) -> Amplifiers:
-        clock = self._clock.now if self._order.pace == "lockstep" else None
-        return transports.of(self._order.rig).connect(self._order.rig, self._report, self._tap, clock)
+        clock = self._clock.now if self._request.pace == "lockstep" else None
+        return transports.of(self._request.rig).connect(self._request.rig, self._report, self._tap, clock)
 
-    def _precedence(self) -> AbstractContextManager[None]:
-        return nullcontext() if self._order.pace == "lockstep" else precedence(self._report)
+    def _realtime_priority(self) -> AbstractContextManager[None]:
+        return nullcontext() if self._request.pace == "lockstep" else realtime_priority(self._report)
 
     def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
-        order = self._order
-        lockstep = order.pace == "lockstep"
+        request = self._request
+        lockstep = request.pace == "lockstep"
         run = Run(
-            trajectory=order.trajectory.name,
-            trajectory_digest=order.trajectory.digest,
-            period=order.trajectory.period,
-            cycles=order.trajectory.cycles,
-            rate=order.rig.rate,
+            trajectory=request.trajectory.name,
+            trajectory_digest=request.trajectory.digest,
+            period=request.trajectory.period,
+            cycles=request.trajectory.cycles,
+            rate=request.rig.rate,
             software=f"delta-workbench {version('delta-workbench')}",
             simulated=any(identity.simulated for identity in identities),
-            pace=order.pace,
-            seed=order.seed,
+            pace=request.pace,
+            seed=request.seed,
             # In lockstep, time is simulated and begins at the epoch.
             start=datetime.fromtimestamp(0 if lockstep else time.time(), UTC).isoformat(timespec="milliseconds"),
         )
-        recorder = Recorder(RecordingWriter(order.out, order.rig, run))
-        for frame in self._early:
+        recorder = Recorder(RecordingWriter(request.out, request.rig, run))
+        for frame in self._early_frames:
             recorder.frame(*frame)
         for identity in identities:
             text = f"{identity.device}, vendor 0x{identity.vendor_id:X}, product 0x{identity.product_code:X}"
@@ -197,11 +199,11 @@ class Session:
     def _tap(self, time_ns: int, message: can.Message, sent: bool) -> None:
         self._write_frame(time_ns, message, sent)
 
-    def _refuse_false_pace(self, identities: tuple[Identity, ...]) -> None:
+    def _check_pace(self, identities: tuple[Identity, ...]) -> None:
         lockstep = {identity.lockstep for identity in identities}
-        if self._order.pace == "lockstep" and lockstep != {True}:
+        if self._request.pace == "lockstep" and lockstep != {True}:
             raise BadInput("--pace lockstep needs drives simulated in lockstep; real drives run in real time only")
-        if self._order.pace == "realtime" and True in lockstep:
+        if self._request.pace == "realtime" and True in lockstep:
             raise BadInput("these simulated drives run in lockstep; record with --pace lockstep")
 
     def _report(self, level: Level, source: str, message: str) -> None:
@@ -221,4 +223,4 @@ class Session:
                 self._log("error", "daq", reason)
             raise
         if status != 0:
-            self._log("info", "daq", f"{self._order.out} is whole and holds all up to here")
+            self._log("info", "daq", f"{self._request.out} is whole and holds all up to here")

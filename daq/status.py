@@ -41,12 +41,12 @@ def to_stdout(line: str) -> None:
 class StatusLines:
     """Sender of status lines during a run. It has its own thread, so that the cycle never waits for a receiver."""
 
-    def __init__(self, progress: CycleProgress, rate: float, told: Sequence[LineSink]) -> None:
-        self._progress, self._rate, self._told = progress, rate, told
-        self._due: NDArray[np.float64] = np.array(math.nan)
+    def __init__(self, progress: CycleProgress, rate: float, sinks: Sequence[LineSink]) -> None:
+        self._progress, self._rate, self._sinks = progress, rate, sinks
+        self._previous_command: NDArray[np.float64] = np.array(math.nan)
         """Command of the previous cycle, which the drives must have reached now [rad]."""
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._work, name="status", daemon=True)
+        self._finished = threading.Event()
+        self._thread = threading.Thread(target=self._run_thread, name="status", daemon=True)
 
     def __enter__(self) -> Self:
         self._thread.start()
@@ -55,21 +55,21 @@ class StatusLines:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self._over.set()
+        self._finished.set()
         self._thread.join()
 
-    def _work(self) -> None:
-        while not self._over.wait(_INTERVAL):
-            self._say()
-        self._say()
+    def _run_thread(self) -> None:
+        while not self._finished.wait(_INTERVAL):
+            self._send_status()
+        self._send_status()
 
-    def _say(self) -> None:
+    def _send_status(self) -> None:
         progress = self._progress
         recent = [progress.recent.popleft() for _ in range(len(progress.recent))]
-        dues = [self._due, *(command for _, command, _ in recent)]
-        self._due = dues.pop()
+        targets = [self._previous_command, *(command for _, command, _ in recent)]
+        self._previous_command = targets.pop()
         late = progress.lateness[-max(1, len(recent)) :]
-        shown = list(zip(dues, recent, strict=True))[:: -(-len(recent) // _ROWS) or 1]
+        shown = list(zip(targets, recent, strict=True))[:: -(-len(recent) // _ROWS) or 1]
         status = {
             "status": progress.phase,
             "done": progress.done,
@@ -79,23 +79,23 @@ class StatusLines:
             "cycles_missed": progress.missed,
             "following_error_max": progress.following_error,
             "lateness": max(late, default=0.0),
-            "rows": [_row(self._rate, due, *cycle) for due, cycle in shown],
+            "rows": [_row(self._rate, target, *cycle) for target, cycle in shown],
         }
         line = json.dumps(status, allow_nan=False)
-        for tell in self._told:
-            tell(line)
+        for sink in self._sinks:
+            sink(line)
 
 
 def _row(
-    rate: float, due: NDArray[np.float64], index: int, command: NDArray[np.float64], sample: Sample
+    rate: float, target: NDArray[np.float64], index: int, command: NDArray[np.float64], sample: Sample
 ) -> dict[str, Any]:
-    """Build the row of one cycle; `due` is the command of the previous cycle. Values are null without a command or
+    """Build the row of one cycle; `target` is the command of the previous cycle. Values are null without a command or
     without an answer."""
     return {
         "time": index / rate,
         "command": _numbers(command.tolist()),
         "position": _numbers(sample.position),
-        "following_error": _numbers((due - sample.position).tolist()),
+        "following_error": _numbers((target - sample.position).tolist()),
         "voltage": _numbers(sample.voltage),
     }
 

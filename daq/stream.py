@@ -27,9 +27,9 @@ Floats = NDArray[np.float64]
 
 _POWER_TIMEOUT = 3.0
 """Longest time that the drives may take to enable or disable [s]."""
-_DEAF = 0.2
+_NO_REACTION_TIMEOUT = 0.2
 """Longest time without answers, or without a reaction of an enabled drive, while disabling [s]."""
-_RAMP = 0.4
+_RAMP_TIME = 0.4
 """Duration of an orderly stop along the path [s]."""
 _SWITCH_INTERVAL = 1e-4
 """Longest time that another thread may hold the interpreter while the cycle waits for it [s]."""
@@ -63,9 +63,9 @@ class Stream:
         self._progress = progress
         self._supervisor = Supervisor(rig)
         self._index = 0
-        self._due: Floats | None = None
-        self._at_rest: Floats = np.full(rig.dof, math.nan)
-        self._nothing = Sample(
+        self._target: Floats | None = None
+        self._no_command: Floats = np.full(rig.dof, math.nan)
+        self._no_answer = Sample(
             position=(math.nan,) * rig.dof,
             voltage=(math.nan,) * rig.dof,
             statusword=(0,) * rig.dof,
@@ -84,7 +84,7 @@ class Stream:
         with _quiet_interpreter():
             reason = None
             try:
-                self._look()
+                self._wait_for_answers()
                 self._enable()
                 self._approach(trajectory.joint_position[0])
                 self._follow("stream", trajectory.joint_position, trajectory)
@@ -97,7 +97,7 @@ class Stream:
             if reason is not None:
                 raise RunFailed(reason)
 
-    def rehearse(self, trajectory: Trajectory) -> Floats:
+    def dry_run(self, trajectory: Trajectory) -> Floats:
         """Exchange cycles for a second without power; plan and encode the approach and the trajectory.
 
         Returns the joint positions (dof,) [rad].
@@ -107,9 +107,9 @@ class Stream:
         """
         with _quiet_interpreter():
             try:
-                position = self._look()
-                for _ in range(self._cycles(1.0)):
-                    self._watch(self._supervisor.drives(self._cycle(None, self._at_rest)))
+                position = self._wait_for_answers()
+                for _ in range(self._cycle_count(1.0)):
+                    self._raise_fault(self._supervisor.drives(self._cycle(None, self._no_command)))
             except (MotionFault, StopRequested) as stop:
                 raise RunFailed(str(stop)) from None
         self._amplifiers.encode(approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate))
@@ -118,25 +118,25 @@ class Stream:
 
     # Phases
 
-    def _look(self) -> Floats:
-        for _ in range(self._cycles(_POWER_TIMEOUT)):
+    def _wait_for_answers(self) -> Floats:
+        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
             if self._stop.count:
                 raise StopRequested(self._stop.reason)
-            sample = self._cycle(None, self._at_rest)
-            self._watch(self._supervisor.drives(sample))
+            sample = self._cycle(None, self._no_command)
+            self._raise_fault(self._supervisor.drives(sample))
             if not sample.missing:
-                self._watch(self._supervisor.standstill(sample.position))
+                self._raise_fault(self._supervisor.standstill(sample.position))
                 return np.array(sample.position)
         raise MotionFault("no complete answer from all drives; check the bus")
 
     def _enable(self) -> None:
         self._progress.phase = "enable"
         self._amplifiers.goal = Goal.ENABLED
-        for _ in range(self._cycles(_POWER_TIMEOUT)):
-            sample = self._cycle(None, self._at_rest)
-            self._watch(self._supervisor.drives(sample))
+        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
+            sample = self._cycle(None, self._no_command)
+            self._raise_fault(self._supervisor.drives(sample))
             if all(power is Power.ON for power in sample.power) and not sample.missing:
-                self._due = np.array(sample.position)
+                self._target = np.array(sample.position)
                 return
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
         raise MotionFault(
@@ -144,8 +144,8 @@ class Stream:
         )
 
     def _approach(self, goal: Floats) -> None:
-        assert self._due is not None
-        path = approach(self._due, goal, self._rig.limits, self._rig.rate)
+        assert self._target is not None
+        path = approach(self._target, goal, self._rig.limits, self._rig.rate)
         self._follow("approach", path, None)
 
     def _follow(self, phase: str, path: Floats, trajectory: Trajectory | None) -> None:
@@ -157,8 +157,10 @@ class Stream:
             repeat = -1 if trajectory is None else int(trajectory.repeat[i])
             platform = None if trajectory is None else trajectory.platform[i]
             sample = self._cycle(setpoint, path[i], repeat, platform)
-            self._watch(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._due_now()))
-            self._due = path[i]
+            self._raise_fault(
+                self._supervisor.drives(sample) or self._supervisor.motion(sample, self._current_target())
+            )
+            self._target = path[i]
             progress.done = i + 1
             progress.following_error = self._supervisor.worst_following_error
             if self._stop.count or self._recorder.error:
@@ -168,7 +170,7 @@ class Stream:
     def _ramp_down(self, ahead: Floats) -> None:
         """Come to rest along the path ahead; the pace along the path falls smoothly from 1 to 0."""
         self._progress.phase = "stop"
-        count = self._cycles(_RAMP)
+        count = self._cycle_count(_RAMP_TIME)
         s = np.arange(1, count + 1) / count
         # Integral of the pace 1 - 3 s^2 + 2 s^3: rows of the path passed after each cycle.
         rows = np.minimum(count * (s - s**3 + s**4 / 2), len(ahead) - 1)
@@ -177,8 +179,10 @@ class Stream:
             if self._stop.count > 1:
                 raise MotionFault(f"{self._stop.reason}, twice: quick stop")
             sample = self._cycle(setpoint, target)
-            self._watch(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._due_now()))
-            self._due = target
+            self._raise_fault(
+                self._supervisor.drives(sample) or self._supervisor.motion(sample, self._current_target())
+            )
+            self._target = target
 
     def _disable(self) -> str:
         """Command a quick stop, then power off; return the joints that did not confirm."""
@@ -190,21 +194,23 @@ class Stream:
         except RunFailed as error:
             self._recorder.event(self._clock.now(), "error", "bus", str(error))
             power = (Power.UNKNOWN,)
-        if not _off(power):
+        if not _all_off(power):
             power = self._amplifiers.power_off()
-        return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if not _off([p]))
+        return ", ".join(f"joint {j + 1}" for j, p in enumerate(power) if not _all_off([p]))
 
     def _wait_off(self, goal: Goal) -> tuple[Power, ...]:
         """Wait until all drives are off, or one does not answer or react for long; return the power states."""
         self._amplifiers.goal = goal
-        silent = deaf = 0
-        for _ in range(self._cycles(_POWER_TIMEOUT)):
-            sample = self._cycle(None, self._at_rest)
-            silent = silent + 1 if sample.missing else 0
-            deaf = deaf + 1 if Power.ON in sample.power else 0
-            if (not silent and _off(sample.power)) or max(silent, deaf) >= self._cycles(_DEAF):
+        unanswered = unresponsive = 0
+        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
+            sample = self._cycle(None, self._no_command)
+            unanswered = unanswered + 1 if sample.missing else 0
+            unresponsive = unresponsive + 1 if Power.ON in sample.power else 0
+            if (not unanswered and _all_off(sample.power)) or max(unanswered, unresponsive) >= self._cycle_count(
+                _NO_REACTION_TIMEOUT
+            ):
                 break
-        return sample.power if not silent else (Power.UNKNOWN,)
+        return sample.power if not unanswered else (Power.UNKNOWN,)
 
     # One cycle
 
@@ -215,7 +221,7 @@ class Stream:
         lateness = clock.wait(index)
         sample = self._amplifiers.exchange(setpoint, max(clock.answer_timeout - lateness, 0.2 * clock.answer_timeout))
         if sample.sync is not None and sample.sync > index:
-            self._miss(index, sample.sync, lateness)
+            self._record_missed(index, sample.sync, lateness)
             index = sample.sync
         self._recorder.cycle(clock.stamp(index), clock.now(), index, repeat, lateness, command, platform, sample)
         self._index = index + 1
@@ -236,7 +242,7 @@ class Stream:
         lateness = clock.overdue(self._index)
         missed = int(lateness * self._rig.rate)
         if missed:
-            self._miss(self._index, self._index + missed, lateness)
+            self._record_missed(self._index, self._index + missed, lateness)
         allowed = self._rig.limits.host_stall
         if lateness > allowed and not self._stop.count:
             self._stop.ask(
@@ -245,28 +251,28 @@ class Stream:
             )
         return self._index + missed
 
-    def _miss(self, first: int, end: int, lateness: float) -> None:
+    def _record_missed(self, first: int, end: int, lateness: float) -> None:
         clock, missed = self._clock, end - first
         for index in range(first, end):
             self._recorder.cycle(
-                clock.stamp(index), clock.now(), index, -1, lateness, self._at_rest, None, self._nothing
+                clock.stamp(index), clock.now(), index, -1, lateness, self._no_command, None, self._no_answer
             )
         self._progress.missed += missed
         self._recorder.event(clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed")
 
-    def _due_now(self) -> Floats:
-        assert self._due is not None
-        return self._due
+    def _current_target(self) -> Floats:
+        assert self._target is not None
+        return self._target
 
-    def _watch(self, reason: str | None) -> None:
+    def _raise_fault(self, reason: str | None) -> None:
         if reason is not None:
             raise MotionFault(reason)
 
-    def _cycles(self, duration: float) -> int:
+    def _cycle_count(self, duration: float) -> int:
         return max(1, round(duration * self._rig.rate))
 
 
-def _off(power: Sequence[Power]) -> bool:
+def _all_off(power: Sequence[Power]) -> bool:
     return all(p in (Power.OFF, Power.FAULT) for p in power)
 
 

@@ -15,10 +15,10 @@ from recordings.rig import Rig
 
 _WINDOW = 0.01
 """Time over which speed and torque are judged, so that one noisy sample does not stop the run [s]."""
-_JUMP = 2.0
+_JUMP_FACTOR = 2.0
 """Largest plausible change of position between two answers, as a multiple of the speed limit."""
 
-Triple = NDArray[np.float64] | Sequence[float]
+JointArray = NDArray[np.float64] | Sequence[float]
 
 
 class Supervisor:
@@ -28,11 +28,11 @@ class Supervisor:
         self._rig = rig
         self._limits = rig.limits
         self._window = max(2, round(_WINDOW * rig.rate))
-        self._max_silence = max(2, math.ceil(rig.limits.silence * rig.rate))
-        self._axes = [_Track(self._window) for _ in range(rig.dof)]
+        self._max_unanswered = max(2, math.ceil(rig.limits.silence * rig.rate))
+        self._joints = [_JointHistory(self._window) for _ in range(rig.dof)]
         self.worst_following_error = 0.0
 
-    def standstill(self, position: Triple) -> str | None:
+    def standstill(self, position: JointArray) -> str | None:
         """Check the measured joint angles [rad] against the joint range before power, which reveals a wrong zero."""
         limits = self._limits
         for j, angle in enumerate(position):
@@ -47,41 +47,41 @@ class Supervisor:
         """Check for drive faults and missing answers."""
         if sample.trouble is not None:
             return sample.trouble
-        for j, (track, position) in enumerate(zip(self._axes, sample.position, strict=True)):
-            track.silent = track.silent + 1 if math.isnan(position) else 0
-            if track.silent >= self._max_silence:
+        for j, (history, position) in enumerate(zip(self._joints, sample.position, strict=True)):
+            history.unanswered = history.unanswered + 1 if math.isnan(position) else 0
+            if history.unanswered >= self._max_unanswered:
                 return (
                     f"joint {j + 1}: no answer for {self._limits.silence * 1e3:g} ms; check the cable and the drive"
                 )
         return None
 
-    def motion(self, sample: Sample, due: Triple) -> str | None:
-        """Check a moving machine; `due` is the target [rad] that the positions of `sample` should have reached."""
+    def motion(self, sample: Sample, target: JointArray) -> str | None:
+        """Check a moving machine; `target` [rad] is what the positions of `sample` should have reached."""
         checks = (self._power, self._jump, self._following, self._speed, self._torque)
-        for j in range(len(self._axes)):
+        for j in range(len(self._joints)):
             for check in checks:
-                if (reason := check(j, sample, float(due[j]))) is not None:
+                if (reason := check(j, sample, float(target[j]))) is not None:
                     return f"joint {j + 1}: {reason}"
         return None
 
-    def _power(self, j: int, sample: Sample, due: float) -> str | None:
+    def _power(self, j: int, sample: Sample, target: float) -> str | None:
         if sample.power[j] is Power.ON:
             return None
         return f"the drive left operation by itself (now {sample.power[j].value})"
 
-    def _jump(self, j: int, sample: Sample, due: float) -> str | None:
-        track, position = self._axes[j], sample.position[j]
+    def _jump(self, j: int, sample: Sample, target: float) -> str | None:
+        history, position = self._joints[j], sample.position[j]
         if math.isnan(position):
-            track.lost()
+            history.add_missing()
             return None
-        step, cycles = track.moved(position)
-        possible = _JUMP * self._limits.speed * cycles / self._rig.rate
+        step, cycles = history.add(position)
+        possible = _JUMP_FACTOR * self._limits.speed * cycles / self._rig.rate
         if abs(step) <= possible:
             return None
         return f"position jump of {step:.4f} rad in {cycles} cycles, {possible:.4f} rad possible; check the encoder"
 
-    def _following(self, j: int, sample: Sample, due: float) -> str | None:
-        error, limit = abs(sample.position[j] - due), self._limits.following_error
+    def _following(self, j: int, sample: Sample, target: float) -> str | None:
+        error, limit = abs(sample.position[j] - target), self._limits.following_error
         if error > self.worst_following_error:
             self.worst_following_error = error
         if not error > limit:
@@ -91,41 +91,41 @@ class Supervisor:
             "wrong zero_offset, gear or sign"
         )
 
-    def _speed(self, j: int, sample: Sample, due: float) -> str | None:
-        speed = abs(self._axes[j].mean_step) * self._rig.rate
+    def _speed(self, j: int, sample: Sample, target: float) -> str | None:
+        speed = abs(self._joints[j].mean_step) * self._rig.rate
         if speed <= self._limits.speed:
             return None
         return f"speed {speed:.2f} rad/s, limit {self._limits.speed:g} rad/s"
 
-    def _torque(self, j: int, sample: Sample, due: float) -> str | None:
+    def _torque(self, j: int, sample: Sample, target: float) -> str | None:
         volts, gain, limit = sample.voltage[j], self._rig.torque.gain[j], self._limits.torque
         torque = gain * (volts * abs(volts) if self._rig.torque.map == "square" else volts)
-        track = self._axes[j]
-        track.strained = track.strained + 1 if abs(torque) > limit else 0
-        if track.strained < self._window:
+        history = self._joints[j]
+        history.overloaded = history.overloaded + 1 if abs(torque) > limit else 0
+        if history.overloaded < self._window:
             return None
         return f"torque {torque:.1f} N m, limit {limit:g} N m; look for a collision, a brake or a wrong gain"
 
 
-class _Track:
+class _JointHistory:
     """Recent history of one joint."""
 
     def __init__(self, window: int) -> None:
-        self.silent = 0
-        self.strained = 0
-        self._last = math.nan
-        self._since = 0
+        self.unanswered = 0
+        self.overloaded = 0
+        self._last_position = math.nan
+        self._missing = 0
         self._steps: deque[float] = deque(maxlen=window)
 
-    def lost(self) -> None:
+    def add_missing(self) -> None:
         """Count a cycle without an answer."""
-        self._since += 1
+        self._missing += 1
 
-    def moved(self, position: float) -> tuple[float, int]:
+    def add(self, position: float) -> tuple[float, int]:
         """Add a position [rad]; return the change since the last answer and the number of cycles between them."""
-        cycles = self._since + 1
-        step = 0.0 if math.isnan(self._last) else position - self._last
-        self._last, self._since = position, 0
+        cycles = self._missing + 1
+        step = 0.0 if math.isnan(self._last_position) else position - self._last_position
+        self._last_position, self._missing = position, 0
         self._steps.append(step / cycles)
         return step, cycles
 

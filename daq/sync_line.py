@@ -9,20 +9,20 @@ import numpy as np
 
 from recordings.recording import Floats, Ints
 
-_AHEAD = 500
+_MAX_LATE_SYNCS = 500
 """Number of successive SYNCs that may be late together without being taken for a gap."""
-_FOLLOW = 0.02
+_DRIFT_SHARE = 0.02
 """Share per SYNC of a change of the earliest arrivals that is attributed to clock drift."""
-_ROUNDS = 12
-_OUTLIER = 3.0
+_ITERATIONS = 12
+_OUTLIER_FACTOR = 3.0
 """Arrivals farther from the line than this multiple of the median distance are outliers."""
-_LAST = 20
+_TAIL = 20
 """Number of last SYNCs among which no gap is detected: too few follow to distinguish it from lateness."""
-_NEAR = 0.1
+_PERIOD_TOLERANCE = 0.1
 """The configured period is kept if it leads no farther from the line than this share of a period."""
 
 
-def number(arrival: Ints) -> Ints:
+def number_syncs(arrival: Ints) -> Ints:
     """Number each SYNC (n,) from 0, counting missing ones, from the arrival times `arrival` (n,) [ns]."""
     if len(arrival) < 3:
         return np.arange(len(arrival))
@@ -31,21 +31,21 @@ def number(arrival: Ints) -> Ints:
     period = _period(arrival)
     late = (arrival - arrival[0]) - period * np.arange(len(arrival))
     # Minimum over the following SYNCs: SYNCs that are merely late do not appear in it.
-    width = 2 * min(_AHEAD, len(arrival)) + 1
+    width = 2 * min(_MAX_LATE_SYNCS, len(arrival)) + 1
     backwards = minimum_filter1d(late[::-1], width // 2 + 1, origin=width // 4, mode="nearest")
-    following = backwards[::-1]
-    following[-_LAST:] = following[-min(_LAST, len(following))]
-    holes = np.zeros(len(arrival), np.int64)
-    level = float(following[0])
+    earliest_following = backwards[::-1]
+    earliest_following[-_TAIL:] = earliest_following[-min(_TAIL, len(earliest_following))]
+    missing_before = np.zeros(len(arrival), np.int64)
+    level = float(earliest_following[0])
     missing = 0
-    for i, value in enumerate(following.tolist()):
+    for i, value in enumerate(earliest_following.tolist()):
         jump = round((value - level) / period)
         if jump > 0:
             missing += jump
             level += jump * period
-        level += _FOLLOW * (value - level)
-        holes[i] = missing
-    index: Ints = np.arange(len(arrival)) + holes
+        level += _DRIFT_SHARE * (value - level)
+        missing_before[i] = missing
+    index: Ints = np.arange(len(arrival)) + missing_before
     return index
 
 
@@ -55,7 +55,7 @@ def _period(arrival: Ints) -> float:
     return float(np.median(arrival[lag:] - arrival[:-lag])) / lag
 
 
-def line(arrival: Ints, index: Ints, configured: float) -> tuple[int, float]:
+def fit_line(arrival: Ints, index: Ints, configured: float) -> tuple[int, float]:
     """Fit a robust line to the arrivals (n,) [ns]; return the time of SYNC 0 [ns] and the period [ns].
 
     Two clocks differ, so the period is estimated. If the arrivals agree with the `configured` period [ns], because
@@ -64,7 +64,7 @@ def line(arrival: Ints, index: Ints, configured: float) -> tuple[int, float]:
     if len(arrival) < 2:
         return int(arrival[0]), configured
     start, period = _fit(index, arrival - arrival[0])
-    if abs(period - configured) * (index[-1] + 1) <= 2 * _NEAR * configured:
+    if abs(period - configured) * (index[-1] + 1) <= 2 * _PERIOD_TOLERANCE * configured:
         period = configured
         start = float(np.median((arrival - arrival[0]) - index * period))
     return int(arrival[0]) + round(start), period
@@ -75,14 +75,14 @@ def _fit(index: Ints, arrival: Ints) -> tuple[float, float]:
     x, y = index.astype(np.float64), arrival.astype(np.float64)
     keep = np.ones(len(x), bool)
     start, period = 0.0, 0.0
-    for _ in range(_ROUNDS):
+    for _ in range(_ITERATIONS):
         centre = x[keep].mean()
         centred = x[keep] - centre
         period = float(centred @ y[keep] / (centred @ centred))
         start = float(y[keep].mean() - period * centre)
-        off: Floats = y - (start + period * x)
-        off -= np.median(off)
-        before, keep = keep, np.abs(off) <= _OUTLIER * max(float(np.median(np.abs(off))), 1.0)
-        if keep.sum() < 2 or (keep == before).all():
+        residual: Floats = y - (start + period * x)
+        residual -= np.median(residual)
+        previous, keep = keep, np.abs(residual) <= _OUTLIER_FACTOR * max(float(np.median(np.abs(residual))), 1.0)
+        if keep.sum() < 2 or (keep == previous).all():
             break
     return start, period

@@ -80,7 +80,7 @@ def command(
     then names the motion that the other master runs, if it is known.
     """
     from daq.live.viewers import viewers
-    from daq.session import check_beforehand, rig_from
+    from daq.session import check_request, rig_from
     from drivers import transports
     from recordings.errors import BadInput
 
@@ -103,18 +103,18 @@ def command(
         raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
     if dry_run and hidden is not None:
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
-    order = _order(rig, trajectory, cycles, out, pace, seed, simulated)
-    check_beforehand(order)
-    with viewers(order, live, foxglove, _say) as told:
-        _on_machine(
-            order,
+    request = _request(rig, trajectory, cycles, out, pace, seed, simulated)
+    check_request(request)
+    with viewers(request, live, foxglove, _say) as sinks:
+        _run_on_drives(
+            request,
             sim_file,
             hidden,
-            lambda: _rehearse(order, as_json) if dry_run else _record(order, as_json, status, told),
+            lambda: _dry_run(request, as_json) if dry_run else _record(request, as_json, status, sinks),
         )
 
 
-def _order(
+def _request(
     rig: "Rig", name: str, cycles: int | None, out: Path | None, pace: str | None, seed: int, simulated: bool
 ) -> "RunRequest":
     from daq.session import RunRequest
@@ -132,18 +132,18 @@ def _order(
     )
 
 
-def _on_machine(order: "RunRequest", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
+def _run_on_drives(request: "RunRequest", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
     """Call `run`, with the simulated rig running beside it if the drives are simulated."""
     from daq.simulation import configured, simulated
     from drivers.simulated.seal import sealed_path
     from recordings.errors import RunFailed
 
-    if order.seed is None:
+    if request.seed is None:
         run()
         return
     _say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
-    config = configured(order.rig, sim_file, hidden, sealed_path(order.out))
-    with simulated(order.rig, config, order.pace, order.seed) as machine:
+    config = configured(request.rig, sim_file, hidden, sealed_path(request.out))
+    with simulated(request.rig, config, request.pace, request.seed) as machine:
         try:
             run()
         except RunFailed as error:
@@ -155,28 +155,28 @@ def _on_machine(order: "RunRequest", sim_file: Path | None, hidden: int | None, 
 def _listen(
     rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
 ) -> None:
-    from daq.listen import NAME, BusTraffic, check, record
+    from daq.listen import TRAJECTORY_NAME, BusTraffic, check, record
     from daq.progress import progress_bar
     from trajectories import load
 
     check(rig)
     trajectory = None if name is None else load(name, rig, cycles)
-    out = out or Path(f"{NAME}.mcap")
+    out = out or Path(f"{TRAJECTORY_NAME}.mcap")
     announced = False
     with progress_bar("listening") as show:
 
-        def look(heard: BusTraffic) -> None:
+        def show_traffic(traffic: BusTraffic) -> None:
             nonlocal announced
             if not announced:
                 # Only after the bus is open: another program may wait for this line before it starts.
                 announced = True
                 _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
-            show(heard.syncs, None, f"{heard.syncs} SYNCs, {heard.frames} frames")
+            show(traffic.syncs, None, f"{traffic.syncs} SYNCs, {traffic.frames} frames")
 
-        heard, reconstructed = record(rig, out, trajectory, duration, look)
+        traffic, reconstructed = record(rig, out, trajectory, duration, show_traffic)
     if trajectory is not None and reconstructed.trajectory is None:
         _say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
-    figures = {"frames": heard.frames, "syncs": heard.syncs, **reconstructed.figures()}
+    figures = {"frames": traffic.frames, "syncs": traffic.syncs, **reconstructed.figures()}
     if as_json:
         click.echo(json.dumps({"schema": 1, "recording": str(out), **figures}))
         return
@@ -185,40 +185,40 @@ def _listen(
     click.echo(f"recorded {out} (listened); next: ident fit {out}")
 
 
-def _record(order: "RunRequest", as_json: bool, status: bool, told: "list[LineSink]") -> None:
+def _record(request: "RunRequest", as_json: bool, status: bool, sinks: "list[LineSink]") -> None:
     from daq.session import Session
     from daq.status import to_stdout
 
-    _announce(order)
-    display = _display(order.rig.rate, not status, [*told, to_stdout] if status else told)
-    _show(order, Session(order, _log).run(display), as_json or status)
+    _announce(request)
+    display = _display(request.rig.rate, not status, [*sinks, to_stdout] if status else sinks)
+    _show(request, Session(request, _log).run(display), as_json or status)
 
 
-def _display(rate: float, bar: bool, told: "Sequence[LineSink]") -> "Display":
+def _display(rate: float, bar: bool, sinks: "Sequence[LineSink]") -> "Display":
     from daq.display import ProgressBar
     from daq.status import StatusLines
     from daq.watched import CycleProgress
 
     @contextmanager
-    def shown(progress: CycleProgress) -> Iterator[None]:
+    def display(progress: CycleProgress) -> Iterator[None]:
         with ExitStack() as stack:
             if bar:
                 stack.enter_context(ProgressBar(progress))
-            if told:
-                stack.enter_context(StatusLines(progress, rate, told))
+            if sinks:
+                stack.enter_context(StatusLines(progress, rate, sinks))
             yield
 
-    return shown
+    return display
 
 
-def _rehearse(order: "RunRequest", as_json: bool) -> None:
+def _dry_run(request: "RunRequest", as_json: bool) -> None:
     from rich.console import Console
 
     from daq.display import ProgressBar, figures, summary
     from daq.session import Session
 
-    _announce(order)
-    result, position = Session(order, _log).rehearse(ProgressBar)
+    _announce(request)
+    result, position = Session(request, _log).dry_run(ProgressBar)
     if as_json:
         click.echo(json.dumps({"schema": 1, "dry_run": True, "joint_position": position, **figures(result)}))
         return
@@ -228,27 +228,31 @@ def _rehearse(order: "RunRequest", as_json: bool) -> None:
     console.print("dry run: everything but power and file worked; nothing has moved", style="bold")
 
 
-def _announce(order: "RunRequest") -> None:
+def _announce(request: "RunRequest") -> None:
     from drivers import transports
 
-    duration = len(order.trajectory.repeat) / order.rig.rate
-    _say(f"{order.rig.name}: {order.trajectory.name}, {duration:.1f} s at {order.rig.rate:g} Hz, {order.pace}")
-    _say(transports.of(order.rig).describe(order.rig))
+    duration = len(request.trajectory.repeat) / request.rig.rate
+    _say(
+        f"{request.rig.name}: {request.trajectory.name}, {duration:.1f} s at {request.rig.rate:g} Hz, {request.pace}"
+    )
+    _say(transports.of(request.rig).describe(request.rig))
 
 
-def _show(order: "RunRequest", result: "Result", as_json: bool) -> None:
+def _show(request: "RunRequest", result: "Result", as_json: bool) -> None:
     from rich.console import Console
 
     from daq.display import figures, summary
 
     simulated = any(identity.simulated for identity in result.identities)
     if as_json:
-        click.echo(json.dumps({"schema": 1, "recording": str(order.out), "simulated": simulated, **figures(result)}))
+        click.echo(
+            json.dumps({"schema": 1, "recording": str(request.out), "simulated": simulated, **figures(result)})
+        )
         return
     console = Console()
     console.print(summary(result))
     console.print(
-        f"recorded {order.out}{' (simulated)' if simulated else ''}; next: ident fit {order.out}", style="bold"
+        f"recorded {request.out}{' (simulated)' if simulated else ''}; next: ident fit {request.out}", style="bold"
     )
 
 

@@ -25,18 +25,18 @@ def write(file: Path, stream: BinaryIO) -> str:
     return f"{count} frames"
 
 
-def _lines(frames: CanFrames, part: slice) -> list[str]:
-    seconds, nanoseconds = (frames.log[part] // 10**9).tolist(), (frames.log[part] % 10**9).tolist()
+def _lines(frames: CanFrames, rows: slice) -> list[str]:
+    seconds, nanoseconds = (frames.log[rows] // 10**9).tolist(), (frames.log[rows] % 10**9).tolist()
     names = [
         f"{number | _ERROR_FLAG:08X}" if error else f"{number:08X}" if extended else f"{number:03X}"
         for number, extended, error in zip(
-            frames.id[part].tolist(), frames.extended[part].tolist(), frames.error[part].tolist(), strict=True
+            frames.id[rows].tolist(), frames.extended[rows].tolist(), frames.error[rows].tolist(), strict=True
         )
     ]
     contents = [
         (f"R{dlc}" if dlc else "R") if rtr else data[:dlc].hex().upper()
         for dlc, rtr, data in zip(
-            frames.dlc[part].tolist(), frames.rtr[part].tolist(), map(bytes, frames.data[part]), strict=True
+            frames.dlc[rows].tolist(), frames.rtr[rows].tolist(), map(bytes, frames.data[rows]), strict=True
         )
     ]
     return [

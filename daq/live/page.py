@@ -19,12 +19,12 @@ import uvicorn
 from fastapi import FastAPI, Response
 from fastapi.responses import StreamingResponse
 
-from daq.live.viewer import PATIENCE
+from daq.live.viewer import END_TIMEOUT
 from web import local
 from web.palette import JOINTS, MEASURED
 from web.security import Guard
 
-_KEPT = 300
+_MAX_LINES = 300
 """Number of last lines that are kept for a page that is opened late."""
 _INTERVAL = 0.1
 """Time between two checks for new lines [s]."""
@@ -36,19 +36,19 @@ _ASSETS = {
 _KILLED = {"killed": True}
 
 
-class Told:
+class RunBroadcast:
     """Broadcast of the status lines of a run to any number of pages; each page reads at its own speed."""
 
     def __init__(self, run: dict[str, Any]) -> None:
         self._first = json.dumps({"run": run, "colours": JOINTS, "grey": MEASURED})
-        self._lines: deque[str] = deque(maxlen=_KEPT)
+        self._lines: deque[str] = deque(maxlen=_MAX_LINES)
         self._count = 0
-        self.over = False
-        self.awaited = False
+        self.finished = False
+        self.browser_started = False
         """A browser has been started and is expected to open a page."""
         self.pages = 0
         """Number of open pages."""
-        self.served = 0
+        self.pages_served = 0
         """Number of pages that have received the end of the run."""
 
     def listen(self, lines: Iterable[str]) -> None:
@@ -59,7 +59,7 @@ class Told:
             self._add(last)
         if "ended" not in json.loads(last):
             self._add(json.dumps(_KILLED))
-        self.over = True
+        self.finished = True
 
     def _add(self, line: str) -> None:
         self._lines.append(line)
@@ -70,19 +70,19 @@ class Told:
         self.pages += 1
         try:
             yield f"data: {self._first}\n\n"
-            sent, over = 0, False
-            while not over:
-                over, count = self.over, self._count
+            sent, finished = 0, False
+            while not finished:
+                finished, count = self.finished, self._count
                 new = list(self._lines)[-(count - sent) :] if count > sent else []
                 yield "".join(f"data: {line}\n\n" for line in new)
                 sent = count
                 await asyncio.sleep(_INTERVAL)
-            self.served += 1
+            self.pages_served += 1
         finally:
             self.pages -= 1
 
 
-def application(told: Told) -> FastAPI:
+def application(broadcast: RunBroadcast) -> FastAPI:
     """Build the application that serves the page, its assets and its events."""
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
 
@@ -97,23 +97,27 @@ def application(told: Told) -> FastAPI:
 
     @app.get("/events")
     async def events() -> StreamingResponse:
-        return StreamingResponse(told.events(), media_type="text/event-stream", headers={"cache-control": "no-store"})
+        return StreamingResponse(
+            broadcast.events(), media_type="text/event-stream", headers={"cache-control": "no-store"}
+        )
 
     return app
 
 
-async def serve(told: Told, token: str, listening: socket.socket) -> None:
+async def serve(broadcast: RunBroadcast, token: str, listening: socket.socket) -> None:
     """Serve until the run is over and all open pages have received its end."""
-    app = Guard(application(told), token, listening.getsockname()[1])
+    app = Guard(application(broadcast), token, listening.getsockname()[1])
     server = uvicorn.Server(
         uvicorn.Config(app, log_level="error", access_log=False, lifespan="off", timeout_graceful_shutdown=1)
     )
 
     async def end() -> None:
-        while not told.over:
+        while not broadcast.finished:
             await asyncio.sleep(_INTERVAL)
-        until = asyncio.get_running_loop().time() + PATIENCE
-        while (told.pages or (told.awaited and not told.served)) and asyncio.get_running_loop().time() < until:
+        until = asyncio.get_running_loop().time() + END_TIMEOUT
+        while (
+            broadcast.pages or (broadcast.browser_started and not broadcast.pages_served)
+        ) and asyncio.get_running_loop().time() < until:
             await asyncio.sleep(_INTERVAL)
         server.should_exit = True
 
@@ -127,16 +131,16 @@ def main() -> None:
     lines = os.fdopen(os.dup(sys.stdin.fileno()), encoding="utf-8")
     os.dup2(os.open(os.devnull, os.O_RDONLY), sys.stdin.fileno())
     first = json.loads(lines.readline())
-    told = Told(first["run"])
-    threading.Thread(target=told.listen, args=(lines,), daemon=True).start()
+    broadcast = RunBroadcast(first["run"])
+    threading.Thread(target=broadcast.listen, args=(lines,), daemon=True).start()
     with socket.socket(fileno=first["listening"]) as listening:
 
         def browse() -> None:
-            told.awaited = webbrowser.open(local.address(listening, first["token"]))
+            broadcast.browser_started = webbrowser.open(local.address(listening, first["token"]))
 
         # In a thread: with some browsers the call returns only when they are closed.
         threading.Thread(target=browse, daemon=True).start()
-        asyncio.run(serve(told, first["token"], listening))
+        asyncio.run(serve(broadcast, first["token"], listening))
 
 
 if __name__ == "__main__":

@@ -12,9 +12,9 @@ from typing import Any, Self
 
 _BACKLOG = 1_000_000
 """Largest number of bytes that are kept for a viewer that does not read; further lines are dropped."""
-PATIENCE = 10.0
+END_TIMEOUT = 10.0
 """Longest time that a viewer may take to show the end of the run [s]."""
-_LAST = 5.0
+_KILL_DELAY = 5.0
 """Additional time before the viewer is killed [s]."""
 
 
@@ -38,15 +38,15 @@ class Viewer:
         self._pipe = self._process.stdin.fileno()
         os.set_blocking(self._pipe, False)
         self._unsent = b""
-        self.tell(json.dumps(first))
+        self.send(json.dumps(first))
 
-    def tell(self, line: str) -> None:
+    def send(self, line: str) -> None:
         """Send a line. Return at once; the line is dropped if the viewer does not read or has exited."""
         if len(self._unsent) < _BACKLOG:
             self._unsent += f"{line}\n".encode()
-        self._send()
+        self._flush()
 
-    def _send(self) -> None:
+    def _flush(self) -> None:
         try:
             self._unsent = self._unsent[os.write(self._pipe, self._unsent) :]
         except BlockingIOError:
@@ -61,18 +61,18 @@ class Viewer:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Send the end of the run and wait until the viewer has shown it; Ctrl-C ends the wait."""
-        self.tell(json.dumps({"ended": None if error is None else str(error) or "interrupted"}))
-        until = time.monotonic() + PATIENCE + _LAST
+        self.send(json.dumps({"ended": None if error is None else str(error) or "interrupted"}))
+        deadline = time.monotonic() + END_TIMEOUT + _KILL_DELAY
         with self._process:
             try:
-                self._deliver(until)
-                self._process.wait(until - time.monotonic())
+                self._deliver(deadline)
+                self._process.wait(deadline - time.monotonic())
             except (subprocess.TimeoutExpired, KeyboardInterrupt):
                 self._process.kill()
 
-    def _deliver(self, until: float) -> None:
-        while self._unsent and time.monotonic() < until:
+    def _deliver(self, deadline: float) -> None:
+        while self._unsent and time.monotonic() < deadline:
             select.select([], [self._pipe], [], 0.1)
-            self._send()
+            self._flush()
         assert self._process.stdin is not None
         self._process.stdin.close()

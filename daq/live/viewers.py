@@ -16,9 +16,9 @@ from web import local
 
 @contextmanager
 def viewers(
-    order: RunRequest, page: bool, foxglove: int | None, say: Callable[[str], None]
+    request: RunRequest, page: bool, foxglove: int | None, say: Callable[[str], None]
 ) -> Iterator[list[LineSink]]:
-    """Show the run of `order`: on a page in the browser, and over the Foxglove WebSocket on the port `foxglove`.
+    """Show the run of `request`: on a page in the browser, and over the Foxglove WebSocket on the port `foxglove`.
 
     Yields the sinks for the status lines. `say` gets the addresses.
 
@@ -26,40 +26,40 @@ def viewers(
         BadInput: the port is taken, or the package for Foxglove is missing.
     """
     with ExitStack() as stack:
-        shown = []
+        started_viewers = []
         if foxglove is not None:
-            shown.append(stack.enter_context(_foxglove(order, foxglove)))
+            started_viewers.append(stack.enter_context(_foxglove(request, foxglove)))
             say(f"foxglove: ws://{local.HOST}:{foxglove}")
         if page:
-            viewer, address = _page(order)
-            shown.append(stack.enter_context(viewer))
+            viewer, address = _page(request)
+            started_viewers.append(stack.enter_context(viewer))
             say(f"live view: {address}")
-        yield [viewer.tell for viewer in shown]
+        yield [viewer.send for viewer in started_viewers]
 
 
-def _page(order: RunRequest) -> tuple[Viewer, str]:
+def _page(request: RunRequest) -> tuple[Viewer, str]:
     token = secrets.token_urlsafe(24)
     with local.listen() as listening:
-        first = {"listening": listening.fileno(), "token": token, "run": _run(order)}
+        first = {"listening": listening.fileno(), "token": token, "run": _run(request)}
         return Viewer("daq.live.page", first, [listening.fileno()]), local.address(listening, token)
 
 
-def _foxglove(order: RunRequest, port: int) -> Viewer:
+def _foxglove(request: RunRequest, port: int) -> Viewer:
     if importlib.util.find_spec("foxglove") is None:
         raise BadInput(
             "--foxglove needs the package foxglove-sdk, which is not installed; install it with "
             "`pip install 'delta-workbench[foxglove]'`, or use --live"
         )
     local.listen(port).close()
-    return Viewer("daq.live.foxglove", {"port": port, "run": _run(order)})
+    return Viewer("daq.live.foxglove", {"port": port, "run": _run(request)})
 
 
-def _run(order: RunRequest) -> dict[str, Any]:
+def _run(request: RunRequest) -> dict[str, Any]:
     return {
-        "rig": order.rig.name,
-        "joints": order.rig.joint_names,
-        "motion": order.trajectory.name,
-        "out": order.out.name,
-        "simulated": order.seed is not None,
+        "rig": request.rig.name,
+        "joints": request.rig.joint_names,
+        "motion": request.trajectory.name,
+        "out": request.out.name,
+        "simulated": request.seed is not None,
         "start_ns": time.time_ns(),
     }

@@ -49,7 +49,7 @@ def listened(
         speak(buses[0])
         if duration is None:
             # All that the third has heard has reached the listener, too.
-            while listener.heard.frames < buses[2].queue.qsize():
+            while listener.traffic.frames < buses[2].queue.qsize():
                 time.sleep(0.01)
             stop.ask("enough")
 
@@ -71,8 +71,8 @@ def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
     assert reason == "enough"
     frames = read_can(tmp_path / "r.mcap")
     assert frames.id.tolist() == [message.arbitration_id for message in witnessed]
-    assert len(frames.id) == 50 * 7 + 1 == listener.heard.frames
-    assert listener.heard.syncs == 50
+    assert len(frames.id) == 50 * 7 + 1 == listener.traffic.frames
+    assert listener.traffic.syncs == 50
     assert not frames.sent.any()
     stamps = [round(message.timestamp * 1e9) for message in witnessed]
     np.testing.assert_allclose(frames.log, stamps, atol=2_000_000_000)
@@ -109,7 +109,7 @@ def test_it_ends_after_the_duration(tmp_path: Path) -> None:
 
 
 def test_it_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(listen, "SILENCE", 0.2)
+    monkeypatch.setattr(listen, "SYNC_TIMEOUT", 0.2)
     _, reason, _ = listened(tmp_path, "silence", lambda bus: say(bus, 0x80, b""), 60.0)
     assert reason == "no SYNC for 0.2 s"
 
@@ -166,7 +166,7 @@ def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
     Path("rig.toml").write_text(f'name = "bench"\n{BUS.format("udp_multicast")}{drives}')
-    monkeypatch.setattr(listen, "SILENCE", 2.0)
+    monkeypatch.setattr(listen, "SYNC_TIMEOUT", 2.0)
     listening = threading.Event()
 
     def opened(settings: object) -> can.BusABC:

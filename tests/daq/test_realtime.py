@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from daq.realtime import precedence
+from daq.realtime import realtime_priority
 
 pytestmark = pytest.mark.skipif(not hasattr(os, "sched_setscheduler"), reason="schedulers of Linux")
 
 _PROGRAM = """
 import os, resource, threading
 from pathlib import Path
-from daq.realtime import precedence
+from daq.realtime import realtime_priority
 
 {before}
 
@@ -27,7 +27,7 @@ begun.start()
 def helping():
     thread = begun.native_id
     return os.sched_getscheduler(thread) & ~os.SCHED_RESET_ON_FORK, os.sched_getparam(thread).sched_priority
-with precedence(lambda *line: lines.append(line)):
+with realtime_priority(lambda *line: lines.append(line)):
     others = []
     thread = threading.Thread(target=lambda: others.append(os.sched_getscheduler(0)))
     thread.start()
@@ -74,6 +74,6 @@ def test_what_is_said_is_what_is_done_and_it_ends_with_the_block() -> None:
 
 
 def test_the_error_of_the_block_comes_through() -> None:
-    with pytest.raises(KeyError), precedence(lambda *line: None):
+    with pytest.raises(KeyError), realtime_priority(lambda *line: None):
         raise KeyError
     assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER

@@ -45,7 +45,7 @@ def test_the_same_arrays_from_a_sender_with_our_clock(
         np.testing.assert_array_equal(getattr(samples, name), getattr(sample, name), err_msg=name)
     known = np.isfinite(sample.command)
     assert np.abs(samples.command - sample.command)[known].max() <= 0.51 * ONE_COUNT
-    assert (reconstructed.rate, reconstructed.own_clock, reconstructed.missing) == (250.0, True, 0)
+    assert (reconstructed.rate, reconstructed.uses_configured_period, reconstructed.missing) == (250.0, True, 0)
     assert (reconstructed.period, reconstructed.cycles, reconstructed.simulated) == (4.0, 2, True)
     assert reconstructed.trajectory is trajectory
 
@@ -54,7 +54,7 @@ def test_another_clock_gives_another_period(tmp_path: Path, sample: Recording, f
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD * 1.0003, 0))
     reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
     assert reconstructed is not None
-    assert not reconstructed.own_clock
+    assert not reconstructed.uses_configured_period
     assert reconstructed.rate == pytest.approx(250 / 1.0003, rel=1e-6)
     assert np.ptp(np.diff(reconstructed.samples.stamp)) <= 1
     assert reconstructed.period == pytest.approx(4.0012, rel=1e-6)

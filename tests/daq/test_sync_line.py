@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from daq.sync_line import line, number
+from daq.sync_line import fit_line, number_syncs
 
 PERIOD = 2_000_000
 START = 1_700_000_000_000_000_000
@@ -38,7 +38,7 @@ def test_holes_are_counted_and_lateness_is_not(
         due = (index >= first) & (arrival < end)
         arrival[due] = end
     arrival = np.maximum.accumulate(arrival)
-    np.testing.assert_array_equal(number(arrival), index)
+    np.testing.assert_array_equal(number_syncs(arrival), index)
 
 
 def test_jitter_of_half_a_period_is_no_hole() -> None:
@@ -47,12 +47,12 @@ def test_jitter_of_half_a_period_is_no_hole() -> None:
     arrival = START + np.maximum.accumulate(
         (index * PERIOD + rng.uniform(0, 0.8 * PERIOD, size=5000)).astype(np.int64)
     )
-    np.testing.assert_array_equal(number(arrival), index)
+    np.testing.assert_array_equal(number_syncs(arrival), index)
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10])
 def test_few_syncs(n: int) -> None:
-    np.testing.assert_array_equal(number(START + PERIOD * np.arange(n)), np.arange(n))
+    np.testing.assert_array_equal(number_syncs(START + PERIOD * np.arange(n)), np.arange(n))
 
 
 def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
@@ -62,7 +62,7 @@ def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
     arrival = arrivals(rng, index, period, 3e4)
     late = rng.choice(len(index), 300, replace=False)
     arrival[late] += rng.integers(10**6, 10**7, size=300)
-    start, fitted = line(arrival, index, PERIOD)
+    start, fitted = fit_line(arrival, index, PERIOD)
     assert fitted == pytest.approx(period, rel=1e-7)
     assert abs(start - START) < 60_000
 
@@ -70,16 +70,16 @@ def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
 @pytest.mark.parametrize("jitter", [0.0, 3e4, 2e5])
 def test_a_sender_with_our_own_clock_keeps_the_configured_period(jitter: float) -> None:
     index = np.arange(12_000)
-    start, period = line(arrivals(np.random.default_rng(2), index, PERIOD, jitter), index, PERIOD)
+    start, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD, jitter), index, PERIOD)
     assert period == PERIOD
     assert 0 <= start - START <= 2 * jitter
 
 
 def test_another_clock_is_told_from_ours() -> None:
     index = np.arange(12_000)
-    _, period = line(arrivals(np.random.default_rng(2), index, PERIOD * (1 + 1e-4)), index, PERIOD)
+    _, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD * (1 + 1e-4)), index, PERIOD)
     assert period == pytest.approx(PERIOD * (1 + 1e-4), rel=1e-6)
 
 
 def test_one_sync() -> None:
-    assert line(np.array([START]), np.array([0]), PERIOD) == (START, PERIOD)
+    assert fit_line(np.array([START]), np.array([0]), PERIOD) == (START, PERIOD)

@@ -9,7 +9,7 @@ import httpx
 import pytest
 
 from daq.live import page
-from daq.live.page import Told, application
+from daq.live.page import RunBroadcast, application
 from web.security import Guard
 
 RUN = {"motion": "fig5a", "joints": ["joint_1"]}
@@ -20,11 +20,11 @@ def line(number: int) -> str:
     return json.dumps({"rows": [], "cycles": number})
 
 
-def seen(told: Told) -> list[dict[str, Any]]:
+def received(broadcast: RunBroadcast) -> list[dict[str, Any]]:
     """By a page that opens now and stays until the end."""
 
     async def look() -> str:
-        return "".join([text async for text in told.events()])
+        return "".join([text async for text in broadcast.events()])
 
     events = asyncio.run(look()).split("\n\n")
     assert events.pop() == ""
@@ -32,33 +32,33 @@ def seen(told: Told) -> list[dict[str, Any]]:
 
 
 def test_a_page_hears_how_it_began_what_happened_and_how_it_ended() -> None:
-    told = Told(RUN)
-    told.listen(f"{text}\n" for text in [line(1), line(2), DONE])
-    first, *lines = seen(told)
+    broadcast = RunBroadcast(RUN)
+    broadcast.listen(f"{text}\n" for text in [line(1), line(2), DONE])
+    first, *lines = received(broadcast)
     assert first["run"] == RUN
     assert lines == [{"rows": [], "cycles": 1}, {"rows": [], "cycles": 2}, {"ended": None}]
-    assert (told.pages, told.served) == (0, 1)
+    assert (broadcast.pages, broadcast.pages_served) == (0, 1)
 
 
 def test_a_page_that_comes_late_gets_the_last_lines() -> None:
-    told = Told(RUN)
-    told.listen([*map(line, range(1000)), DONE])
-    _, *lines = seen(told)
-    assert [line_number.get("cycles") for line_number in lines] == [*range(1000 - page._KEPT + 1, 1000), None]
+    broadcast = RunBroadcast(RUN)
+    broadcast.listen([*map(line, range(1000)), DONE])
+    _, *lines = received(broadcast)
+    assert [line_number.get("cycles") for line_number in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
 
 
 def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "_INTERVAL", 0.0)
-    told = Told(RUN)
+    broadcast = RunBroadcast(RUN)
     sent = iter([*map(line, range(7)), DONE])
 
     async def look() -> list[str]:
         events = []
-        async for text in told.events():
+        async for text in broadcast.events():
             events.append(text)
             for item in islice(sent, 3):
-                told._add(item)
-                told.over = item == DONE
+                broadcast._add(item)
+                broadcast.finished = item == DONE
         return events
 
     heard = "".join(asyncio.run(look())).split("\n\n")
@@ -66,16 +66,16 @@ def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_run_without_a_last_word_was_killed() -> None:
-    told = Told(RUN)
-    told.listen([line(1)])
-    assert seen(told)[-1] == {"killed": True}
+    broadcast = RunBroadcast(RUN)
+    broadcast.listen([line(1)])
+    assert received(broadcast)[-1] == {"killed": True}
 
 
 def ask(path: str, **headers: str) -> httpx.Response:
     async def sent() -> httpx.Response:
-        told = Told(RUN)
-        told.listen([DONE])
-        guarded = Guard(application(told), "token", 8123)
+        broadcast = RunBroadcast(RUN)
+        broadcast.listen([DONE])
+        guarded = Guard(application(broadcast), "token", 8123)
         transport = httpx.ASGITransport(guarded)
         async with httpx.AsyncClient(transport=transport, base_url="http://localhost:8123") as client:
             return await client.get(path, headers=headers)

@@ -25,40 +25,42 @@ def shown_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> "type[Viewer]":
     for name, text in (("reads", READS), ("stuck", STUCK), ("dead", DEAD)):
         (tmp_path / f"{name}.py").write_text(text)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
-    monkeypatch.setattr(viewer, "PATIENCE", 0.1)
+    monkeypatch.setattr(viewer, "END_TIMEOUT", 0.1)
     return Viewer
 
 
-def told(file: Path) -> list[str]:
+def received_lines(file: Path) -> list[str]:
     return file.read_text().splitlines()
 
 
 def test_all_lines_arrive_in_order_and_the_end_is_the_last(
     shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
+    monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
     sent = [f"{number} {LINE}" for number in range(50)]
     with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         for line in sent:
-            closing_viewer.tell(line)
-    assert told(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
+            closing_viewer.send(line)
+    assert received_lines(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
 
 
 def test_how_a_run_failed_is_told(shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
+    monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
     with pytest.raises(RuntimeError), shown_by("reads", {"into": str(tmp_path / "lines")}):
         raise RuntimeError("joint 2: following error")
-    assert [json.loads(line) for line in told(tmp_path / "lines")] == [{"ended": "joint 2: following error"}]
+    assert [json.loads(line) for line in received_lines(tmp_path / "lines")] == [
+        {"ended": "joint 2: following error"}
+    ]
 
 
 def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
     shown_by: "type[Viewer]", monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A write that waits would hang here for a minute."""
-    monkeypatch.setattr(viewer, "_LAST", 0.1)
+    monkeypatch.setattr(viewer, "_KILL_DELAY", 0.1)
     with shown_by("stuck", {}) as closing_viewer:
         for _ in range(1000):
-            closing_viewer.tell(LINE)
+            closing_viewer.send(LINE)
         assert len(closing_viewer._unsent) < 2_000_000
     assert closing_viewer._process.returncode == -9
 
@@ -67,7 +69,7 @@ def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
     with shown_by("dead", {}) as viewer:
         viewer._process.wait(120)
         for _ in range(1000):
-            viewer.tell(LINE)
+            viewer.send(LINE)
         assert not viewer._unsent
     assert viewer._process.returncode == 0
 
@@ -79,7 +81,7 @@ def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
     (tmp_path / "work").mkdir()
     (tmp_path / "work" / "json.py").write_text("raise SystemExit(7)")
     monkeypatch.chdir(tmp_path / "work")
-    monkeypatch.setattr(viewer, "PATIENCE", 120.0)
+    monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
     with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         pass
     assert closing_viewer._process.returncode == 0
