@@ -84,7 +84,7 @@ def _write(path: Path, rig: Rig, run: Run, samples: Samples) -> None:
 
 
 @pytest.fixture(scope="session")
-def made(tmp_path_factory: pytest.TempPathFactory, rig: Rig, run: Run) -> Samples:
+def written(tmp_path_factory: pytest.TempPathFactory, rig: Rig, run: Run) -> Samples:
     """`path` of a recording of 600 SYNCs (three chunks and the events) and the arrays written to it."""
     samples = _samples(600)
     samples.path = tmp_path_factory.mktemp("recordings") / "made.mcap"

@@ -28,7 +28,7 @@ def axes(dof: int) -> Rig:
     return Rig(name="bench", mechanism="axes", axes=(Axis(),) * dof)
 
 
-def samples(n: int, dof: int = 3, start: int = 0, **more: object) -> SampleTable:
+def samples(n: int, dof: int = 3, start: int = 0, **columns: object) -> SampleTable:
     rng = np.random.default_rng(n)
     position = rng.normal(size=(n, dof))
     position[n // 2, 0] = np.nan
@@ -40,30 +40,32 @@ def samples(n: int, dof: int = 3, start: int = 0, **more: object) -> SampleTable
         cycle=np.arange(n),
         repeat=rng.integers(-1, 3, size=n),
         position=position,
-        **more,
+        **columns,
     )
 
 
-def test_the_same_as_one_written_sync_by_sync(tmp_path: Path, made: SimpleNamespace, rig: Rig, run: Run) -> None:
+def test_block_writer_and_sync_writer_give_the_same_messages(
+    tmp_path: Path, written: SimpleNamespace, rig: Rig, run: Run
+) -> None:
     whole = SampleTable(
         joints=rig.joint_names,
-        stamp=made.stamp,
-        log=made.stamp + 700_000,
-        cycle=np.arange(made.n),
-        repeat=made.repeat,
-        position=made.position,
-        command=made.command,
-        voltage=made.voltage,
-        effort=made.effort,
-        statusword=made.statusword,
-        error_code=made.error_code,
+        stamp=written.stamp,
+        log=written.stamp + 700_000,
+        cycle=np.arange(written.n),
+        repeat=written.repeat,
+        position=written.position,
+        command=written.command,
+        voltage=written.voltage,
+        effort=written.effort,
+        statusword=written.statusword,
+        error_code=written.error_code,
     )
     blocks.write(tmp_path / "r.mcap", rig, run, whole)
-    expected, actual = read(made.path), read(tmp_path / "r.mcap")
+    expected, actual = read(written.path), read(tmp_path / "r.mcap")
     for name in ("time", "position", "command", "voltage", "effort", "statusword", "error_code", "repeat"):
         np.testing.assert_array_equal(getattr(actual, name), getattr(expected, name), err_msg=name)
     assert actual.velocity is None
-    with AnyReader([made.path]) as first, AnyReader([tmp_path / "r.mcap"]) as second:
+    with AnyReader([written.path]) as first, AnyReader([tmp_path / "r.mcap"]) as second:
         for topic in ("/joint_states", "/joint_commands", "/amplifiers"):
             theirs, ours = (
                 [(log, data) for connection, log, data in reader.messages() if connection.topic == topic]
@@ -82,7 +84,7 @@ def test_the_same_as_one_written_sync_by_sync(tmp_path: Path, made: SimpleNamesp
     names=st.lists(st.text(min_size=1, max_size=5).filter(lambda text: "\0" not in text), unique=True, max_size=3),
 )
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=30)
-def test_any_samples_come_back(
+def test_written_samples_are_read_back(
     tmp_path: Path, run: Run, n: int, dof: int, present: set[str], names: list[str]
 ) -> None:
     path = tmp_path / "r.mcap"
@@ -123,7 +125,7 @@ def assert_index_is_true(stream: BinaryIO, chunk_index: ChunkIndex) -> None:
             assert (message.channel_id, message.log_time) == (channel, log)
 
 
-def test_the_index_leads_other_tools_to_every_message(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_message_index_points_at_every_message(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
     n = 2 * blocks.ROWS + 10
     whole = samples(n, extra={"temperature": np.arange(n) / 2})
@@ -149,7 +151,7 @@ def test_the_index_leads_other_tools_to_every_message(tmp_path: Path, rig: Rig, 
     assert messages[7].value.tolist() == [3.5]
 
 
-def test_a_file_that_exists_is_left_alone_and_a_failure_leaves_none(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_existing_file_is_kept_and_failed_write_leaves_no_file(tmp_path: Path, rig: Rig, run: Run) -> None:
     (tmp_path / "there.mcap").write_text("precious")
     with pytest.raises(BadInput, match="exists; choose another name"):
         blocks.write(tmp_path / "there.mcap", rig, run, samples(5))
@@ -159,7 +161,7 @@ def test_a_file_that_exists_is_left_alone_and_a_failure_leaves_none(tmp_path: Pa
     assert not (tmp_path / "r.mcap").exists()
 
 
-def test_what_is_cut_off_does_not_say_that_it_ended(tmp_path: Path, run: Run) -> None:
+def test_truncated_recording_is_not_complete(tmp_path: Path, run: Run) -> None:
     whole, cut = tmp_path / "whole.mcap", tmp_path / "cut.mcap"
     blocks.write(whole, axes(3), run.model_copy(update={"exit_status": 0}), samples(3 * blocks.ROWS))
     assert read(whole).complete

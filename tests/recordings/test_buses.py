@@ -17,17 +17,17 @@ def load(folder: Path, section: str) -> Rig:
     return load_rig(path)
 
 
-def test_without_a_transport_it_is_canopen(tmp_path: Path) -> None:
+def test_default_transport_is_canopen(tmp_path: Path) -> None:
     assert load(tmp_path, 'channel = "can7"\n').bus == CanBus(channel="can7")
 
 
-def test_serial_has_defaults_for_everything(tmp_path: Path) -> None:
+def test_serial_bus_has_complete_defaults(tmp_path: Path) -> None:
     rig = load(tmp_path, 'transport = "serial"\n')
     assert rig.serial == SerialBus()
     assert rig.serial.registers.watchdog == ""
 
 
-def test_registers_and_meanings_can_be_renamed(tmp_path: Path) -> None:
+def test_serial_registers_and_status_bits_are_configurable(tmp_path: Path) -> None:
     text = (
         'transport = "serial"\nsetup = { r0xc8 = 256 }\n[bus.registers]\nvoltage = "r0x1e"\n[bus.status]\noff = 1\n'
     )
@@ -50,18 +50,18 @@ def test_registers_and_meanings_can_be_renamed(tmp_path: Path) -> None:
         ('transport = "serial"\nprefixes = ["1 ", "2 ", "1 "]\n', "prefixes of their own"),
     ],
 )
-def test_a_wrong_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
+def test_invalid_bus_section_is_explained(tmp_path: Path, section: str, reason: str) -> None:
     with pytest.raises(BadInput, match=reason):
         load(tmp_path, section)
 
 
 @pytest.mark.parametrize("bus", [CanBus(channel="can7"), SerialBus(ports=("/dev/ttyUSB0",), echo=True)])
-def test_both_survive_their_way_through_a_recording(bus: CanBus | SerialBus) -> None:
+def test_both_transports_survive_json_round_trip(bus: CanBus | SerialBus) -> None:
     rig = Rig(name="r", bus=bus, drives=tuple(Drive(node_id=i) for i in (1, 2, 3)))
     assert Rig.model_validate_json(rig.model_dump_json()) == rig
 
 
-def test_what_needs_the_other_transport_says_so() -> None:
+def test_accessing_the_other_transport_raises_bad_input() -> None:
     drives = tuple(Drive(node_id=i) for i in (1, 2, 3))
     with pytest.raises(BadInput, match=r"on a CAN bus expected, bus\.transport = 'serial' found"):
         _ = Rig(name="r", bus=SerialBus(), drives=drives).can

@@ -106,17 +106,17 @@ def test_log_is_byte_for_byte_what_mcap_ros2_support_writes(stamp, level, name, 
 
 
 @pytest.mark.parametrize("name", TYPES)
-def test_schema_is_the_message_type_that_rosbags_knows(name: str) -> None:
+def test_schema_equals_the_message_type_of_rosbags(name: str) -> None:
     ours = get_types_from_msg(TYPES[name], name)
     store = get_typestore(Stores.ROS2_HUMBLE)
-    known = {other: definition for other, definition in ours.items() if other in store.fielddefs}
+    known = {type_name: definition for type_name, definition in ours.items() if type_name in store.fielddefs}
     assert known, "not even the header is known"
-    for other, definition in known.items():
-        assert definition[1] == store.fielddefs[other][1]
+    for type_name, definition in known.items():
+        assert definition[1] == store.fielddefs[type_name][1]
 
 
 @given(st.data())
-def test_view_reads_back_what_was_packed(data) -> None:
+def test_numpy_view_returns_the_packed_values(data) -> None:
     n, dof = data.draw(st.integers(1, 5)), data.draw(st.integers(1, 4))
     positions = [data.draw(lists(FLOATS, dof)) for _ in range(n)]
     stamps = [data.draw(STAMPS) for _ in range(n)]
@@ -136,7 +136,7 @@ def test_view_reads_back_what_was_packed(data) -> None:
     assert decoded(packed[-1]).name == names
 
 
-def test_messages_with_other_lengths_do_not_fit() -> None:
+def test_fits_is_false_for_messages_with_other_lengths() -> None:
     fields = parse_schema(schemas.LOG)
 
     def packed(source: str, text: str) -> bytes:
@@ -158,14 +158,14 @@ def test_messages_with_other_lengths_do_not_fit() -> None:
         (lambda message: message[:12] + b"\xff\xff\xff\x7f" + message[16:], "shorter"),
     ],
 )
-def test_a_message_that_is_no_such_message_is_refused(spoil, reason) -> None:
+def test_invalid_messages_are_refused(spoil, reason) -> None:
     fields = parse_schema(schemas.POINT_STAMPED)
     message = Encoder(fields, {"header.frame_id": "base"}, {}).pack([0, 0, 1.0, 2.0, 3.0])
     with pytest.raises(ValueError, match=reason):
         Layout.of(fields, spoil(message))
 
 
-def test_packing_too_few_values_is_an_error() -> None:
+def test_packing_too_few_values_raises_struct_error() -> None:
     encoder = Encoder(parse_schema(schemas.POINT_STAMPED), {"header.frame_id": ""}, {})
     with pytest.raises(struct.error):
         encoder.pack([0, 0, 1.0, 2.0])
@@ -181,12 +181,12 @@ def test_packing_too_few_values_is_an_error() -> None:
         ("a/A one\n===\nMSG: a/A\na/A again", "'one.again'"),
     ],
 )
-def test_schemas_that_are_not_understood_are_refused(text: str, reason: str) -> None:
+def test_unsupported_schemas_are_refused(text: str, reason: str) -> None:
     with pytest.raises(ValueError, match=reason):
         parse_schema(text)
 
 
-def test_a_schema_may_carry_comments_constants_defaults_and_bounds() -> None:
+def test_parse_schema_accepts_comments_constants_defaults_and_bounds() -> None:
     fields = parse_schema("# a comment\nint8 A=1\nint8 B = 2\n\nint8 x 5 # five\nuint8[<=4] some\nfloat32[2] pair\n")
     assert [(field.name, field.codes, field.count) for field in fields] == [
         ("x", "b", 1),

@@ -33,7 +33,7 @@ def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleT
         del sys.modules[name]
 
 
-def test_a_command_is_a_file(package: ModuleType) -> None:
+def test_commands_are_found_by_file_name(package: ModuleType) -> None:
     program = CommandFolder(package, name="some")
     assert program.list_commands(click.Context(program)) == ["import", "say-hello", "wrong"]
     assert CliRunner().invoke(program, ["say-hello"]).output == "hello\n"
@@ -42,13 +42,13 @@ def test_a_command_is_a_file(package: ModuleType) -> None:
     assert "some_commands.wrong" not in sys.modules, "only the command that is needed is imported"
 
 
-def test_an_unknown_command_is_bad_usage(package: ModuleType) -> None:
+def test_unknown_command_exits_with_bad_usage(package: ModuleType) -> None:
     result = CliRunner().invoke(CommandFolder(package, name="some"), ["sing"])
     assert result.exit_code == 2
     assert "No such command 'sing'" in result.output
 
 
-def test_a_file_without_a_command_is_named(package: ModuleType) -> None:
+def test_file_without_a_click_command_raises_type_error(package: ModuleType) -> None:
     program = CommandFolder(package, name="some")
     with pytest.raises(TypeError, match=r"some_commands\.wrong\.command must be a click.Command, not str"):
         program.get_command(click.Context(program), "wrong")
@@ -86,20 +86,20 @@ def test_errors_become_exit_codes(
     assert "Traceback" not in output.err
 
 
-def test_success_is_zero(capsys: pytest.CaptureFixture[str]) -> None:
+def test_success_exits_with_zero(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as exit_:
         run(lambda standalone_mode: None)
     assert exit_.value.code == 0
     assert capsys.readouterr().err == ""
 
 
-def test_our_own_mistakes_keep_their_traceback() -> None:
+def test_unexpected_errors_propagate() -> None:
     with pytest.raises(ZeroDivisionError):
         run(failing(ZeroDivisionError()))
 
 
 @pytest.mark.parametrize("text", ["nan", "inf"])
-def test_a_number_on_the_command_line_is_finite(text: str) -> None:
+def test_finite_range_refuses_nan_and_infinity(text: str) -> None:
     @click.command()
     @click.option("--length", type=FiniteRange(0, min_open=True))
     def program(length: float) -> None:
@@ -112,7 +112,7 @@ def test_a_number_on_the_command_line_is_finite(text: str) -> None:
 
 
 @pytest.mark.parametrize("force", [False, True])
-def test_nothing_that_is_read_is_replaced(tmp_path: Path, force: bool) -> None:
+def test_refuse_existing_protects_inputs_and_recordings(tmp_path: Path, force: bool) -> None:
     model, recording = tmp_path / "a.json", tmp_path / "a.mcap"
     for path in (model, recording):
         path.touch()
@@ -124,7 +124,7 @@ def test_nothing_that_is_read_is_replaced(tmp_path: Path, force: bool) -> None:
         refuse_existing(Path("/dev/null"), force=force)
 
 
-def test_what_is_there_is_replaced_only_if_that_is_asked_for(tmp_path: Path) -> None:
+def test_existing_output_is_replaced_only_with_force(tmp_path: Path) -> None:
     model = tmp_path / "a.json"
     model.touch()
     with pytest.raises(BadInput, match="should not exist yet"):
@@ -133,15 +133,13 @@ def test_what_is_there_is_replaced_only_if_that_is_asked_for(tmp_path: Path) -> 
     refuse_existing(tmp_path / "b.json", None)
 
 
-def test_a_place_that_cannot_be_written_is_said_before_the_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_folder_without_write_permission_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("os.access", lambda path, mode: False)  # root may write anywhere
     with pytest.raises(BadInput, match=f"folder {tmp_path} cannot be written"):
         refuse_existing(tmp_path / "a.json")
 
 
-def test_what_ctrl_c_breaks_on_its_way_is_an_interruption(capsys: pytest.CaptureFixture[str]) -> None:
+def test_error_caused_by_ctrl_c_counts_as_interruption(capsys: pytest.CaptureFixture[str]) -> None:
     def compiling(standalone_mode: bool) -> None:
         try:
             raise KeyboardInterrupt
@@ -154,6 +152,6 @@ def test_what_ctrl_c_breaks_on_its_way_is_an_interruption(capsys: pytest.Capture
     assert capsys.readouterr().err == "interrupted\n"
 
 
-def test_what_is_wrong_with_the_program_itself_is_not_hidden() -> None:
+def test_unexpected_runtime_error_propagates() -> None:
     with pytest.raises(RuntimeError, match="a mistake"):
         run(failing(RuntimeError("a mistake")))

@@ -21,7 +21,7 @@ def read(path: Path) -> Outer:
     return read_toml(path, Outer, "test file")
 
 
-def test_integers_are_floats_and_arrays_are_tuples(tmp_path: Path) -> None:
+def test_integers_become_floats_and_arrays_become_tuples(tmp_path: Path) -> None:
     path = tmp_path / "t.toml"
     path.write_text("pair = [3, 4]\n[inner]\nsize = 2\n")
     assert read(path) == Outer(inner=Inner(size=2.0), pair=(3, 4))
@@ -45,7 +45,7 @@ def test_integers_are_floats_and_arrays_are_tuples(tmp_path: Path) -> None:
         (b"name = '\xff'", "cannot be read"),
     ],
 )
-def test_wrong_content_names_file_and_key(tmp_path: Path, content: bytes, reason: str) -> None:
+def test_error_names_file_and_key(tmp_path: Path, content: bytes, reason: str) -> None:
     path = tmp_path / "t.toml"
     path.write_bytes(content)
     with pytest.raises(BadInput, match=reason) as error:
@@ -54,23 +54,23 @@ def test_wrong_content_names_file_and_key(tmp_path: Path, content: bytes, reason
     assert "\n" not in str(error.value)
 
 
-def test_missing_files_and_folders_are_told_apart(tmp_path: Path) -> None:
+def test_errors_distinguish_missing_files_and_folders(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="does not exist; check the path"):
         read(tmp_path / "none.toml")
     with pytest.raises(BadInput, match="cannot be read"):
         read(tmp_path)
 
 
-def test_descriptions_cannot_be_changed() -> None:
+def test_descriptions_are_immutable() -> None:
     with pytest.raises(ValueError, match="frozen"):
         Outer().pair = (3, 4)  # type: ignore[misc]
 
 
-def test_validated_names_where_the_content_is_from() -> None:
+def test_validation_error_names_the_origin() -> None:
     with pytest.raises(BadInput, match=r"^the answer: 'pair'"):
         validated({"pair": "12"}, Outer, "the answer")
 
 
-def test_a_device_without_an_end_is_refused() -> None:
+def test_endless_device_is_refused() -> None:
     with pytest.raises(BadInput, match="/dev/zero: at most 1000 kB of TOML expected"):
         read(Path("/dev/zero"))

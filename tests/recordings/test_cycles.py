@@ -27,7 +27,7 @@ def fourier(rng: np.random.Generator, period: int, joints: int) -> np.ndarray:
     rest=st.tuples(st.integers(0, 3000), st.integers(0, 3000)),
 )
 @settings(deadline=None, max_examples=25)
-def test_an_exact_repetition_is_found_to_the_sample(
+def test_exact_repetition_is_found_to_the_sample(
     seed: int, period: int, count: int, joints: int, rest: tuple[int, int]
 ) -> None:
     cycle = fourier(np.random.default_rng(seed), period, joints)
@@ -39,7 +39,7 @@ def test_an_exact_repetition_is_found_to_the_sample(
 
 
 @pytest.mark.parametrize(("name", "tolerance"), [("fig5a", 5), ("fig5b", 5)])
-def test_the_cycles_of_a_recording_between_approach_and_stop(name: str, tolerance: int) -> None:
+def test_cycles_of_a_recording_with_approach_and_stop_are_found(name: str, tolerance: int) -> None:
     recording = read(SAMPLES / f"{name}.mcap")
     period = round(recording.run.period * recording.run.rate)
     first = int(np.argmax(recording.repeat == 0))
@@ -52,7 +52,7 @@ def test_the_cycles_of_a_recording_between_approach_and_stop(name: str, toleranc
     assert first - 150 < cycles.first <= first + tolerance
 
 
-def test_gaps_do_not_hide_it() -> None:
+def test_cycles_are_found_despite_gaps() -> None:
     rng = np.random.default_rng(1)
     x = np.tile(fourier(rng, 400, 2), (5, 1))
     x[rng.random(len(x)) < 0.02] = np.nan
@@ -61,7 +61,7 @@ def test_gaps_do_not_hide_it() -> None:
     assert (cycles.period, cycles.count) == (400, 5)
 
 
-def test_repeat_counts_the_cycles() -> None:
+def test_repeat_numbers_the_samples_of_each_cycle() -> None:
     assert Cycles(2, 3, 2).repeat(10).tolist() == [-1, -1, 0, 0, 0, 1, 1, 1, -1, -1]
 
 
@@ -79,5 +79,5 @@ def test_repeat_counts_the_cycles() -> None:
     ],
     ids=["rest", "unknown", "no joints", "ramp", "random walk", "dying out", "chirp", "one sample"],
 )
-def test_what_does_not_repeat_has_no_cycles(motion: np.ndarray) -> None:
+def test_motion_without_repetition_has_no_cycles(motion: np.ndarray) -> None:
     assert find_cycles(motion) is None

@@ -9,21 +9,21 @@ from recordings.imported import imported_rig, measured_torque
 from recordings.rig import Rig, Torque
 
 
-def test_three_joints_are_the_delta_robot_unless_said_otherwise() -> None:
+def test_three_joints_default_to_the_delta_robot() -> None:
     rig = imported_rig("lab.csv", 3, 200.0)
     assert (rig.mechanism, rig.dof, rig.rate) == ("delta", 3, 200.0)
     assert rig.torque == Torque()
     assert imported_rig("lab.csv", 3, 200.0, mechanism="axes").joint_types == ("revolute",) * 3
 
 
-def test_any_other_number_is_axes() -> None:
+def test_other_joint_counts_default_to_axes() -> None:
     rig = imported_rig("bench.csv", 2, 100.0, joints=("prismatic",), torque=Torque(map="linear"))
     assert rig.joint_types == ("prismatic", "prismatic")
     assert rig.torque.gain == (1.0, 1.0)
     assert Rig.model_validate_json(rig.model_dump_json()) == rig
 
 
-def test_measured_effort_is_taken_as_it_is() -> None:
+def test_measured_effort_has_unit_gain() -> None:
     torque = imported_rig("axis.csv", 1, 1000.0, torque=measured_torque(1)).torque
     assert (torque.map, torque.gain, torque.gain_source, torque.gain_uncertainty) == (
         "linear",
@@ -43,6 +43,6 @@ def test_measured_effort_is_taken_as_it_is() -> None:
         (1, {"rate": -1.0}, "'rate'"),
     ],
 )
-def test_what_does_not_fit_is_refused(dof: int, options: dict[str, Any], reason: str) -> None:
+def test_inconsistent_options_are_refused(dof: int, options: dict[str, Any], reason: str) -> None:
     with pytest.raises(BadInput, match=reason):
         imported_rig("x.csv", dof, **{"rate": 100.0} | options)

@@ -24,11 +24,11 @@ START = 1_700_000_000_000_000_000
 EMPTY_RIG = Rig.model_validate_json('{"name": "r", "drives": [{"node_id": 1}, {"node_id": 2}, {"node_id": 3}]}')
 
 
-def test_everything_written_comes_back(made: SimpleNamespace, rig: Rig, run: Run) -> None:
-    recording = read(made.path)
+def test_written_recording_is_read_back(written: SimpleNamespace, rig: Rig, run: Run) -> None:
+    recording = read(written.path)
     for name in ("position", "command", "voltage", "effort", "statusword", "error_code", "repeat", "lateness"):
-        np.testing.assert_array_equal(getattr(recording, name), getattr(made, name), err_msg=name)
-    np.testing.assert_array_equal(recording.time, np.arange(made.n) * 2_000_000 / 1e9)
+        np.testing.assert_array_equal(getattr(recording, name), getattr(written, name), err_msg=name)
+    np.testing.assert_array_equal(recording.time, np.arange(written.n) * 2_000_000 / 1e9)
     assert recording.velocity is None
     assert recording.rig == rig
     assert recording.run == run.model_copy(update={"exit_status": 0, "reason": "trajectory done"})
@@ -42,16 +42,16 @@ def test_everything_written_comes_back(made: SimpleNamespace, rig: Rig, run: Run
     assert recording.events[0].time == -1.0
 
 
-def test_frames_come_back(made: SimpleNamespace) -> None:
-    frames = read_can(made.path)
-    assert len(frames.id) == 2 * made.n
-    np.testing.assert_array_equal(frames.stamp, np.repeat(made.stamp, 2))
+def test_can_frames_are_read_back(written: SimpleNamespace) -> None:
+    frames = read_can(written.path)
+    assert len(frames.id) == 2 * written.n
+    np.testing.assert_array_equal(frames.stamp, np.repeat(written.stamp, 2))
     np.testing.assert_array_equal(frames.log[1::2] - frames.log[::2], 700_000)
-    np.testing.assert_array_equal(frames.id, np.tile((0x80, 0x181), made.n))
-    np.testing.assert_array_equal(frames.sent, np.tile((True, False), made.n))
-    np.testing.assert_array_equal(frames.dlc, np.tile((0, 3), made.n))
-    np.testing.assert_array_equal(frames.data[1::2, :4], [(k % 256, 2, 3, 0) for k in range(made.n)])
-    assert frames.data.shape == (2 * made.n, 8)
+    np.testing.assert_array_equal(frames.id, np.tile((0x80, 0x181), written.n))
+    np.testing.assert_array_equal(frames.sent, np.tile((True, False), written.n))
+    np.testing.assert_array_equal(frames.dlc, np.tile((0, 3), written.n))
+    np.testing.assert_array_equal(frames.data[1::2, :4], [(k % 256, 2, 3, 0) for k in range(written.n)])
+    assert frames.data.shape == (2 * written.n, 8)
 
 
 MESSAGES = st.lists(
@@ -95,7 +95,7 @@ def test_messages_of_one_sync_are_joined_in_any_order_and_with_any_of_them_missi
     np.testing.assert_array_equal(recording.error_code[:, 0], np.where(answered, 1, 0))
 
 
-def test_velocity_and_effort_are_there_from_where_they_are_measured(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_velocity_and_effort_are_nan_until_first_measured(tmp_path: Path, rig: Rig, run: Run) -> None:
     with RecordingWriter(tmp_path / "r.mcap", rig, run) as writer:
         writer.joint_states(0, 0, (1, 2, 3))
         writer.joint_states(1, 1, (1, 2, 3), velocity=(4, 5, 6))
@@ -105,32 +105,32 @@ def test_velocity_and_effort_are_there_from_where_they_are_measured(tmp_path: Pa
     np.testing.assert_array_equal(recording.effort, [[np.nan] * 3, [np.nan] * 3, [1, 1, np.nan]])
 
 
-def intact_syncs(made: SimpleNamespace, size: int) -> int:
+def intact_syncs(written: SimpleNamespace, size: int) -> int:
     """SYNCs whose three messages all stand in chunks that end within the first `size` bytes."""
-    with made.path.open("rb") as stream:
+    with written.path.open("rb") as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
     intact = [chunk for chunk in chunks if chunk.chunk_start_offset + chunk.chunk_length <= size]
     end = max((chunk.message_end_time for chunk in intact), default=0)
-    return int((made.stamp + 700_000 <= end).sum())
+    return int((written.stamp + 700_000 <= end).sum())
 
 
 @given(st.data(), st.sampled_from([0, 1, 100_000]))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-def test_a_file_cut_off_anywhere_gives_all_intact_chunks_or_bad_input(
-    tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
+def test_truncated_file_gives_all_intact_chunks_or_bad_input(
+    tmp_path: Path, written: SimpleNamespace, data: st.DataObject, zeros: int
 ) -> None:
-    whole = made.path.read_bytes()
+    whole = written.path.read_bytes()
     size = data.draw(st.integers(0, len(whole) - 1))
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[:size] + bytes(zeros))
-    expected = intact_syncs(made, size)
+    expected = intact_syncs(written, size)
     if expected == 0:
         with pytest.raises(BadInput, match=r"cut off|is empty|not an MCAP|no samples"):
             read(path)
         return
     recording = read(path)
     assert len(recording.time) >= expected
-    np.testing.assert_array_equal(recording.position[:expected], made.position[:expected])
+    np.testing.assert_array_equal(recording.position[:expected], written.position[:expected])
     assert recording.complete == (recording.run.reason == "trajectory done")
     if size < len(whole) // 2:
         assert not recording.complete
@@ -138,10 +138,8 @@ def test_a_file_cut_off_anywhere_gives_all_intact_chunks_or_bad_input(
 
 @given(st.data())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-def test_a_flipped_bit_is_noticed_wherever_it_could_matter(
-    tmp_path: Path, made: SimpleNamespace, data: st.DataObject
-) -> None:
-    spoiled = bytearray(made.path.read_bytes())
+def test_flipped_bit_is_detected_or_harmless(tmp_path: Path, written: SimpleNamespace, data: st.DataObject) -> None:
+    spoiled = bytearray(written.path.read_bytes())
     spoiled[data.draw(st.integers(0, len(spoiled) - 1))] ^= 1 << data.draw(st.integers(0, 7))
     path = tmp_path / "spoiled.mcap"
     path.write_bytes(spoiled)
@@ -149,14 +147,14 @@ def test_a_flipped_bit_is_noticed_wherever_it_could_matter(
         recording = read(path)
     except BadInput:
         return
-    np.testing.assert_array_equal(recording.position, made.position)
-    np.testing.assert_array_equal(recording.voltage, made.voltage)
+    np.testing.assert_array_equal(recording.position, written.position)
+    np.testing.assert_array_equal(recording.voltage, written.voltage)
     assert recording.complete
 
 
 @given(st.binary(max_size=300))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
-def test_any_bytes_behind_the_magic_are_bad_input(tmp_path: Path, content: bytes) -> None:
+def test_arbitrary_bytes_after_the_magic_are_bad_input(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "noise.mcap"
     path.write_bytes(b"\x89MCAP0\r\n" + content)
     with pytest.raises(BadInput):
@@ -199,9 +197,7 @@ def unindexed_json(path: Path) -> None:
         (unindexed_json, "not a recording of this program: .*json and jsonschema found"),
     ],
 )
-def test_files_that_are_no_recording_are_named_for_what_they_are(
-    tmp_path: Path, make: Callable[[Path], object], reason: str
-) -> None:
+def test_error_for_other_files_names_their_kind(tmp_path: Path, make: Callable[[Path], object], reason: str) -> None:
     path = tmp_path / "r.mcap"
     make(path)
     with pytest.raises(BadInput, match=reason):
@@ -232,7 +228,7 @@ def records(run: Run) -> tuple[dict[str, str], dict[str, str]]:
     return {"layout": schemas.LAYOUT, "json": EMPTY_RIG.model_dump_json()}, strings
 
 
-def test_joints_are_found_by_name_and_added_fields_do_no_harm(
+def test_joints_are_ordered_by_name_and_unknown_fields_are_ignored(
     tmp_path: Path, records: tuple[dict[str, str], dict[str, str]]
 ) -> None:
     main, rest = schemas.AMPLIFIER_STATE.split("=" * 80, 1)
@@ -278,7 +274,7 @@ def test_recordings_of_another_layout_are_refused(
         read(tmp_path / "r.mcap")
 
 
-def test_a_run_that_ended_before_its_first_sample_says_why(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_run_without_samples_reports_its_reason(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
     with RecordingWriter(path, rig, run) as writer:
         writer.event(0, "error", "drives", "drive 2 does not answer")

@@ -23,10 +23,10 @@ END = {"exit_status": "1", "reason": "recovered"}
 
 @given(st.data(), st.sampled_from([0, 1, 5000]))
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=50)
-def test_a_file_cut_off_anywhere_becomes_whole(
-    tmp_path: Path, made: SimpleNamespace, data: st.DataObject, zeros: int
+def test_truncated_file_is_rewritten_as_complete_file(
+    tmp_path: Path, written: SimpleNamespace, data: st.DataObject, zeros: int
 ) -> None:
-    whole = made.path.read_bytes()
+    whole = written.path.read_bytes()
     cut, out = tmp_path / "cut.mcap", tmp_path / "out.mcap"
     out.unlink(missing_ok=True)
     cut.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))] + bytes(zeros))
@@ -57,9 +57,9 @@ def test_a_file_cut_off_anywhere_becomes_whole(
     assert len(read_can(out).id) == len(read_can(cut).id)
 
 
-def test_a_damaged_chunk_is_left_out_and_the_rest_kept(tmp_path: Path, made: SimpleNamespace) -> None:
-    spoiled = bytearray(made.path.read_bytes())
-    with made.path.open("rb") as stream:
+def test_damaged_chunk_is_left_out_and_the_others_kept(tmp_path: Path, written: SimpleNamespace) -> None:
+    spoiled = bytearray(written.path.read_bytes())
+    with written.path.open("rb") as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
     # The first one holds the message types only.
     middle = sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)[2]
@@ -70,13 +70,13 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_kept(tmp_path: Path, made: Sim
     kept = rewrite(tmp_path / "spoiled.mcap", tmp_path / "out.mcap", END)
     assert kept.damaged_chunks == 1
     recovered = read(tmp_path / "out.mcap")
-    assert 300 < len(recovered.time) < made.n
-    np.testing.assert_array_equal(recovered.position[:50], made.position[:50])
-    np.testing.assert_array_equal(recovered.position[-50:], made.position[-50:])
+    assert 300 < len(recovered.time) < written.n
+    np.testing.assert_array_equal(recovered.position[:50], written.position[:50])
+    np.testing.assert_array_equal(recovered.position[-50:], written.position[-50:])
 
 
-def test_rosbags_reads_it(tmp_path: Path, made: SimpleNamespace) -> None:
-    whole = made.path.read_bytes()
+def test_rosbags_reads_the_rewritten_file(tmp_path: Path, written: SimpleNamespace) -> None:
+    whole = written.path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 2 // 3])
     kept = rewrite(tmp_path / "cut.mcap", tmp_path / "out.mcap", END)
     assert kept.bytes_behind > 0
@@ -85,7 +85,7 @@ def test_rosbags_reads_it(tmp_path: Path, made: SimpleNamespace) -> None:
     assert len(messages) == kept.messages
 
 
-def test_samples_can_be_added(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_rewrite_appends_samples(tmp_path: Path, rig: Rig, run: Run) -> None:
     with RecordingWriter(tmp_path / "frames.mcap", rig, run) as writer:
         for stamp in (0, 2_000_000):
             writer.can(stamp, stamp, 0x80, b"", sent=False)
@@ -98,8 +98,8 @@ def test_samples_can_be_added(tmp_path: Path, rig: Rig, run: Run) -> None:
     assert len(read_can(tmp_path / "out.mcap").id) == 2
 
 
-def test_nothing_is_overwritten(tmp_path: Path, made: SimpleNamespace) -> None:
+def test_existing_output_is_not_overwritten(tmp_path: Path, written: SimpleNamespace) -> None:
     (tmp_path / "out.mcap").write_text("precious")
     with pytest.raises(BadInput, match="exists"):
-        rewrite(made.path, tmp_path / "out.mcap", END)
+        rewrite(written.path, tmp_path / "out.mcap", END)
     assert (tmp_path / "out.mcap").read_text() == "precious"

@@ -21,7 +21,7 @@ def load(folder: Path, text: str) -> Rig:
     return load_rig(path)
 
 
-def test_a_short_rig_file_means_the_defaults(tmp_path: Path) -> None:
+def test_short_rig_file_gets_the_defaults(tmp_path: Path) -> None:
     rig = load(tmp_path, 'name = "simulated delta robot"\n' + DRIVES)
     assert rig == simulated_rig()
     assert rig.dof == 3
@@ -54,7 +54,7 @@ def test_a_short_rig_file_means_the_defaults(tmp_path: Path) -> None:
         (AXES + "[[axes]]\n[torque]\ngain = [1.0, 2.0]\n", "torque.gain needs 1 numbers, 2 found"),
     ],
 )
-def test_a_wrong_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -> None:
+def test_invalid_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(BadInput, match=reason) as error:
         load(tmp_path, text)
     assert "rig.toml" in str(error.value)
@@ -65,7 +65,7 @@ def test_a_wrong_rig_file_is_explained(tmp_path: Path, text: str, reason: str) -
     st.lists(st.floats(-math.pi, math.pi), min_size=3, max_size=3),
     st.lists(st.sampled_from([1, -1]), min_size=3, max_size=3),
 )
-def test_a_rig_survives_its_way_through_a_recording(rated: float, zeros: list[float], signs: list[int]) -> None:
+def test_rig_survives_json_round_trip(rated: float, zeros: list[float], signs: list[int]) -> None:
     drives = tuple(
         Drive(node_id=i + 1, rated_torque=rated, zero_offset=zero, sign=sign)
         for i, (zero, sign) in enumerate(zip(zeros, signs, strict=True))
@@ -81,7 +81,7 @@ def test_counts_per_radian_follow_gear_and_sign() -> None:
     )
 
 
-def test_axes_are_described_without_drives(tmp_path: Path) -> None:
+def test_axes_rig_loads_without_drives_unless_driven(tmp_path: Path) -> None:
     path = tmp_path / "rig.toml"
     path.write_text(AXES + '[torque]\nmap = "linear"\n[[axes]]\n[[axes]]\ntype = "prismatic"\n')
     rig = load_rig(path, driven=False)

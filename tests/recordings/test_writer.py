@@ -20,39 +20,39 @@ from recordings.rig import Rig
 from recordings.writer import RecordingWriter
 
 
-def test_rosbags_reads_every_topic(made: SimpleNamespace) -> None:
-    with AnyReader([made.path]) as reader:
+def test_rosbags_reads_every_topic(written: SimpleNamespace) -> None:
+    with AnyReader([written.path]) as reader:
         messages = {topic: [] for topic in schemas.TOPICS}
         for connection, log, payload in reader.messages():
             messages[connection.topic].append((log, reader.deserialize(payload, connection.msgtype)))
     assert {topic: len(topics) for topic, topics in messages.items()} == {
-        "/joint_states": made.n,
-        "/joint_commands": made.n,
-        "/amplifiers": made.n,
-        "/platform_reference": made.n,
-        "/can": 2 * made.n,
+        "/joint_states": written.n,
+        "/joint_commands": written.n,
+        "/amplifiers": written.n,
+        "/platform_reference": written.n,
+        "/can": 2 * written.n,
         "/events": 3,
     }
     _, state = messages["/joint_states"][6]
-    assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == made.stamp[6]
+    assert state.header.stamp.sec * 10**9 + state.header.stamp.nanosec == written.stamp[6]
     assert state.name == ["joint_1", "joint_2", "joint_3"]
-    np.testing.assert_array_equal(state.position, made.position[6])
-    np.testing.assert_array_equal(state.effort, made.effort[6])
+    np.testing.assert_array_equal(state.position, written.position[6])
+    np.testing.assert_array_equal(state.effort, written.effort[6])
     assert len(state.velocity) == 0
     _, amplifiers = messages["/amplifiers"][6]
-    assert (amplifiers.cycle, amplifiers.repeat, amplifiers.lateness) == (6, -1, made.lateness[6])
-    np.testing.assert_array_equal(amplifiers.voltage, made.voltage[6])
-    np.testing.assert_array_equal(amplifiers.statusword, made.statusword[6])
-    np.testing.assert_array_equal(amplifiers.error_code, made.error_code[6])
+    assert (amplifiers.cycle, amplifiers.repeat, amplifiers.lateness) == (6, -1, written.lateness[6])
+    np.testing.assert_array_equal(amplifiers.voltage, written.voltage[6])
+    np.testing.assert_array_equal(amplifiers.statusword, written.statusword[6])
+    np.testing.assert_array_equal(amplifiers.error_code, written.error_code[6])
     assert [stamp.nanosec for stamp in amplifiers.voltage_stamp] == [amplifiers.header.stamp.nanosec] * 3
     log, frame = messages["/can"][1]
     assert (frame.header.frame_id, frame.id, frame.dlc) == ("rx", 0x181, 3)
-    assert (bytes(frame.data), log - made.stamp[0]) == (b"\x00\x02\x03\0\0\0\0\0", 700_000)
+    assert (bytes(frame.data), log - written.stamp[0]) == (b"\x00\x02\x03\0\0\0\0\0", 700_000)
     _, event = messages["/events"][1]
     assert (event.level, event.name, event.msg) == (30, "cycle", "Überlänge: missed 1")
 
 
-def test_rosbags_reads_delays_and_all_else_as_ever(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_rosbags_reads_recordings_with_and_without_extra_values(tmp_path: Path, rig: Rig, run: Run) -> None:
     """A program that knows nothing of /extra may leave it out; one that looks finds the names in the message."""
     with RecordingWriter(tmp_path / "serial.mcap", rig, run) as writer:
         writer.joint_states(7, 9, (0.1, 0.2, 0.3))
@@ -70,12 +70,12 @@ def test_rosbags_reads_delays_and_all_else_as_ever(tmp_path: Path, rig: Rig, run
     np.testing.assert_array_equal(messages["/extra"].value, [0.004, np.nan])
 
 
-def test_the_file_opens_by_its_index_and_carries_its_metadata(made: SimpleNamespace, rig: Rig) -> None:
-    with made.path.open("rb") as stream:
+def test_mcap_reader_opens_the_file_by_its_index_and_finds_its_metadata(written: SimpleNamespace, rig: Rig) -> None:
+    with written.path.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         records = [(record.name, record.metadata) for record in reader.iter_metadata()]
         summary = reader.get_summary()
-        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count == 6 * made.n + 3
+        assert sum(1 for _ in reader.iter_messages()) == summary.statistics.message_count == 6 * written.n + 3
         assert reader.get_header().profile == "ros2"
     assert [name for name, _ in records] == ["rig", "run", "run"]
     assert Rig.model_validate_json(records[0][1]["json"]) == rig
@@ -90,7 +90,7 @@ def test_the_file_opens_by_its_index_and_carries_its_metadata(made: SimpleNamesp
     assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
 
 
-def test_the_same_calls_give_the_same_bytes(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_same_calls_write_the_same_bytes(tmp_path: Path, rig: Rig, run: Run) -> None:
     for name in ("a", "b"):
         with RecordingWriter(tmp_path / name, rig, run) as writer:
             for stamp in range(0, 10**9, 10**7):
@@ -113,7 +113,7 @@ def test_a_killed_program_loses_at_most_half_a_second(tmp_path: Path, rig: Rig, 
     assert read(tmp_path / "r.mcap").time[-1] == pytest.approx(2.398)
 
 
-def test_an_existing_file_is_never_touched(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_existing_file_is_not_overwritten(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
     path.write_text("precious")
     with pytest.raises(BadInput, match="exists; choose another name"):
@@ -125,7 +125,7 @@ def test_an_existing_file_is_never_touched(tmp_path: Path, rig: Rig, run: Run) -
     ("name", "reason"),
     [("missing/r.mcap", "does not exist; create it"), ("file/r.mcap", "Not a directory"), ("folder", "exists")],
 )
-def test_places_that_cannot_hold_a_file_are_bad_input(
+def test_paths_where_no_file_can_be_created_are_bad_input(
     tmp_path: Path, rig: Rig, run: Run, name: str, reason: str
 ) -> None:
     (tmp_path / "file").touch()
@@ -134,7 +134,7 @@ def test_places_that_cannot_hold_a_file_are_bad_input(
         RecordingWriter(tmp_path / name, rig, run)
 
 
-def test_an_error_in_the_context_is_the_reason_of_the_end(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_exception_in_the_context_is_recorded_as_the_reason(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
 
     def fail() -> None:
@@ -148,7 +148,7 @@ def test_an_error_in_the_context_is_the_reason_of_the_end(tmp_path: Path, rig: R
     assert (recording.run.exit_status, recording.run.reason) == (1, "drive 2 ?: fault")
 
 
-def test_closing_twice_keeps_the_first_reason_and_nothing_follows(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_second_close_has_no_effect_and_writing_after_close_fails(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
     with RecordingWriter(path, rig, run) as writer:
         writer.joint_states(0, 0, (0.1, 0.2, 0.3))
@@ -196,7 +196,7 @@ def test_a_full_disk_ends_the_run_and_leaves_a_readable_file(tmp_path: Path, rig
 
 
 @pytest.mark.parametrize(("size", "left_behind"), [(0, False), (10_000, True)])
-def test_a_disk_that_is_full_from_the_start_or_at_the_end_is_reported(
+def test_full_disk_at_the_start_or_the_end_is_reported(
     tmp_path: Path, rig: Rig, run: Run, size: int, left_behind: bool
 ) -> None:
     def record() -> None:
@@ -211,7 +211,7 @@ def test_a_disk_that_is_full_from_the_start_or_at_the_end_is_reported(
     assert (tmp_path / "r.mcap").exists() == left_behind
 
 
-def test_frames_carry_their_flags(tmp_path: Path, rig: Rig, run: Run) -> None:
+def test_can_frames_keep_their_flags(tmp_path: Path, rig: Rig, run: Run) -> None:
     path = tmp_path / "r.mcap"
     with RecordingWriter(path, rig, run) as writer:
         writer.can(5, 9, 0x1FFFFFFF, b"\1", sent=False, extended=True)

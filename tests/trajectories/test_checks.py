@@ -30,11 +30,11 @@ def refusal(trajectory: Trajectory, **limits: Any) -> tuple[str, float]:
     return str(caught.value), caught.value.time
 
 
-def test_default_limits_accept_it(trajectory: Trajectory) -> None:
+def test_default_limits_accept_a_built_in_trajectory(trajectory: Trajectory) -> None:
     check(trajectory, RIG)
 
 
-def test_speed_names_joint_instant_value_limit_and_remedy(trajectory: Trajectory) -> None:
+def test_speed_error_names_joint_instant_value_limit_and_remedy(trajectory: Trajectory) -> None:
     message, time = refusal(trajectory, speed=3.0)
     row = int(np.argmax((np.abs(trajectory.joint_velocity) > 3.0).any(axis=1)))
     joint = int(np.argmax(np.abs(trajectory.joint_velocity[row]))) + 1
@@ -58,13 +58,13 @@ def test_speed_names_joint_instant_value_limit_and_remedy(trajectory: Trajectory
         ({"singularity_margin": 0.75}, r"singularity margin at least 0.75 expected, 0.\d+ found"),
     ],
 )
-def test_each_limit_is_held(trajectory: Trajectory, limits: dict[str, Any], words: str) -> None:
+def test_each_violated_limit_is_reported(trajectory: Trajectory, limits: dict[str, Any], words: str) -> None:
     message, _ = refusal(trajectory, **limits)
     assert re.search(words, message)
     assert all(name in message for name in limits)
 
 
-def test_the_earliest_of_several_is_named(trajectory: Trajectory) -> None:
+def test_earliest_of_several_violations_is_reported(trajectory: Trajectory) -> None:
     _, speed = refusal(trajectory, speed=3.0)
     _, radius = refusal(trajectory, workspace_radius=0.2)
     message, both = refusal(trajectory, speed=3.0, workspace_radius=0.2)
@@ -89,7 +89,7 @@ def test_torque_estimate_at_rest_is_the_gradient_of_the_potential_energy(traject
     assert torque_estimate(trajectory, RIG)[0] == pytest.approx(gradient, abs=1e-6)
 
 
-def test_torque_estimate_does_the_work_that_the_kinetic_energy_gains(trajectory: Trajectory) -> None:
+def test_torque_estimate_does_no_net_work_over_a_cycle(trajectory: Trajectory) -> None:
     """Over one closed repetition a frictionless robot needs no net work."""
     cycle = trajectory.repeat == 1
     power = (torque_estimate(trajectory, RIG) * trajectory.joint_velocity).sum(axis=1)[cycle]
@@ -106,7 +106,7 @@ def test_usage_is_one_where_a_limit_is_reached(trajectory: Trajectory) -> None:
     assert usage(trajectory, limited(singularity_margin=margin))["singularity_margin"].max() == pytest.approx(1)
 
 
-def test_axes_have_joint_limits_only() -> None:
+def test_axes_rig_is_checked_against_joint_limits_only() -> None:
     rig = Rig(name="bench", mechanism="axes", axes=(Axis(type="prismatic"),), limits=Limits(speed=0.5))
     series = FourierSeries(kind="fourier", space="joint", period=2.0, centre=(0.1,), cosine=((0.0,),), sine=((0.2,),))
     trajectory = assemble(series.motion("wave"), rig)

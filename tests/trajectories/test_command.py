@@ -86,7 +86,7 @@ def test_trajectory_over_a_limit_is_shown_with_the_reason(tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize("arguments", [["fig6"], ["fig5a", "--rig", "none.toml"], ["none.csv"]])
-def test_bad_input_is_told_without_traceback(arguments: list[str], tmp_path: Path) -> None:
+def test_bad_input_is_reported_without_traceback(arguments: list[str], tmp_path: Path) -> None:
     program = "from daq.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", program, "trajectories", *arguments], capture_output=True, text=True, cwd=tmp_path

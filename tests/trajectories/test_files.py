@@ -37,7 +37,7 @@ def test_closed_csv_repeats_and_follows_the_curve(tmp_path: Path) -> None:
     assert trajectory.platform[first] == pytest.approx(helix(np.arange(1500) / 500), abs=1e-6)
 
 
-def test_uneven_sampling_is_followed_too(tmp_path: Path) -> None:
+def test_spline_follows_unevenly_sampled_points(tmp_path: Path) -> None:
     gaps = np.random.default_rng(1).uniform(0.5, 1.5, 80)
     time = np.concatenate([[0], np.cumsum(gaps)]) * 3 / gaps.sum()
     trajectory = load(write_csv(tmp_path / "helix.csv", time, helix(time)), RIG)
@@ -63,7 +63,7 @@ def test_open_csv_runs_once(tmp_path: Path) -> None:
         load(path, RIG, cycles=3)
 
 
-def test_joint_space_csv(tmp_path: Path) -> None:
+def test_csv_with_joint_columns_is_a_joint_motion(tmp_path: Path) -> None:
     time = np.linspace(0, 2, 41)
     angles = 0.3 * np.sin(np.pi * time[:, None] + np.arange(3))
     trajectory = load(write_csv(tmp_path / "joints.csv", time, angles, "time,joint_1,joint_2,joint_3"), RIG)
@@ -131,7 +131,7 @@ sine = [[0.0, 0.0], [0.1, 0.0], [0.02, 0.0]]
 """
 
 
-def test_fourier_toml(tmp_path: Path) -> None:
+def test_toml_file_is_read_as_fourier_series(tmp_path: Path) -> None:
     path = tmp_path / "series.toml"
     path.write_text(FOURIER)
     trajectory = load(path, RIG, cycles=2)
@@ -141,7 +141,7 @@ def test_fourier_toml(tmp_path: Path) -> None:
     assert trajectory.platform[trajectory.repeat == 1, 0] == pytest.approx(expected, abs=1e-12)
 
 
-def test_a_series_survives_its_way_through_a_file(tmp_path: Path) -> None:
+def test_fourier_series_survives_toml_round_trip(tmp_path: Path) -> None:
     series = FourierSeries(
         kind="fourier",
         space="joint",
@@ -156,7 +156,7 @@ def test_a_series_survives_its_way_through_a_file(tmp_path: Path) -> None:
     assert read_toml(path, FourierSeries, "trajectory file") == series
 
 
-def test_fourier_derivatives(tmp_path: Path) -> None:
+def test_fourier_derivatives_agree_with_finite_differences(tmp_path: Path) -> None:
     path = tmp_path / "series.toml"
     path.write_text(FOURIER)
     sample = read_motion(path).sample
@@ -185,7 +185,7 @@ def test_bad_toml_is_refused(tmp_path: Path, old: str, new: str, message: str) -
     assert message in str(caught.value)
 
 
-def test_definition_of_a_file_ignores_its_name(tmp_path: Path) -> None:
+def test_definition_is_independent_of_the_file_name(tmp_path: Path) -> None:
     time = np.linspace(0, 3, 61)
     digests = {
         assemble(read_motion(write_csv(tmp_path / name, time, helix(time))), RIG).digest

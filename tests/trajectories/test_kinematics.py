@@ -97,7 +97,7 @@ def smooth_motion(time: Floats) -> Floats:
     return 0.1 + 0.6 * np.sin(phase)
 
 
-def test_jacobian_and_derivative_against_finite_differences() -> None:
+def test_jacobian_and_its_derivative_agree_with_finite_differences() -> None:
     step = 1e-5
     time = np.linspace(0, 10, 500)
     before, now, after = (smooth_motion(time + shift) for shift in (-step, 0.0, step))
@@ -140,13 +140,13 @@ def test_margin_vanishes_where_the_rods_are_coplanar() -> None:
 
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=10, deadline=None)
-def test_margin_is_a_share_of_the_best(seed: int) -> None:
+def test_singularity_margin_is_between_zero_and_one(seed: int) -> None:
     P = reachable(GEOMETRY, poses(seed, 50))
     margin = kinematics.singularity_margin(GEOMETRY, kinematics.inverse(GEOMETRY, P), P)
     assert ((margin > 0) & (margin <= 1)).all()
 
 
-def test_nan_rows_pass_through_silently() -> None:
+def test_nan_rows_give_nan_without_warnings() -> None:
     theta = np.zeros((3, 3))
     theta[1, 2] = np.nan
     P = kinematics.forward(GEOMETRY, theta)
@@ -164,7 +164,7 @@ def test_nan_rows_pass_through_silently() -> None:
         assert gap.tolist() == [False, True, False]
 
 
-def test_singular_rows_are_not_finite_and_silent() -> None:
+def test_singular_rows_are_not_finite_and_give_no_warnings() -> None:
     theta, level = np.zeros((1, 3)), np.zeros((1, 3))
     J = kinematics.jacobian(GEOMETRY, theta, level)
     assert not np.isfinite(J).any()
@@ -174,14 +174,14 @@ def test_singular_rows_are_not_finite_and_silent() -> None:
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_inverse_refuses_what_is_not_finite(value: float) -> None:
+def test_inverse_refuses_nan_and_infinity(value: float) -> None:
     P = poses(0, 4)
     P[2, 1] = value
     with pytest.raises(BadInput, match="row 2: a finite platform position expected"):
         kinematics.inverse(GEOMETRY, P)
 
 
-def test_too_far_names_row_limb_and_millimetres() -> None:
+def test_error_for_a_distant_position_names_row_limb_and_excess() -> None:
     P = np.array([[0.0, 0.0, -0.7], [0.0, 0.0, -1.2]])
     reach = np.hypot(GEOMETRY.R - GEOMETRY.r, 1.2)
     with pytest.raises(Unreachable, match="row 1: limb 1 cannot reach") as caught:
@@ -191,14 +191,14 @@ def test_too_far_names_row_limb_and_millimetres() -> None:
     assert f"{1e3 * caught.value.excess:.3f} mm too short" in str(caught.value)
 
 
-def test_too_far_to_one_side_names_that_limb() -> None:
+def test_error_for_a_distant_position_names_the_limb_that_cannot_reach() -> None:
     # Away from limb 2, which points along -x.
     with pytest.raises(Unreachable) as caught:
         kinematics.inverse(GEOMETRY, np.array([[0.75, 0.0, -0.7]]))
     assert caught.value.limb == 2
 
 
-def test_too_near_says_too_long() -> None:
+def test_error_for_a_near_position_says_that_the_forearm_is_too_long() -> None:
     with pytest.raises(Unreachable, match="mm too long"):
         kinematics.inverse(GEOMETRY, np.array([[0.0, 0.0, -0.1]]))
 
@@ -208,7 +208,7 @@ def test_platform_above_its_elbows_is_refused() -> None:
         kinematics.inverse(GEOMETRY, np.array([[0.0, 0.0, 0.7]]))
 
 
-def test_angles_that_tear_the_mechanism_apart_are_refused() -> None:
+def test_forward_refuses_angles_at_which_the_mechanism_does_not_close() -> None:
     theta = np.array([[0.0, 0.0, 0.0], [-1.92, 0.49, -2.16]])
     with pytest.raises(Unreachable, match="row 1: the joint angles tear the mechanism apart") as caught:
         kinematics.forward(GEOMETRY, theta)
@@ -216,7 +216,7 @@ def test_angles_that_tear_the_mechanism_apart_are_refused() -> None:
     assert caught.value.excess > 0
 
 
-def test_error_can_be_placed_in_time() -> None:
+def test_unreachable_error_names_the_instant_in_place_of_the_row() -> None:
     with pytest.raises(Unreachable) as caught:
         kinematics.inverse(GEOMETRY, np.array([[0.0, 0.0, -1.2]]))
     placed = caught.value.at("t = 1.250 s")

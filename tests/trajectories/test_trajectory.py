@@ -62,7 +62,7 @@ def test_built_in_paths_keep_the_default_limits_with_margin(built_in: Trajectory
     check(built_in, rig.model_copy(update={"limits": tight}))
 
 
-def test_built_in_paths_excite(built_in: Trajectory) -> None:
+def test_built_in_paths_move_every_joint_fast_and_often(built_in: Trajectory) -> None:
     cycle = built_in.repeat == 0
     speed = built_in.joint_velocity[cycle]
     assert (np.abs(speed).max(axis=0) > 2.0).all()
@@ -80,12 +80,12 @@ def test_one_period_is_a_whole_number_of_samples(name: str, rate: float, rig: Ri
     assert trajectory.period == load(name, rig).period
 
 
-def test_paths_differ(rig: Rig) -> None:
+def test_built_in_paths_have_different_digests(rig: Rig) -> None:
     loaded = [load(name, rig) for name in names()]
     assert len({trajectory.digest for trajectory in loaded}) == len(loaded)
 
 
-def test_starts_and_ends_at_rest(built_in: Trajectory) -> None:
+def test_built_in_paths_start_and_end_at_rest(built_in: Trajectory) -> None:
     for row in (0, -1):
         assert built_in.joint_velocity[row] == pytest.approx(0, abs=1e-12)
         assert built_in.joint_acceleration[row] == pytest.approx(0, abs=1e-12)
@@ -117,11 +117,11 @@ def test_velocity_and_acceleration_are_the_derivatives_of_position(built_in: Tra
     assert central == pytest.approx(built_in.joint_acceleration[1:-1], abs=0.1)
 
 
-def test_platform_and_joints_agree(built_in: Trajectory, rig: Rig) -> None:
+def test_platform_agrees_with_the_forward_kinematics_of_the_joints(built_in: Trajectory, rig: Rig) -> None:
     assert forward(rig.geometry, built_in.joint_position) == pytest.approx(built_in.platform, abs=1e-12)
 
 
-def test_joint_space_motion_gives_the_same_as_its_platform_path(rig: Rig) -> None:
+def test_joint_motion_and_its_platform_path_give_the_same_samples(rig: Rig) -> None:
     series = FourierSeries(
         kind="fourier",
         space="joint",
@@ -137,7 +137,7 @@ def test_joint_space_motion_gives_the_same_as_its_platform_path(rig: Rig) -> Non
     assert trajectory.joint_position[cycle] == pytest.approx(expected, abs=1e-12)
 
 
-def test_open_path_is_ramped_within_itself(rig: Rig) -> None:
+def test_open_path_contains_its_ramps(rig: Rig) -> None:
     trajectory = assemble(line(3.0), rig)
     assert trajectory.cycles == 1
     assert trajectory.period == 0
@@ -157,7 +157,7 @@ def test_open_path_shorter_than_its_ramps_is_refused(rig: Rig) -> None:
         assemble(line(1.5), rig)
 
 
-def test_period_is_fitted_to_whole_samples(rig: Rig) -> None:
+def test_period_is_rounded_to_whole_samples(rig: Rig) -> None:
     trajectory = assemble(circle(period=3.3333), rig, cycles=2, rate=200)
     assert (trajectory.repeat == 0).sum() == 667
     assert trajectory.period == 667 / 200
@@ -168,7 +168,7 @@ def test_period_is_fitted_to_whole_samples(rig: Rig) -> None:
 @pytest.mark.parametrize(
     ("rate", "cycles", "message"), [(5.0, 1, "10 Hz expected"), (500.0, 0, "at least one cycle")]
 )
-def test_nonsense_is_refused(rate: float, cycles: int, message: str, rig: Rig) -> None:
+def test_invalid_rate_or_cycles_are_refused(rate: float, cycles: int, message: str, rig: Rig) -> None:
     with pytest.raises(BadInput, match=message):
         assemble(circle(), rig, cycles=cycles, rate=rate)
 
@@ -193,12 +193,12 @@ def test_unreachable_path_names_the_instant(rig: Rig) -> None:
     assert expected <= error <= expected + 1 / 500 + 5e-4
 
 
-def test_digest_is_that_of_the_samples(rig: Rig) -> None:
+def test_digest_changes_with_cycles_rate_and_geometry(rig: Rig) -> None:
     same, again = load("fig5a", rig), load("fig5a", rig)
     assert same.digest == again.digest
     other_geometry = rig.model_copy(update={"geometry": Geometry(L2=0.81)})
-    others = (load("fig5a", rig, cycles=2), load("fig5a", rig, rate=250), load("fig5a", other_geometry))
-    assert len({same.digest, *(other.digest for other in others)}) == 4
+    changes = (load("fig5a", rig, cycles=2), load("fig5a", rig, rate=250), load("fig5a", other_geometry))
+    assert len({same.digest, *(changed.digest for changed in changes)}) == 4
 
 
 def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
@@ -206,12 +206,12 @@ def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
         load("fig6", rig)
 
 
-def test_more_samples_than_memory_holds_are_refused() -> None:
+def test_too_many_samples_are_refused() -> None:
     with pytest.raises(BadInput, match="at most 10,000,000 samples"):
         load("fig5a", simulated_rig(), cycles=99_999_999)
 
 
-def test_a_motion_of_other_joints_is_refused(rig: Rig) -> None:
+def test_motion_with_wrong_joint_count_is_refused(rig: Rig) -> None:
     pair = FourierSeries(
         kind="fourier", space="joint", period=2.0, centre=(0.0, 0.0), cosine=((0.1,),) * 2, sine=((0.1,),) * 2
     )
@@ -223,7 +223,7 @@ def test_a_motion_of_other_joints_is_refused(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize(("space", "joints"), [("platform", 2), ("platform", 4), ("joint", 0)])
-def test_a_series_has_as_many_axes_as_its_space(space: Literal["platform", "joint"], joints: int) -> None:
+def test_series_with_wrong_number_of_axes_is_refused(space: Literal["platform", "joint"], joints: int) -> None:
     axes = ((0.1,),) * joints
     with pytest.raises(ValueError, match="in each expected"):
         FourierSeries(kind="fourier", space=space, period=2.0, centre=(0.0,) * joints, cosine=axes, sine=axes)
