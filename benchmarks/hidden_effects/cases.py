@@ -79,7 +79,7 @@ def _simulated() -> Iterator[Case]:
 
 
 def _foreign() -> Iterator[Case]:
-    from tests.foreign.outside import KINDS
+    from tests.foreign.out_of_library import KINDS
 
     for size, times in ((0.01, 2), (0.03, 2), (0.10, 1)):
         yield from _single_effects("foreign", library(), size, times)

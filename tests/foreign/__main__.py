@@ -6,20 +6,25 @@ import click
 
 from drivers.simulated.effect import library
 from drivers.simulated.seal import seal, sealed_path
-from tests.foreign.outside import KINDS
+from tests.foreign.out_of_library import KINDS
 from tests.foreign.pairs import TRAIN, Setting, make
 
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--effect", "effects", multiple=True, type=click.Choice([*library(), *KINDS]), help="May be repeated.")
-@click.option("--size", default=0.03, show_default=True, help="Of each, as a share of the torque.")
+@click.option("--size", default=0.03, show_default=True, help="Size of each effect, as a share of the torque.")
 @click.option("--seed", default=1, show_default=True)
 @click.option("--robot", type=click.Choice(["default", "heavy", "light"]), default="default", show_default=True)
-@click.option("--noise", default=0.01, show_default=True, help="Of the voltages [V].")
-@click.option("--bits", default=18, show_default=True, help="Of the encoders, per turn of the joint.")
-@click.option("--rate", default=500.0, show_default=True, help="[Hz]")
-@click.option("--command", "reports_command", is_flag=True, help="Voltages are those before the amplifiers' faults.")
+@click.option("--noise", default=0.01, show_default=True, help="Standard deviation of the voltage noise [V].")
+@click.option("--bits", default=18, show_default=True, help="Encoder resolution per turn of the joint.")
+@click.option("--rate", default=500.0, show_default=True, help="Sampling rate [Hz].")
+@click.option(
+    "--command",
+    "reports_command",
+    is_flag=True,
+    help="Record commanded voltages, before the effects of the amplifiers.",
+)
 def main(
     folder: Path,
     effects: tuple[str, ...],

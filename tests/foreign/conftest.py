@@ -1,32 +1,32 @@
-"""A plant that all tests share: it is costly to make."""
+"""Plants that all tests share, because they are slow to create."""
 
 import numpy as np
 import pytest
 
-from tests.foreign import courses, robots
+from tests.foreign import reference_motion, robots
 from tests.foreign.plant import Plant
 from tests.foreign.sizing import EffectSizer
 
 
-def _plant(kind: robots.Kind, shape: courses.Shape) -> Plant:
+def _plant(kind: robots.Kind, shape: reference_motion.Shape) -> Plant:
     rng = np.random.default_rng(3)
     robot = robots.draw(kind, rng, rate=500.0, bits=18, reports_command=True)
-    return Plant(robot, courses.draw(robot.rig.geometry, shape, rng, rate=500.0, seconds=8.0))
+    return Plant(robot, reference_motion.draw(robot.rig.geometry, shape, rng, rate=500.0, seconds=8.0))
 
 
 @pytest.fixture(scope="package")
 def plant() -> Plant:
-    """A heavy robot, whose torques do not change their sign."""
+    """Heavy robot, whose torques do not change sign."""
     return _plant("heavy", "stations")
 
 
 @pytest.fixture(scope="package")
 def light() -> Plant:
-    """A light one, whose torques do."""
+    """Light robot, whose torques change sign."""
     return _plant("light", "fourier")
 
 
 @pytest.fixture(scope="package")
-def ruler(plant: Plant) -> EffectSizer:
-    """Of the heavy one."""
+def sizer(plant: Plant) -> EffectSizer:
+    """Effect sizer of the heavy robot."""
     return EffectSizer(plant)

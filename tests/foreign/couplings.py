@@ -1,4 +1,4 @@
-"""What stands between a motor, where the encoder sits, and its arm: play."""
+"""Backlash between a motor, which carries the encoder, and its arm."""
 
 from dataclasses import dataclass
 
@@ -8,16 +8,16 @@ from numba import njit
 from recordings.recording import Floats
 
 _TOOTH = 1500.0
-"""A tooth is so stiff that an arm on it would swing at this rate [rad/s]; it is damped critically."""
+"""Natural frequency of an arm on a tooth, which sets the tooth's stiffness [rad/s]; damping is critical."""
 _OIL = 0.02
-"""Drag inside the gap [N m s/rad]."""
+"""Viscous friction inside the gap [N m s/rad]."""
 _STEP = 6e-5
-"""About the step of the integration [s]."""
+"""Approximate step of the integration [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Linear:
-    """The arms' dynamics for small deviations d from the motors' motion: torque + M d'' + C d' + K d."""
+    """Linearized dynamics of the arms for small deviations d from the motors' motion: torque + M d'' + C d' + K d."""
 
     inertia: Floats
     """(m, 3, 3) M, at every `every`-th instant."""
@@ -26,27 +26,29 @@ class Linear:
     every: int
 
 
-def play(torque: Floats, linear: Linear, half: Floats, dt: float) -> Floats:
-    """Torque (n, 3) on the teeth where the arms may lag or lead by `half` (3,) [rad].
+def backlash_torque(torque: Floats, linear: Linear, half: Floats, dt: float) -> Floats:
+    """Torque (n, 3) on the teeth if the arms can lag or lead by `half` (3,) [rad].
 
-    torque: what the arms need to follow the motors exactly (n, 3); dt: between instants [s].
+    torque: torque that the arms need to follow the motors exactly (n, 3); dt: time between instants [s].
     """
     inverse = np.linalg.inv(linear.inertia).astype(np.float64)
     tooth = _TOOTH**2 * np.einsum("mii->i", linear.inertia) / len(inverse)
-    parts = max(round(dt / _STEP), 1)
+    substeps = max(round(dt / _STEP), 1)
     result: Floats = _integrate(
-        torque, inverse, linear.damping, linear.stiffness, linear.every, half, tooth, dt / parts, parts
+        torque, inverse, linear.damping, linear.stiffness, linear.every, half, tooth, dt / substeps, substeps
     )
     return result
 
 
 @njit(cache=True)
-def _push(d: float, v: float, half: float, tooth: float) -> float:
-    """Torque on an arm that is ahead by d [rad]; teeth push and never pull."""
-    beyond, drag = abs(d) - half, 2 * tooth / _TOOTH * v
-    if beyond <= 0:
+def _tooth_torque(d: float, v: float, half: float, tooth: float) -> float:
+    """Torque on an arm that leads by d [rad]; teeth push but never pull."""
+    penetration, damping_torque = abs(d) - half, 2 * tooth / _TOOTH * v
+    if penetration <= 0:
         return -_OIL * v
-    return max(tooth * beyond - drag, 0.0) if d < 0 else min(-tooth * beyond - drag, 0.0)
+    return (
+        max(tooth * penetration - damping_torque, 0.0) if d < 0 else min(-tooth * penetration - damping_torque, 0.0)
+    )
 
 
 @njit(cache=True)
@@ -59,29 +61,29 @@ def _integrate(
     half: Floats,
     tooth: Floats,
     dt: float,
-    parts: int,
+    substeps: int,
 ) -> Floats:
     n = len(torque)
     result = np.empty((n, 3))
-    d, v, force, need = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
+    d, v, tooth_torque, net_torque = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     for i in range(3):
         d[i] = -np.sign(torque[0, i]) * half[i] - torque[0, i] / tooth[i]
     for k in range(n):
         m = min(k // every, len(inverse) - 1)
-        mean = np.zeros(3)
-        for part in range(parts):
-            share = part / parts
-            after = torque[min(k + 1, n - 1)]
+        mean_torque = np.zeros(3)
+        for substep in range(substeps):
+            share = substep / substeps
+            next_torque = torque[min(k + 1, n - 1)]
             for i in range(3):
-                force[i] = _push(d[i], v[i], half[i], tooth[i])
-                need[i] = force[i] - (1 - share) * torque[k, i] - share * after[i]
+                tooth_torque[i] = _tooth_torque(d[i], v[i], half[i], tooth[i])
+                net_torque[i] = tooth_torque[i] - (1 - share) * torque[k, i] - share * next_torque[i]
                 for j in range(3):
-                    need[i] -= damping[m, i, j] * v[j] + stiffness[m, i, j] * d[j]
-                mean[i] += force[i] / parts
+                    net_torque[i] -= damping[m, i, j] * v[j] + stiffness[m, i, j] * d[j]
+                mean_torque[i] += tooth_torque[i] / substeps
             for i in range(3):
                 for j in range(3):
-                    v[i] += dt * inverse[m, i, j] * need[j]
+                    v[i] += dt * inverse[m, i, j] * net_torque[j]
             for i in range(3):
                 d[i] += dt * v[i]
-        result[k] = mean
+        result[k] = mean_torque
     return result

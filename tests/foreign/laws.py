@@ -1,4 +1,4 @@
-"""The laws of the effects as torques, after the list of effects; those of couplings and sensors stand elsewhere."""
+"""Torque laws of the effects by the list of effects; couplings and sensors are in other modules."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,10 +13,10 @@ Parameters = Mapping[str, float]
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """The machine at all instants, one after the other."""
+    """State of the machine at all instants."""
 
     t: Floats
-    """(n, 1) [s]."""
+    """(n, 1) time [s]."""
     q: Floats
     """(n, 3) motor angles [rad]."""
     v: Floats
@@ -24,7 +24,7 @@ class State:
     load: Floats
     """(n, 3) torque of the rigid robot [N m]."""
     coulomb: Floats
-    """(3,) levels [N m]."""
+    """(3,) Coulomb friction levels [N m]."""
 
     @property
     def direction(self) -> Floats:
@@ -40,8 +40,8 @@ def _presliding(s: State, p: Parameters) -> Floats:
     """c_c (z/z_s - sgn v)."""
     if p["z_s"] <= 0:
         return np.zeros_like(s.q)
-    bent = np.column_stack([bristle(np.ascontiguousarray(q), p["z_s"]) for q in s.q.T])
-    return s.coulomb * (bent - s.direction)
+    deflection = np.column_stack([bristle(np.ascontiguousarray(q), p["z_s"]) for q in s.q.T])
+    return s.coulomb * (deflection - s.direction)
 
 
 @njit(cache=True)
@@ -50,10 +50,10 @@ def bristle(q: Floats, z_s: float) -> Floats:
     result = np.zeros(len(q))
     z = 0.0
     for k in range(1, len(q)):
-        # Long steps in parts: the rule is stable up to a displacement of 2 z_s.
-        parts = int(abs(q[k] - q[k - 1]) / (0.05 * z_s)) + 1
-        dq = (q[k] - q[k - 1]) / parts
-        for _ in range(parts):
+        # Long steps are divided: the rule is stable up to a displacement of 2 z_s.
+        substeps = int(abs(q[k] - q[k - 1]) / (0.05 * z_s)) + 1
+        dq = (q[k] - q[k - 1]) / substeps
+        for _ in range(substeps):
             first = dq - abs(dq) * z / z_s
             z += 0.5 * (first + dq - abs(dq) * (z + first) / z_s)
         result[k] = z / z_s
@@ -82,17 +82,17 @@ MOTOR: dict[str, Law] = {
     "concave_friction": lambda s, p: p["a"] * np.sqrt(np.abs(s.v)) * s.direction,
     "rubber_stop": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** 2,
 }
-"""Torque (n, 3) that the motor must give in addition, on its own side of the gear."""
+"""Additional motor torque (n, 3) of effects on the motor side of the coupling."""
 
 ARM: dict[str, Law] = {
     "arm_com_offset": lambda s, p: p["a"] * np.sin(s.q),
     "arm_mass_mismatch": lambda s, p: p["a"] * np.cos(s.q),
 }
-"""The same, on the arm's side."""
+"""Additional torque (n, 3) of effects on the arm side of the coupling."""
 
 
-def tangled(s: State, p: Parameters, joints: tuple[int, ...]) -> Floats:
-    """k (q_i - q_j) on the two joints (from 1) between which the cable hangs."""
+def cable_torque(s: State, p: Parameters, joints: tuple[int, ...]) -> Floats:
+    """Torque (n, 3) k (q_i - q_j) of a cable between two joints (from 1)."""
     i, j = (joint - 1 for joint in joints)
     torque = np.zeros_like(s.q)
     torque[:, i] = p["k"] * (s.q[:, i] - s.q[:, j])

@@ -1,4 +1,4 @@
-"""Delta robots of three sizes, each a little different from seed to seed, and their rig files."""
+"""Delta robots of three sizes with random parameters, and their rig files."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -10,13 +10,13 @@ from recordings.rig import Drive, Geometry, Rig, Torque, Voltage
 
 Kind = Literal["default", "heavy", "light"]
 _SPREAD = 0.1
-"""Half of the range in which masses, inertias and friction lie around the kind's, relative."""
+"""Largest relative deviation of masses, inertias and friction from those of the kind."""
 _TABLE_1 = Links()
 
 
 @dataclass(frozen=True)
 class Robot:
-    """What a robot really is, and what its rig file says."""
+    """Actual parameters of a robot, and its rig."""
 
     kind: Kind
     rig: Rig
@@ -25,29 +25,29 @@ class Robot:
 
 
 @dataclass(frozen=True)
-class _Kind:
+class _BaseRobot:
     geometry: Geometry
     links: Links
     friction: Friction
     gain: float
 
 
-_KINDS: dict[Kind, _Kind] = {
-    "default": _Kind(
+_KINDS: dict[Kind, _BaseRobot] = {
+    "default": _BaseRobot(
         Geometry(),
         _TABLE_1,
         Friction(),
         gain=1.0,
     ),
-    # Weight rules: the torque never changes its sign.
-    "heavy": _Kind(
+    # Gravity dominates: the torque never changes sign.
+    "heavy": _BaseRobot(
         Geometry(L1=0.4, L2=0.95, R=0.24, r=0.06, L2_source="measured"),
         _TABLE_1.model_copy(update={"arm_mass": 5.0, "arm_com": 0.18, "payload": 3.0, "motor_inertia": 0.04}),
         Friction(viscous=(0.3, 0.25, 0.35), coulomb=(1.0, 1.2, 0.9)),
         gain=1.6,
     ),
-    # Inertia rules: the arms have counterweights, and the torque changes its sign with every acceleration.
-    "light": _Kind(
+    # Inertia dominates: the arms have counterweights, and the torque changes sign with the acceleration.
+    "light": _BaseRobot(
         Geometry(L1=0.26, L2=0.62, R=0.16, r=0.04, L2_source="measured"),
         Links(arm_mass=0.7, arm_com=0.03, arm_inertia=0.03, motor_inertia=0.03, rod_mass=0.07, platform_mass=0.15),
         Friction(viscous=(0.07, 0.06, 0.08), coulomb=(0.15, 0.18, 0.16)),
@@ -57,24 +57,24 @@ _KINDS: dict[Kind, _Kind] = {
 
 
 def draw(kind: Kind, rng: np.random.Generator, *, rate: float, bits: int, reports_command: bool) -> Robot:
-    """A robot of the `kind`.
+    """Random robot of the `kind`.
 
-    rate: of its recordings [Hz]; bits: of its encoders, per turn of the joint (a count of the motor's divides it by
-    the gear, so that it is met within half a count).
+    rate: sampling rate of its recordings [Hz]; bits: encoder resolution per turn of the joint, rounded to whole
+    counts per turn of the motor.
     """
-    of = _KINDS[kind]
+    base = _KINDS[kind]
 
-    def near(value: float) -> float:
+    def varied(value: float) -> float:
         return float(value * rng.uniform(1 - _SPREAD, 1 + _SPREAD))
 
-    links = of.links.model_copy(update={name: near(value) for name, value in of.links.model_dump().items()})
+    links = base.links.model_copy(update={name: varied(value) for name, value in base.links.model_dump().items()})
     friction = Friction.model_validate(
-        {name: tuple(near(value) for value in values) for name, values in of.friction.model_dump().items()}
+        {name: tuple(varied(value) for value in values) for name, values in base.friction.model_dump().items()}
     )
-    return Robot(kind, _rig(of, rate, bits, reports_command), links, friction)
+    return Robot(kind, _rig(base, rate, bits, reports_command), links, friction)
 
 
-def _rig(of: _Kind, rate: float, bits: int, reports_command: bool) -> Rig:
+def _rig(base: _BaseRobot, rate: float, bits: int, reports_command: bool) -> Rig:
     gear = Drive(node_id=1).gear
     voltage = Voltage(kind="command" if reports_command else "motor")
     counts = round(2**bits / gear)
@@ -82,8 +82,8 @@ def _rig(of: _Kind, rate: float, bits: int, reports_command: bool) -> Rig:
     return Rig(
         name="foreign delta robot",
         rate=rate,
-        geometry=of.geometry,
-        torque=Torque(gain=(of.gain,) * 3, gain_source="calibrated", gain_uncertainty=0.02),
+        geometry=base.geometry,
+        torque=Torque(gain=(base.gain,) * 3, gain_source="calibrated", gain_uncertainty=0.02),
         drives=drives,
     )
 

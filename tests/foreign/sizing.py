@@ -1,4 +1,4 @@
-"""How large an effect is: what a fit of the base model with uniform rods leaves of it, as a share of the torque."""
+"""Size of an effect: its torque that the base model with uniform rods cannot fit, as a share of the torque."""
 
 import math
 
@@ -14,42 +14,44 @@ from tests.foreign.plant import Plant, Reported
 from trajectories.kinematics import Unreachable
 
 _BANDWIDTH = 30.0
-"""Of the analysis, -3 dB forwards and backwards together [Hz]."""
-_EVERY = 5
-"""Samples between two rows of the fit."""
+"""Bandwidth of the analysis: -3 dB of the forward-backward filter [Hz]."""
+_DECIMATION = 5
+"""Decimation of the rows of the fit."""
 _TOLERANCE = 0.01
 
 
 class EffectSizer:
-    """Measures effects on one plant."""
+    """Measures the size of effects on one plant."""
 
     def __init__(self, plant: Plant) -> None:
         self._plant = plant
-        rig, course = plant.robot.rig, plant.course
-        self._repeating = np.flatnonzero(course.repeat[:: course.per_sample] >= 0)[::_EVERY]
+        rig, reference = plant.robot.rig, plant.reference
+        self._cyclic_rows = np.flatnonzero(reference.repeat[:: reference.per_sample] >= 0)[::_DECIMATION]
         corner = _BANDWIDTH / (math.sqrt(2) - 1) ** 0.25
         self._low_pass = butter(2, min(corner, 0.45 * rig.rate), fs=rig.rate, output="sos")
         bare = plant.report()
         self._bare_position = bare.position
-        self._basis = self._orthogonal(bare)
+        self._basis = self._orthonormal_basis(bare)
         self._torque = self._filtered(self._torque_of(bare))
-        self._left = self._remaining(self._torque, self._basis)
+        self._bare_residual = self._residual(self._torque, self._basis)
 
     def size(self, effect: HiddenEffect) -> float:
-        """The effect's size on its joints; infinite where the robot cannot follow."""
+        """Size of an effect on its joints; infinite if the robot cannot follow the motion."""
         try:
             reported = self._plant.report((effect,))
             same = np.array_equal(reported.position, self._bare_position)
-            basis = self._basis if same else self._orthogonal(reported)
+            basis = self._basis if same else self._orthonormal_basis(reported)
         except Unreachable:
             return math.inf
-        residual = self._remaining(self._filtered(self._torque_of(reported)), basis)
+        residual = self._residual(self._filtered(self._torque_of(reported)), basis)
         joints = [joint - 1 for joint in effect.joints]
-        size = math.sqrt(np.mean((residual - self._left)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2))
+        size = math.sqrt(
+            np.mean((residual - self._bare_residual)[:, joints] ** 2) / np.mean(self._torque[:, joints] ** 2)
+        )
         return size if math.isfinite(size) else math.inf
 
     def nearest(self, effect: HiddenEffect, wanted: float) -> tuple[HiddenEffect, float] | None:
-        """The effect with the strength that brings its size nearest to `wanted`, and that size; None: it has none."""
+        """Scale an effect to the possible size nearest to `wanted`; return it and its size; None: it has none."""
         parameters = type(effect)().model_dump()
         sign = math.copysign(1.0, effect.model_dump()[effect.strength()])
         scaled = solve(
@@ -62,27 +64,27 @@ class EffectSizer:
         return None if scaled is None else (effect.scaled(sign * scaled[0]), scaled[1])
 
     def _torque_of(self, reported: Reported) -> Floats:
-        """(m, 3) by the rig's map."""
+        """(m, 3) torque by the torque map of the rig."""
         return np.array(self._plant.robot.rig.torque.gain) * reported.voltage * np.abs(reported.voltage)
 
     def _filtered(self, signal: Floats) -> Floats:
-        filtered: Floats = sosfiltfilt(self._low_pass, signal, axis=0)[self._repeating]
+        filtered: Floats = sosfiltfilt(self._low_pass, signal, axis=0)[self._cyclic_rows]
         return filtered
 
-    def _orthogonal(self, reported: Reported) -> Floats:
-        """Orthonormal basis (3 rows, k) of the model's columns."""
+    def _orthonormal_basis(self, reported: Reported) -> Floats:
+        """Orthonormal basis (3 rows, k) of the columns of the base model."""
         geometry, columns = self._plant.robot.rig.geometry, []
         motion = reported.position, reported.velocity, reported.acceleration
-        nothing = Links().model_copy(update=dict.fromkeys(Links.model_fields, 0.0))
-        for part in ("platform_mass", "rod_mass"):
-            columns.append(exact_torque(geometry, nothing.model_copy(update={part: 1.0}), *motion))
+        massless = Links().model_copy(update=dict.fromkeys(Links.model_fields, 0.0))
+        for mass in ("platform_mass", "rod_mass"):
+            columns.append(exact_torque(geometry, massless.model_copy(update={mass: 1.0}), *motion))
         columns.append(np.cos(motion[0]))
         for joint in np.eye(3):
             columns += [joint * signal for signal in (motion[2], motion[1], np.sign(motion[1]))]
         matrix = np.stack([self._filtered(column) for column in columns], axis=2).reshape(-1, len(columns))
         return np.linalg.qr(matrix / np.linalg.norm(matrix, axis=0))[0]
 
-    def _remaining(self, torque: Floats, basis: Floats) -> Floats:
+    def _residual(self, torque: Floats, basis: Floats) -> Floats:
         flat = torque.ravel()
         residual: Floats = (flat - basis @ (basis.T @ flat)).reshape(torque.shape)
         return residual

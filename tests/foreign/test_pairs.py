@@ -10,7 +10,7 @@ from recordings.reader import read
 from tests.foreign.pairs import Setting, make
 
 
-def test_a_pair_is_two_motions_of_one_robot_with_the_effect_in_the_truth(tmp_path: Path) -> None:
+def test_pair_is_two_motions_of_one_robot_with_the_effect_in_the_truth(tmp_path: Path) -> None:
     truth = make(tmp_path, ["cogging"], [0.02], 5, Setting(robot="light", bits=16, rate=250.0))
     (effect,) = truth["effects"]
     assert effect["name"] == "cogging"
@@ -25,7 +25,7 @@ def test_a_pair_is_two_motions_of_one_robot_with_the_effect_in_the_truth(tmp_pat
     np.testing.assert_allclose(counts, np.rint(counts), atol=1e-3)
 
 
-def test_the_same_seed_gives_the_same_bytes_and_another_one_another_robot(tmp_path: Path) -> None:
+def test_seed_determines_the_recording(tmp_path: Path) -> None:
     for folder, seed in (("a", 1), ("b", 1), ("c", 2)):
         (tmp_path / folder).mkdir()
         make(tmp_path / folder, [], [], seed, Setting(rate=250.0))
@@ -34,13 +34,13 @@ def test_the_same_seed_gives_the_same_bytes_and_another_one_another_robot(tmp_pa
     assert len(a.voltage) != len(c.voltage) or not np.allclose(a.voltage, c.voltage)
 
 
-def test_the_noise_is_that_of_the_setting(tmp_path: Path) -> None:
+def test_voltage_noise_is_that_of_the_setting(tmp_path: Path) -> None:
     make(tmp_path, [], [], 1, Setting(volts=0.03))
     recording = read(tmp_path / "train.mcap")
     cycles = [recording.voltage[recording.repeat == cycle] for cycle in (0, 1)]
     assert np.std(cycles[0] - cycles[1]) / np.sqrt(2) == pytest.approx(0.03, rel=0.05)
 
 
-def test_a_size_that_cannot_be_had_is_refused(tmp_path: Path) -> None:
+def test_impossible_size_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="choose another"):
         make(tmp_path, ["amplifier_deadband"], [0.03], 1, Setting(reports_command=False))

@@ -1,4 +1,4 @@
-"""Every effect of the second plant by its own definition, on what the drives report."""
+"""Each effect of the second plant against its definition, in the reported signals."""
 
 import math
 from collections.abc import Callable
@@ -10,45 +10,45 @@ from drivers.simulated.config import EffectSpec
 from drivers.simulated.effect import HiddenEffect, build, library
 from recordings.recording import Floats
 from tests.drivers.simulated.exact_delta import exact_torque
-from tests.foreign import outside
+from tests.foreign import out_of_library
 from tests.foreign.plant import Plant, Reported, name
 
 SLIDING = 0.3
-"""Above this speed nothing is averaged over a reversal [rad/s]."""
+"""Above this speed no sample is averaged over a reversal [rad/s]."""
 
 
 def hidden(effect: str, joints: tuple[int, ...] = (1, 2, 3), **parameters: float) -> HiddenEffect:
-    if effect in outside.KINDS:
-        return outside.KINDS[effect].model_validate({"joints": joints, **parameters})
+    if effect in out_of_library.KINDS:
+        return out_of_library.KINDS[effect].model_validate({"joints": joints, **parameters})
     return build(EffectSpec(name=effect, joints=joints, parameters=parameters))
 
 
 def torque(plant: Plant, reported: Reported) -> Floats:
-    """(m, 3) of the reported voltages, by the rig's map."""
-    gained: Floats = np.array(plant.robot.rig.torque.gain) * reported.voltage * np.abs(reported.voltage)
-    return gained
+    """(m, 3) torque of the reported voltages by the torque map of the rig."""
+    signed_torque: Floats = np.array(plant.robot.rig.torque.gain) * reported.voltage * np.abs(reported.voltage)
+    return signed_torque
 
 
-def added(plant: Plant, effect: HiddenEffect) -> tuple[Reported, Floats]:
-    """What the bare plant reports, and the torque that the effect adds (m, 3); NaN where a joint hardly moves."""
+def added_torque(plant: Plant, effect: HiddenEffect) -> tuple[Reported, Floats]:
+    """Signals without the effect, and the torque that the effect adds (m, 3); NaN where a joint hardly moves."""
     bare = plant.report()
-    more = torque(plant, plant.report([effect])) - torque(plant, bare)
-    return bare, np.where(np.abs(bare.velocity) > SLIDING, more, np.nan)
+    difference = torque(plant, plant.report([effect])) - torque(plant, bare)
+    return bare, np.where(np.abs(bare.velocity) > SLIDING, difference, np.nan)
 
 
-def close(actual: Floats, expected: Floats, tolerance: float = 2e-3) -> None:
+def assert_close(actual: Floats, expected: Floats, tolerance: float = 2e-3) -> None:
     scale = np.nanmax(np.abs(actual))
     known = np.isfinite(actual)
     assert known.mean() > 0.5
     np.testing.assert_allclose(actual[known], np.broadcast_to(expected, actual.shape)[known], atol=tolerance * scale)
 
 
-def test_the_bare_robot_needs_inertia_weight_and_friction(plant: Plant) -> None:
-    course, robot = plant.course, plant.robot
-    rigid = exact_torque(robot.rig.geometry, robot.links, course.theta, course.rate, course.acceleration)
-    friction = robot.friction.viscous * course.rate + np.array(robot.friction.coulomb) * np.sign(course.rate)
-    once = course.rows[:: course.per_sample]
-    moving = (np.abs(course.rate[once]) > SLIDING).all(axis=1)
+def test_torque_without_effects_is_rigid_body_torque_and_friction(plant: Plant) -> None:
+    reference, robot = plant.reference, plant.robot
+    rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
+    friction = robot.friction.viscous * reference.rate + np.array(robot.friction.coulomb) * np.sign(reference.rate)
+    once = reference.rows[:: reference.per_sample]
+    moving = (np.abs(reference.rate[once]) > SLIDING).all(axis=1)
     reported_torque = torque(plant, plant.report())
     np.testing.assert_allclose(
         reported_torque[moving], (rigid + friction)[once][moving], atol=2e-3 * np.abs(reported_torque).max()
@@ -84,58 +84,60 @@ def time(reported: Reported) -> Floats:
 
 
 @pytest.mark.parametrize("effect", FORMULAS)
-def test_additive_effects_are_their_formulas_on_their_joints(plant: Plant, effect: str) -> None:
+def test_additive_effect_adds_its_formula_on_its_joints(plant: Plant, effect: str) -> None:
     parameters, formula = FORMULAS[effect]
-    bare, more = added(plant, hidden(effect, (1, 3), **parameters))
-    close(more[:, [0, 2]], np.broadcast_to(formula(bare), more.shape)[:, [0, 2]])
-    assert not np.nan_to_num(more[:, 1]).any()
+    bare, difference = added_torque(plant, hidden(effect, (1, 3), **parameters))
+    assert_close(difference[:, [0, 2]], np.broadcast_to(formula(bare), difference.shape)[:, [0, 2]])
+    assert not np.nan_to_num(difference[:, 1]).any()
 
 
-def test_friction_grows_with_the_load(plant: Plant) -> None:
-    course, robot = plant.course, plant.robot
-    rigid = exact_torque(robot.rig.geometry, robot.links, course.theta, course.rate, course.acceleration)
-    bare, more = added(plant, hidden("load_dependent_friction", a=0.1))
-    close(more, 0.1 * np.abs(rigid[course.rows[:: course.per_sample]]) * np.sign(bare.velocity), 0.01)
+def test_load_dependent_friction_grows_with_the_load(plant: Plant) -> None:
+    reference, robot = plant.reference, plant.robot
+    rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
+    bare, difference = added_torque(plant, hidden("load_dependent_friction", a=0.1))
+    assert_close(
+        difference, 0.1 * np.abs(rigid[reference.rows[:: reference.per_sample]]) * np.sign(bare.velocity), 0.01
+    )
 
 
-def test_friction_that_bends_first_is_the_level_far_from_a_reversal_and_less_behind_it(plant: Plant) -> None:
+def test_presliding_hysteresis_reduces_friction_after_reversals_only(plant: Plant) -> None:
     level = np.array(plant.robot.friction.coulomb)
-    bare, more = added(plant, hidden("presliding_hysteresis", z_s=0.01))
-    opposing = more * np.sign(bare.velocity)
+    bare, difference = added_torque(plant, hidden("presliding_hysteresis", z_s=0.01))
+    opposing = difference * np.sign(bare.velocity)
     assert np.nanmax(opposing) < 1e-3
     assert np.nanmin(opposing / level) > -2
     assert np.nanmin(opposing) < -0.2
-    shorter = added(plant, hidden("presliding_hysteresis", z_s=0.002))[1]
-    assert np.nansum(shorter**2) < 0.2 * np.nansum(more**2)
+    shorter = added_torque(plant, hidden("presliding_hysteresis", z_s=0.002))[1]
+    assert np.nansum(shorter**2) < 0.2 * np.nansum(difference**2)
 
 
-def test_weight_pulls_sideways_on_a_tilted_base(plant: Plant) -> None:
-    course, robot = plant.course, plant.robot
-    along = (9.81 * math.sin(0.1), 0.0, -9.81 * math.cos(0.1))
-    motion = course.theta, course.rate, course.acceleration
-    expected = exact_torque(robot.rig.geometry, robot.links, *motion, along)
+def test_base_tilt_turns_gravity(plant: Plant) -> None:
+    reference, robot = plant.reference, plant.robot
+    gravity = (9.81 * math.sin(0.1), 0.0, -9.81 * math.cos(0.1))
+    motion = reference.theta, reference.rate, reference.acceleration
+    expected = exact_torque(robot.rig.geometry, robot.links, *motion, gravity)
     expected -= exact_torque(robot.rig.geometry, robot.links, *motion)
-    _, more = added(plant, hidden("base_tilt", angle=0.1, direction=0.0))
-    close(more, expected[course.rows[:: course.per_sample]])
+    _, difference = added_torque(plant, hidden("base_tilt", angle=0.1, direction=0.0))
+    assert_close(difference, expected[reference.rows[:: reference.per_sample]])
 
 
-def test_a_load_is_there_from_its_instant_on(plant: Plant) -> None:
-    bare, more = added(plant, hidden("payload_change", dm=0.5, t_c=5.0))
+def test_payload_change_adds_torque_from_its_instant_on(plant: Plant) -> None:
+    bare, difference = added_torque(plant, hidden("payload_change", dm=0.5, t_c=5.0))
     before, after = time(bare)[:, 0] < 4.9, time(bare)[:, 0] > 5.1
-    assert np.nanmax(np.abs(more[before])) < 1e-9
+    assert np.nanmax(np.abs(difference[before])) < 1e-9
     heavier = plant.robot.links.model_copy(update={"payload": plant.robot.links.payload + 0.5})
-    course, geometry = plant.course, plant.robot.rig.geometry
-    motion = course.theta, course.rate, course.acceleration
+    reference, geometry = plant.reference, plant.robot.rig.geometry
+    motion = reference.theta, reference.rate, reference.acceleration
     expected = exact_torque(geometry, heavier, *motion) - exact_torque(geometry, plant.robot.links, *motion)
-    close(more[after], expected[course.rows[:: course.per_sample]][after])
+    assert_close(difference[after], expected[reference.rows[:: reference.per_sample]][after])
 
 
 def test_air_brakes_the_platform(plant: Plant) -> None:
-    course = plant.course
-    bare, more = added(plant, hidden("air_drag", c=3.0))
-    power = (np.nan_to_num(more) * bare.velocity).sum(axis=1)
-    speed = np.linalg.norm(course.platform_rate[course.rows[:: course.per_sample]], axis=1)
-    whole = np.isfinite(more).all(axis=1)
+    reference = plant.reference
+    bare, difference = added_torque(plant, hidden("air_drag", c=3.0))
+    power = (np.nan_to_num(difference) * bare.velocity).sum(axis=1)
+    speed = np.linalg.norm(reference.platform_rate[reference.rows[:: reference.per_sample]], axis=1)
+    whole = np.isfinite(difference).all(axis=1)
     np.testing.assert_allclose(power[whole], 3.0 * speed[whole] ** 3, atol=0.02 * power.max())
 
 
@@ -161,7 +163,7 @@ def test_maps_and_gains_and_faults_of_amplifiers(plant: Plant) -> None:
     np.testing.assert_allclose(commanded / (1 + np.abs(commanded / level) ** 5) ** 0.2, volts, rtol=1e-9)
 
 
-def test_encoders_read_what_they_are_told_to(plant: Plant) -> None:
+def test_encoder_effects_change_the_reported_position(plant: Plant) -> None:
     bare = plant.report()
     shifted = plant.report([hidden("encoder_zero_offset", (1,), c=0.02)])
     np.testing.assert_allclose(shifted.position - bare.position, np.broadcast_to([0.02, 0, 0], bare.position.shape))
@@ -170,28 +172,28 @@ def test_encoders_read_what_they_are_told_to(plant: Plant) -> None:
     np.testing.assert_allclose(wavy.position - bare.position, 1e-3 * np.sin(21 * bare.position + 0.4), atol=1e-12)
 
 
-def test_a_robot_of_other_lengths_is_that_robot(plant: Plant) -> None:
-    course, robot = plant.course, plant.robot
+def test_geometry_error_gives_the_torque_of_the_actual_lengths(plant: Plant) -> None:
+    reference, robot = plant.reference, plant.robot
     longer = robot.rig.geometry.model_copy(update={"L2": robot.rig.geometry.L2 + 0.02})
-    motion = course.theta, course.rate, course.acceleration
+    motion = reference.theta, reference.rate, reference.acceleration
     expected = exact_torque(longer, robot.links, *motion) - exact_torque(robot.rig.geometry, robot.links, *motion)
-    _, more = added(plant, hidden("geometry_error", error=0.02, L2=1.0))
-    close(more, expected[course.rows[:: course.per_sample]])
+    _, difference = added_torque(plant, hidden("geometry_error", error=0.02, L2=1.0))
+    assert_close(difference, expected[reference.rows[:: reference.per_sample]])
 
 
-def test_a_cable_pulls_two_arms_together(plant: Plant) -> None:
-    bare, more = added(plant, hidden("tangled_cables", (1, 3), k=2.0))
+def test_cable_pulls_two_arms_together(plant: Plant) -> None:
+    bare, difference = added_torque(plant, hidden("tangled_cables", (1, 3), k=2.0))
     apart = 2.0 * (bare.position[:, 0] - bare.position[:, 2])
-    close(more, np.column_stack([apart, np.zeros_like(apart), -apart]))
+    assert_close(difference, np.column_stack([apart, np.zeros_like(apart), -apart]))
 
 
-def test_a_spring_twists_by_its_torque_and_the_motor_turns_its_own_inertia(plant: Plant) -> None:
+def test_joint_elasticity_deflects_by_the_torque_and_accelerates_the_motor(plant: Plant) -> None:
     compliance = 1e-3
     bare, soft = plant.report(), plant.report([hidden("joint_elasticity", compliance=compliance)])
-    course, robot = plant.course, plant.robot
+    reference, robot = plant.reference, plant.robot
     links = robot.links.model_copy(update={"motor_inertia": 0.0})
-    load = exact_torque(robot.rig.geometry, links, course.theta, course.rate, course.acceleration)
-    twist = compliance * load[course.rows[:: course.per_sample]]
+    load = exact_torque(robot.rig.geometry, links, reference.theta, reference.rate, reference.acceleration)
+    twist = compliance * load[reference.rows[:: reference.per_sample]]
     np.testing.assert_allclose(soft.position - bare.position, twist, atol=1e-9)
     faster = robot.links.motor_inertia * (soft.acceleration - bare.acceleration)
     faster += robot.friction.viscous * (soft.velocity - bare.velocity)
@@ -200,7 +202,7 @@ def test_a_spring_twists_by_its_torque_and_the_motor_turns_its_own_inertia(plant
     np.testing.assert_allclose(change[moving], faster[moving], atol=0.02 * np.abs(faster).max())
 
 
-def test_play_shows_only_where_the_load_changes_its_side(plant: Plant, light: Plant) -> None:
+def test_backlash_is_visible_only_where_the_load_changes_sign(plant: Plant, light: Plant) -> None:
     half = 1e-3
     steady, turning = (
         torque(p, p.report([hidden("backlash", b=half)])) - torque(p, p.report()) for p in (plant, light)
@@ -210,15 +212,15 @@ def test_play_shows_only_where_the_load_changes_its_side(plant: Plant, light: Pl
     assert np.abs(turning).max() > 0.05 * scale[1]
 
 
-def test_what_the_arms_do_not_get_in_the_gap_they_get_at_the_tooth(light: Plant) -> None:
+def test_backlash_preserves_the_mean_torque(light: Plant) -> None:
     change = torque(light, light.report([hidden("backlash", b=1e-3)])) - torque(light, light.report())
-    # So that they keep up with the motors.
+    # Torque that is missing in the gap is made up at the tooth, so that the arms keep up with the motors.
     assert np.abs(change.sum(axis=0)).max() < 0.05 * np.abs(change).sum(axis=0).min()
 
 
-@pytest.mark.parametrize("effect", [*library(), *outside.KINDS])
-def test_every_effect_shows_on_its_joints_and_is_called_by_its_name(light: Plant, effect: str) -> None:
-    kind = type(build(EffectSpec(name=effect))) if effect in library() else outside.KINDS[effect]
+@pytest.mark.parametrize("effect", [*library(), *out_of_library.KINDS])
+def test_every_effect_has_its_name_and_is_visible_on_its_joints(light: Plant, effect: str) -> None:
+    kind = type(build(EffectSpec(name=effect))) if effect in library() else out_of_library.KINDS[effect]
     built = kind(joints=(1, 2)) if kind.between_joints else kind()
     assert name(built) == effect
     bare, changed = light.report(), light.report([built])

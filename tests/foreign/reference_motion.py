@@ -1,4 +1,4 @@
-"""Motions that the robot follows exactly: a soft start, identical cycles, a soft end, on a fine grid of time."""
+"""Reference motions with smooth start, identical cycles and smooth end, on a fine time grid."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,57 +14,59 @@ from trajectories import kinematics
 Shape = Literal["fourier", "stations"]
 
 FINE = 4000.0
-"""About the rate of the fine grid [Hz]."""
+"""Approximate rate of the fine grid [Hz]."""
 _RAMP = 1.0
-"""How long start and end take [s]."""
+"""Duration of start and end [s]."""
 _REST = 0.25
-"""Standing still before and after [s]."""
-_LIVELY = 12.0
-"""RMS acceleration of the joints, which the period is made for [rad/s^2]."""
+"""Standstill before and after the motion [s]."""
+_RMS_ACCELERATION = 12.0
+"""RMS acceleration of the joints, which determines the period [rad/s^2]."""
 _HARMONICS = 5
 _PATH = Callable[[Floats], tuple[Floats, Floats, Floats]]
-"""Phase (m,), one cycle long from 0 to 1, to platform position and its first two derivatives by phase (m, 3)."""
+"""Function of the phase (m,), 0 to 1 per cycle: platform position and its first two derivatives by phase (m, 3)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ReferenceMotion:
-    """What the joints do. u unique rows hold start, one cycle and end; `rows` says which one when."""
+    """Motion of the joints. u unique rows contain start, one cycle and end; `rows` maps instants to them."""
 
     step: float
-    """Of the fine grid [s]."""
+    """Step of the fine grid [s]."""
     per_sample: int
     """Steps of the fine grid per sample of the recording."""
     theta: Floats
-    """(u, 3) of the unique rows [rad]."""
+    """(u, 3) joint angles of the unique rows [rad]."""
     rate: Floats
     acceleration: Floats
     platform: Floats
-    """(u, 3) [m]."""
+    """(u, 3) platform positions [m]."""
     platform_rate: Floats
     rows: Ints
-    """(n,) unique row at each instant of the fine grid."""
+    """(n,) index of the unique row at each instant of the fine grid."""
     repeat: Ints
-    """(n,) cycle at each instant, -1 outside."""
+    """(n,) number of the cycle at each instant, -1 outside of cycles."""
 
     @property
     def time(self) -> Floats:
-        """(n,) [s]."""
+        """(n,) instants [s]."""
         return np.arange(len(self.rows), dtype=np.float64) * self.step
 
 
 def draw(
     geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: float, seconds: float
 ) -> ReferenceMotion:
-    """A motion for a robot of that geometry, about `seconds` of identical cycles, recorded at `rate` [Hz]."""
+    """Random motion with about `seconds` of identical cycles, for recordings at `rate` [Hz]."""
     path = _fourier(geometry, rng) if shape == "fourier" else _stations(geometry, rng)
-    per_sample = 2 * round(FINE / rate / 2)  # even: a sample's time lies evenly around its instant
+    per_sample = 2 * round(FINE / rate / 2)  # even: the averaging window of a sample is symmetric
     step = 1 / (rate * per_sample)
     period = round(_period(geometry, path) * rate) / rate
     cycles = max(round(seconds / period), 3)
-    phase, speed, change = _timing(round(period / step), round(_RAMP / step), round(_REST / step), step)
+    phase, phase_speed, phase_acceleration = _timing(
+        round(period / step), round(_RAMP / step), round(_REST / step), step
+    )
     P, P1, P2 = path(np.mod(phase, 1.0))
-    P_dot = P1 * speed[:, None]
-    P_ddot = P2 * speed[:, None] ** 2 + P1 * change[:, None]
+    P_dot = P1 * phase_speed[:, None]
+    P_ddot = P2 * phase_speed[:, None] ** 2 + P1 * phase_acceleration[:, None]
     theta = kinematics.inverse(geometry, P)
     theta_dot, theta_ddot = kinematics.joint_motion(geometry, theta, P, P_dot, P_ddot)
     before, cycle = round(_RAMP / step) + round(_REST / step), round(period / step)
@@ -76,32 +78,32 @@ def draw(
 
 
 def _timing(cycle: int, ramp: int, rest: int, step: float) -> tuple[Floats, Floats, Floats]:
-    """Phase, its speed [1/s] and acceleration of the unique rows; the start leads to phase 0, the end away from 1."""
+    """Phase, its first [1/s] and second derivative in the unique rows; the start ends at 0, the end begins at 1."""
     top = 1 / (cycle * step)
     u = np.arange(ramp) / ramp
-    speed = top * (10 * u**3 - 15 * u**4 + 6 * u**5)
-    change = top / (ramp * step) * (30 * u**2 - 60 * u**3 + 30 * u**4)
+    phase_speed = top * (10 * u**3 - 15 * u**4 + 6 * u**5)
+    phase_acceleration = top / (ramp * step) * (30 * u**2 - 60 * u**3 + 30 * u**4)
     phase = top * ramp * step * (2.5 * u**4 - 3 * u**5 + u**6 - 0.5)
     still = np.zeros(rest)
     return (
         np.concatenate(
             [still + phase[0], phase, np.arange(cycle) / cycle, [1.0], 1 - phase[:0:-1], 1 - still - phase[0]]
         ),
-        np.concatenate([still, speed, np.full(cycle, top), [top], speed[:0:-1], still]),
-        np.concatenate([still, change, np.zeros(cycle), [0.0], -change[:0:-1], still]),
+        np.concatenate([still, phase_speed, np.full(cycle, top), [top], phase_speed[:0:-1], still]),
+        np.concatenate([still, phase_acceleration, np.zeros(cycle), [0.0], -phase_acceleration[:0:-1], still]),
     )
 
 
 def _period(geometry: Geometry, path: _PATH) -> float:
-    """Period [s] at which the joints are as lively as they should be: accelerations go with its inverse square."""
+    """Period [s] for the desired RMS acceleration, which is proportional to its inverse square."""
     P, P1, P2 = path(np.linspace(0, 1, 400, endpoint=False))
     theta = kinematics.inverse(geometry, P)
     _, acceleration = kinematics.joint_motion(geometry, theta, P, P1, P2)
-    return float((np.mean(acceleration**2) ** 0.5 / _LIVELY) ** 0.5)
+    return float((np.mean(acceleration**2) ** 0.5 / _RMS_ACCELERATION) ** 0.5)
 
 
 def _fourier(geometry: Geometry, rng: np.random.Generator) -> _PATH:
-    """Sums of a few harmonics, as wide and as high as the robot likes."""
+    """Sum of a few harmonics, scaled to the workspace of the robot."""
     scale = geometry.L1 / 0.3423
     order = np.arange(1, _HARMONICS + 1)
     a, b = rng.normal(size=(2, _HARMONICS, 3)) / order[:, None] ** 1.5
@@ -111,8 +113,8 @@ def _fourier(geometry: Geometry, rng: np.random.Generator) -> _PATH:
         cos, sin = np.cos(np.outer(phase, omega)), np.sin(np.outer(phase, omega))
         return cos @ a + sin @ b, (cos * omega) @ b - (sin * omega) @ a, -(cos * omega**2) @ a - (sin * omega**2) @ b
 
-    look = raw(np.linspace(0, 1, 400))[0]
-    sideways, upwards = np.hypot(look[:, 0], look[:, 1]).max(), np.abs(look[:, 2]).max()
+    samples = raw(np.linspace(0, 1, 400))[0]
+    sideways, upwards = np.hypot(samples[:, 0], samples[:, 1]).max(), np.abs(samples[:, 2]).max()
     size = scale * np.array([0.3 / sideways, 0.3 / sideways, 0.13 / upwards])
     centre = np.array([0.0, 0.0, -0.86 * geometry.L2])
 
@@ -124,7 +126,7 @@ def _fourier(geometry: Geometry, rng: np.random.Generator) -> _PATH:
 
 
 def _stations(geometry: Geometry, rng: np.random.Generator) -> _PATH:
-    """Picking and placing between a few stations, lifted over the middle of each move."""
+    """Pick-and-place motion between a few stations, lifted at the middle of each move."""
     scale = geometry.L1 / 0.3423
     count = 5
     angle = 2 * np.pi * (rng.permutation(count) + rng.uniform(-0.2, 0.2, count)) / count

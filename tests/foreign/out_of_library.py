@@ -1,4 +1,4 @@
-"""Effects that stand in no library, other ones than those of the simulated rig: what each is and depends on."""
+"""Effects outside of the library, different from those of the simulated rig: parameters and variables."""
 
 import math
 
@@ -8,7 +8,7 @@ from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
 
 
 class UnevenGrease(HiddenEffect):
-    """Viscous friction that differs over the angle: a sin(2 q + phase) v."""
+    """Viscous friction that depends on the angle: a sin(2 q + phase) v."""
 
     variables = ("position", "velocity")
 
@@ -21,7 +21,7 @@ class UnevenGrease(HiddenEffect):
 
 
 class CreepingZero(HiddenEffect):
-    """The amplifier's zero creeps: a (1 - exp(-t / T))."""
+    """Drift of the amplifier's zero: a (1 - exp(-t / T))."""
 
     variables = ("time",)
 
@@ -34,7 +34,7 @@ class CreepingZero(HiddenEffect):
 
 
 class Fan(HiddenEffect):
-    """Something shakes with a frequency of its own: a sin(2 pi f t + phase)."""
+    """Vibration of constant frequency: a sin(2 pi f t + phase)."""
 
     variables = ("frequency",)
 
@@ -57,7 +57,7 @@ class TangledCables(HiddenEffect):
 
 
 class BearingLoad(HiddenEffect):
-    """The bearings are loaded by acceleration: dry friction grows by a |v'|."""
+    """Dry friction that grows with the acceleration, which loads the bearings: a |v'| sgn v."""
 
     variables = ("velocity", "acceleration")
 
@@ -65,7 +65,7 @@ class BearingLoad(HiddenEffect):
 
 
 class RubberStop(HiddenEffect):
-    """A buffer that the arm touches before it should: a max(q - q_0, 0)^2."""
+    """Rubber buffer inside the travel of the arm: a max(q - q_0, 0)^2."""
 
     variables = ("position",)
 
@@ -78,7 +78,7 @@ class RubberStop(HiddenEffect):
 
 
 class ConcaveFriction(HiddenEffect):
-    """Friction rises ever more slowly with speed: a sqrt(|v|) sgn v. Stribeck's falls."""
+    """Friction that rises with the root of the speed: a sqrt(|v|) sgn v. Stribeck friction falls."""
 
     variables = ("velocity",)
 
