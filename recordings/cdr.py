@@ -68,11 +68,11 @@ def parse_schema(text: str) -> tuple[Field, ...]:
     definitions = {}
     for dependency in dependencies:
         title, _, body = dependency.strip().partition("\n")
-        definitions[_short(title.removeprefix("MSG:").strip())] = body
+        definitions[_strip_msg(title.removeprefix("MSG:").strip())] = body
     return tuple(_flatten(main, "", definitions))
 
 
-def _short(type_name: str) -> str:
+def _strip_msg(type_name: str) -> str:
     return type_name.replace("/msg/", "/")
 
 
@@ -88,7 +88,7 @@ def _flatten(body: str, prefix: str, definitions: Mapping[str, str]) -> Iterable
 
 
 def _fields(match: re.Match[str], prefix: str, definitions: Mapping[str, str]) -> Iterable[Field]:
-    type_name, name = _short(match["type"]), prefix + match["name"]
+    type_name, name = _strip_msg(match["type"]), prefix + match["name"]
     count = 1 if match["array"] is None else None if match["bound"] or not match["count"] else int(match["count"])
     if type_name == "string" and count in (1, None):
         yield Field(name, "s", count)
@@ -181,23 +181,23 @@ class Layout:
         return fits
 
     def _place(self, field: Field) -> None:
-        count = self._length(field.name) if field.count is None or field.codes == "s" else field.count
+        count = self._place_length(field.name) if field.count is None or field.codes == "s" else field.count
         if field.codes == "s" and field.count is None:
             for i in range(count):
                 self._place(Field(f"{field.name}.{i}", "s", 1))
             return
         # An empty sequence is not aligned.
-        offset = self._aligned(field.alignment) if count else self.size
+        offset = self._aligned_offset(field.alignment) if count else self.size
         self.slots.append(_Slot(field, offset, count))
         self.size = self.slots[-1].end
 
-    def _length(self, name: str) -> int:
-        offset = self._aligned(_LENGTH.size)
+    def _place_length(self, name: str) -> int:
+        offset = self._aligned_offset(_LENGTH.size)
         self.lengths.append(_Length(name, offset, self._length_at(name, offset)))
         self.size = offset + _LENGTH.size
         return self.lengths[-1].value
 
-    def _aligned(self, alignment: int) -> int:
+    def _aligned_offset(self, alignment: int) -> int:
         # Alignment is relative to the end of the encapsulation header.
         return self.size + (len(HEADER) - self.size) % alignment
 
@@ -216,9 +216,9 @@ class Encoder:
         for slot in layout.slots:
             if slot.field.codes == "s":
                 template[slot.offset : slot.end] = strings[slot.field.name]
-        self._compile(template, [slot for slot in layout.slots if slot.field.codes != "s"])
+        self._compile_struct(template, [slot for slot in layout.slots if slot.field.codes != "s"])
 
-    def _compile(self, template: bytearray, slots: list[_Slot]) -> None:
+    def _compile_struct(self, template: bytearray, slots: list[_Slot]) -> None:
         codes, values, end = ["<"], 0, 0
         self._constants: list[tuple[int, bytes]] = []
         for slot in slots:

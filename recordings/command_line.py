@@ -27,7 +27,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
         BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording,
             or is neither file nor folder; or its folder is not writable.
     """
-    inputs = [path_read.resolve() for path_read in read]
+    inputs = [input_path.resolve() for input_path in read]
     for path in filter(None, paths):
         if path.resolve() in inputs:
             raise BadInput(f"{path} is one of the inputs and would be replaced; give the output another name")
@@ -60,10 +60,10 @@ class CommandFolder(click.Group):
         self._package = package
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return sorted(self._files())
+        return sorted(self._modules())
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        file = self._files().get(cmd_name)
+        file = self._modules().get(cmd_name)
         if file is None:
             return None
         module = importlib.import_module(f"{self._package.__name__}.{file}")
@@ -72,7 +72,7 @@ class CommandFolder(click.Group):
             raise TypeError(f"{module.__name__}.command must be a click.Command, not {type(command).__name__}")
         return command
 
-    def _files(self) -> dict[str, str]:
+    def _modules(self) -> dict[str, str]:
         """Module name by command name."""
         names = [module.name for module in pkgutil.iter_modules(self._package.__path__)]
         return {name.rstrip("_").replace("_", "-"): name for name in names}
@@ -83,15 +83,15 @@ def run(program: Callable[..., Any]) -> NoReturn:
     try:
         program(standalone_mode=False)
         code = 0
-    except click.exceptions.Exit as leaving:
-        code = leaving.exit_code
+    except click.exceptions.Exit as exit_request:
+        code = exit_request.exit_code
     except click.ClickException as error:
         error.show()
         code = 2
     except BadInput as error:
-        code = _say(error, 2)
+        code = _print_error(error, 2)
     except RunFailed as error:
-        code = _say(error, 1)
+        code = _print_error(error, 1)
     except (click.Abort, KeyboardInterrupt):
         click.echo("interrupted", err=True)
         code = 1
@@ -100,8 +100,8 @@ def run(program: Callable[..., Any]) -> NoReturn:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         code = 0
     except OSError as error:
-        named = f"{error.filename}: " if error.filename else ""
-        code = _say(f"{named}{error.strerror or error}", 2)
+        prefix = f"{error.filename}: " if error.filename else ""
+        code = _print_error(f"{prefix}{error.strerror or error}", 2)
     except Exception as error:
         if not _interrupted(error):
             raise
@@ -117,6 +117,6 @@ def _interrupted(error: BaseException | None) -> bool:
     return error is not None
 
 
-def _say(error: object, code: int) -> int:
+def _print_error(error: object, code: int) -> int:
     click.echo(f"error: {error}", err=True)
     return code

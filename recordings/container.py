@@ -39,7 +39,7 @@ _MESSAGE_HEAD = 31
 """Size of the Message record header [bytes]: opcode, length, channel, sequence, log and publish time."""
 
 # Exceptions that the libraries raise on damaged bytes.
-NONSENSE = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
+DECODE_ERRORS = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
 Batch = np.ndarray[Any, np.dtype[Any]]
 """Messages of one topic and one length: `log` [ns] and `message`, whose fields are those of `Layout.dtype`."""
@@ -81,9 +81,9 @@ def load(
     Raises:
         BadInput: the file is missing, not MCAP, or damaged.
     """
-    loader = _Loader(path, topics, condense)
-    with _opened(path) as file:
-        loader.take(_Stream(file, most))
+    loader = _RecordLoader(path, topics, condense)
+    with _open_mcap(path) as file:
+        loader.load(_Stream(file, most))
     return loader.container
 
 
@@ -93,13 +93,13 @@ def contents(path: Path, most: int | None = None) -> bytes:
     Raises:
         BadInput: the file is missing, cannot be read, or is not MCAP.
     """
-    with _opened(path) as file:
+    with _open_mcap(path) as file:
         data = file.read(-1 if most is None else most)
     return data if data.endswith(MAGIC) else data.rstrip(b"\0")
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[BinaryIO]:
+def _open_mcap(path: Path) -> Iterator[BinaryIO]:
     """Open the file after checking that it begins as an MCAP file.
 
     Raises:
@@ -131,12 +131,12 @@ class _Stream:
         self._file = file
         size = file.seek(0, os.SEEK_END)
         self._end = size if most is None else min(most, size)
-        self.whole = self._end > len(MAGIC) and self.part(self._end - len(MAGIC), self._end) == MAGIC
+        self.complete = self._end > len(MAGIC) and self.read(self._end - len(MAGIC), self._end) == MAGIC
         """Whether the data end with the MCAP magic, as in a complete file."""
         # After a power failure the file may end in zero bytes that were never written.
-        while not self.whole and self._end and not self.part(self._end - 1, self._end).strip(b"\0"):
+        while not self.complete and self._end and not self.read(self._end - 1, self._end).strip(b"\0"):
             before = max(0, self._end - _BLOCK)
-            self._end = before + len(self.part(before, self._end).rstrip(b"\0"))
+            self._end = before + len(self.read(before, self._end).rstrip(b"\0"))
         self.checksum = zlib.crc32(MAGIC)
         """CRC-32 of everything before the last record returned."""
 
@@ -144,23 +144,23 @@ class _Stream:
         """Yield opcode, offset and body of every complete top-level record."""
         offset = len(MAGIC)
         while offset + RECORD_HEAD <= self._end:
-            head = self.part(offset, offset + RECORD_HEAD)
+            head = self.read(offset, offset + RECORD_HEAD)
             opcode, length = _RECORD.unpack(head)
             start = offset + RECORD_HEAD
             if start + length > self._end:
                 return
-            body = self.part(start, start + length)
+            body = self.read(start, start + length)
             yield opcode, offset, body
             self.checksum = zlib.crc32(body, zlib.crc32(head, self.checksum))
             offset = start + length
 
-    def part(self, start: int, end: int) -> bytes:
+    def read(self, start: int, end: int) -> bytes:
         """Read the bytes from `start` to `end`."""
         self._file.seek(start)
         return self._file.read(max(0, end - start))
 
 
-class _Loader:
+class _RecordLoader:
     def __init__(self, path: Path, topics: Collection[str], condense: Callable[[Batch], Batch] = _unchanged) -> None:
         self.container = Container(path)
         self._topics = topics
@@ -168,34 +168,34 @@ class _Loader:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
-    def take(self, stream: _Stream) -> None:
+    def load(self, stream: _Stream) -> None:
         try:
-            self._take(stream)
+            self._load_records(stream)
         except BadInput:
             raise
-        except NONSENSE as error:
+        except DECODE_ERRORS as error:
             reason = str(error) or type(error).__name__
             raise BadInput(
                 f"recording {self.container.path} is damaged: {reason}; restore it from a copy, save what is intact "
                 "with `daq recover`, or record again"
             ) from None
 
-    def _take(self, stream: _Stream) -> None:
+    def _load_records(self, stream: _Stream) -> None:
         for opcode, offset, body in stream.records():
             if opcode == Opcode.METADATA:
                 record = decode(Metadata.read, body)
                 self.container.metadata.setdefault(record.name, {}).update(record.metadata)
             elif opcode == Opcode.CHUNK:
-                self._chunk(unpacked(decode(Chunk.read, body)))
+                self._load_chunk(unpacked(decode(Chunk.read, body)))
             elif opcode == Opcode.DATA_END:
                 _check_crc(body, stream.checksum)
             elif opcode == Opcode.FOOTER:
                 summary_start = int.from_bytes(body[:8], "little")
-                _check_crc(body[16:], zlib.crc32(stream.part(summary_start, offset + RECORD_HEAD + 16)))
+                _check_crc(body[16:], zlib.crc32(stream.read(summary_start, offset + RECORD_HEAD + 16)))
                 self.container.cut_off = False
             else:
                 self._describe(opcode, body)
-        if self.container.cut_off and stream.whole:
+        if self.container.cut_off and stream.complete:
             raise ValueError("it has an end, but the records before do not lead there")
 
     def _describe(self, opcode: int, body: bytes) -> None:
@@ -222,7 +222,7 @@ class _Loader:
             f"record with `daq record`"
         )
 
-    def _chunk(self, data: bytes) -> None:
+    def _load_chunk(self, data: bytes) -> None:
         messages, other_records = located(data)
         for opcode, body in other_records:
             self._describe(opcode, body)
@@ -235,7 +235,7 @@ class _Loader:
 
 
 def unpacked(chunk: Chunk) -> bytes:
-    """Uncompressed records of a chunk. Raises one of `NONSENSE` where the chunk is damaged."""
+    """Uncompressed records of a chunk. Raises one of `DECODE_ERRORS` where the chunk is damaged."""
     stream, size = get_chunk_data_stream(chunk, validate_crc=True)
     data: bytes = stream.read(size)
     return data

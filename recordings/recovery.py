@@ -83,7 +83,7 @@ class _Rewriter:
         if opcode == Opcode.CHUNK:
             try:
                 packed = self._repack(container.decode(Chunk.read, body))
-            except container.NONSENSE:
+            except container.DECODE_ERRORS:
                 self._damaged += 1
                 return
             self.writer.chunk(packed)

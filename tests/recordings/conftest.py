@@ -1,4 +1,4 @@
-"""A small recording with everything in it, and what went into it."""
+"""A small recording with messages of all topics, and the arrays written to it."""
 
 from pathlib import Path
 from types import SimpleNamespace

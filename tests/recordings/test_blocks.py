@@ -1,4 +1,4 @@
-"""Samples written as whole arrays: the same recording as one written SYNC by SYNC, and as other tools read it."""
+"""Block writer: agreement with the SYNC-by-SYNC writer and with other MCAP tools."""
 
 import dataclasses
 from io import BytesIO

@@ -1,4 +1,4 @@
-"""The section [bus]: which transport it is, and what is refused."""
+"""Section [bus] of the rig file: transports, defaults and refused values."""
 
 from pathlib import Path
 

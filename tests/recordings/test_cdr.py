@@ -1,4 +1,4 @@
-"""Our CDR against two independent implementations: mcap-ros2-support (bytes) and rosbags (meaning)."""
+"""CDR encoding compared with two independent implementations: mcap-ros2-support (bytes) and rosbags (types)."""
 
 import struct
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""The frame of the command lines: commands found by file name, errors turned into exit codes."""
+"""Command-line support: commands found by file name, errors mapped to exit codes."""
 
 import errno
 import sys

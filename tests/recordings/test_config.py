@@ -1,4 +1,4 @@
-"""Reading TOML: every way in which a file can be wrong gives one line a person can act on."""
+"""Reading TOML: each kind of invalid file gives a one-line error with a remedy."""
 
 from pathlib import Path
 

@@ -1,4 +1,4 @@
-"""Repeated cycles, found from motions that are known to repeat or not to."""
+"""Cycle detection in motions with known repetitions and in motions without."""
 
 from pathlib import Path
 
@@ -31,7 +31,7 @@ def test_exact_repetition_is_found_to_the_sample(
     seed: int, period: int, count: int, joints: int, rest: tuple[int, int]
 ) -> None:
     cycle = fourier(np.random.default_rng(seed), period, joints)
-    # Whole cycles between rests: the repeated part is exactly what was tiled, and the sample before it rests.
+    # Complete cycles between rests: the repeated part is exactly the tiled part.
     x = np.concatenate(
         [np.repeat(cycle[:1] - 1, rest[0], 0), np.tile(cycle, (count, 1)), np.repeat(cycle[:1] - 1, rest[1], 0)]
     )

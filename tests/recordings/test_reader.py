@@ -1,4 +1,4 @@
-"""The reader: what the writer was given comes back, from whole, cut-off and damaged files alike."""
+"""Reader: written data are read back from complete, truncated and damaged files."""
 
 import json
 from collections.abc import Callable

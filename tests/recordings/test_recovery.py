@@ -1,4 +1,4 @@
-"""Mending: what was intact is in the new file, and every reader takes that for a whole one."""
+"""Recovery: the new file holds all intact data and is complete for every reader."""
 
 from pathlib import Path
 from types import SimpleNamespace
@@ -61,7 +61,7 @@ def test_damaged_chunk_is_left_out_and_the_others_kept(tmp_path: Path, written: 
     spoiled = bytearray(written.path.read_bytes())
     with written.path.open("rb") as stream:
         chunks = make_reader(stream).get_summary().chunk_indexes
-    # The first one holds the message types only.
+    # The first chunk holds the message types only.
     middle = sorted(chunks, key=lambda chunk: chunk.chunk_start_offset)[2]
     spoiled[middle.chunk_start_offset + middle.chunk_length - 100] ^= 0xFF
     (tmp_path / "spoiled.mcap").write_bytes(spoiled)

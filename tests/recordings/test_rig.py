@@ -1,4 +1,4 @@
-"""The rig description: what is refused, and what travels unchanged."""
+"""Rig description: defaults, refused values and the JSON round trip."""
 
 import math
 from pathlib import Path

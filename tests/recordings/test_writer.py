@@ -1,4 +1,4 @@
-"""The writer: what other tools read from its files, when it flushes, and how it fails."""
+"""Writer: files read by other tools, flushing, and failures."""
 
 import errno
 import resource
@@ -53,7 +53,7 @@ def test_rosbags_reads_every_topic(written: SimpleNamespace) -> None:
 
 
 def test_rosbags_reads_recordings_with_and_without_extra_values(tmp_path: Path, rig: Rig, run: Run) -> None:
-    """A program that knows nothing of /extra may leave it out; one that looks finds the names in the message."""
+    """/extra is an additional topic whose messages contain the names of the values."""
     with RecordingWriter(tmp_path / "serial.mcap", rig, run) as writer:
         writer.joint_states(7, 9, (0.1, 0.2, 0.3))
         writer.extra(7, 9, {"position_delay_1": 0.004, "voltage_delay_1": np.nan})
@@ -161,7 +161,7 @@ def test_second_close_has_no_effect_and_writing_after_close_fails(tmp_path: Path
 
 @contextmanager
 def file_size_limit(size: int) -> Iterator[None]:
-    """Beyond `size` bytes, writing to a file fails as on a full disk."""
+    """Let writing to a file fail beyond `size` bytes, as on a full disk."""
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
     try:

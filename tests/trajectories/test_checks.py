@@ -1,4 +1,4 @@
-"""Limits: the first offending instant, the joint, the value, the limit."""
+"""Limit checks: the error names the first instant, the joint, the value and the limit."""
 
 import re
 from typing import Any

@@ -1,4 +1,4 @@
-"""The picture: every joint, limits where they matter, one repetition."""
+"""Figure of a trajectory: every joint, limits in view, one repetition."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Kinematics against themselves, finite differences and the constraint they solve."""
+"""Kinematics checked by round trips, finite differences and the closure constraint."""
 
 import numpy as np
 import pytest

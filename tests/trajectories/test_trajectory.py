@@ -186,7 +186,7 @@ def test_unreachable_path_names_the_instant(rig: Rig) -> None:
     ).motion("plunge")
     with pytest.raises(Unreachable) as caught:
         assemble(plunge, rig, cycles=3, rate=500)
-    # The deepest that limb can reach, on the way down in the first repetition, which begins after one second.
+    # Time at which the path reaches the lowest reachable height; the first repetition begins after one second.
     deepest = np.sqrt((rig.geometry.L1 + rig.geometry.L2) ** 2 - (rig.geometry.R - rig.geometry.r) ** 2)
     expected = 1.0 + 4.0 / (2 * np.pi) * np.arcsin((deepest - 0.9) / 0.3)
     error = float(str(caught.value).split("t = ")[1].split(" s")[0])
