@@ -20,7 +20,7 @@ node_id = 3
 """
 
 
-def test_simulated_drives_have_no_problems_and_are_told_what_will_be_written(daq: Runner) -> None:
+def test_simulated_drives_have_no_problems_and_values_to_write_are_listed(daq: Runner) -> None:
     done = daq("check", "--json")
     assert done.code == 0, done.err
     document = json.loads(done.out)
@@ -40,7 +40,7 @@ def test_simulated_drives_have_no_problems_and_are_told_what_will_be_written(daq
         ('voltage = { kind = "dc_link" }', "DC link"),
     ],
 )
-def test_problem_is_named_and_fails(line: str, problem: str, daq: Runner, tmp_path: Path) -> None:
+def test_problem_is_named_and_the_command_fails(line: str, problem: str, daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(RIG.format(line))
     done = daq("check", "--rig", "rig.toml", "--json")
     assert done.code == 1
@@ -59,14 +59,14 @@ def test_joints_outside_their_limits_are_a_problem(daq: Runner, tmp_path: Path) 
     assert problems[0]["found"].startswith("-0.32")
 
 
-def test_for_a_person(daq: Runner) -> None:
+def test_table_groups_equal_results(daq: Runner) -> None:
     done = daq("check")
     assert done.code == 0
     assert "joints 1, 2, 3" in done.out
     assert "written and read back" in done.out
 
 
-def test_drives_that_are_not_there(daq: Runner, tmp_path: Path) -> None:
+def test_missing_drives_are_named(daq: Runner, tmp_path: Path) -> None:
     bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.2"\nport = {free_port()}\n'
     (tmp_path / "rig.toml").write_text(RIG.format("") + bus)
     done = daq("check", "--rig", "rig.toml")

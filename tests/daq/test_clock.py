@@ -55,7 +55,7 @@ def test_host_deadlines_do_not_drift(time: Host) -> None:
     assert clock.overdue(20) == pytest.approx(1e-4)
 
 
-def test_a_cycle_begins_before_its_sync_by_the_lead(time: Host) -> None:
+def test_cycle_begins_before_its_sync_by_the_lead(time: Host) -> None:
     clock = HostClock(1000.0, lead=4e-4)
     clock.wait(0)
     began = time.time_ns()
@@ -68,5 +68,5 @@ def test_nothing_is_overdue_before_the_first_cycle() -> None:
 
 
 @pytest.mark.parametrize(("rate", "timeout"), [(1000.0, 0.85e-3), (100.0, 9e-3), (30.0, 1 / 30 - 1e-3)])
-def test_answers_get_what_the_host_does_not_need(rate: float, timeout: float) -> None:
+def test_answer_timeout_is_the_period_without_the_host_share(rate: float, timeout: float) -> None:
     assert HostClock(rate).answer_timeout == pytest.approx(timeout)

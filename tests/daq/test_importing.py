@@ -86,7 +86,7 @@ def run(period: float) -> Run:
 
 @given(measurements())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60)
-def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[SampleTable, Run]) -> None:
+def test_exported_and_imported_arrays_are_equal(tmp_path: Path, made: tuple[SampleTable, Run]) -> None:
     samples, its_run = made
     dof = samples.position.shape[1]
     for name in ("a.mcap", "a.csv", "b.mcap"):
@@ -106,7 +106,7 @@ def test_export_and_import_give_the_same_arrays(tmp_path: Path, made: tuple[Samp
 
 
 @pytest.mark.parametrize("name", ["fig5a", "fig5b"])
-def test_a_sample_recording_there_and_back(name: str, tmp_path: Path) -> None:
+def test_sample_recording_survives_export_and_import(name: str, tmp_path: Path) -> None:
     source = Path(__file__).parents[2] / "recordings" / "samples" / f"{name}.mcap"
     exporting.export(source, "csv", tmp_path / "a.csv")
     import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
@@ -122,7 +122,7 @@ def test_a_sample_recording_there_and_back(name: str, tmp_path: Path) -> None:
     assert imported.rig.mechanism == "delta"
 
 
-def test_cycles_are_found_where_the_file_does_not_tell_them(tmp_path: Path) -> None:
+def test_repetitions_are_detected_without_a_cycle_column(tmp_path: Path) -> None:
     """The steps are uneven, so the motion repeats only between samples."""
     rng = np.random.default_rng(0)
     time = np.cumsum(rng.uniform(0.002, 0.006, size=4000))
@@ -136,7 +136,7 @@ def test_cycles_are_found_where_the_file_does_not_tell_them(tmp_path: Path) -> N
     np.testing.assert_allclose(recording.time, time - time[0], atol=1e-9)
 
 
-def test_what_is_kept_and_how(tmp_path: Path) -> None:
+def test_imported_run_and_extra_columns(tmp_path: Path) -> None:
     text = (
         "\ufefftime, position_1 ,effort_1,velocity_1,cycle,temperature\r\n"
         "10,1,2,,1,20.5\r\n10.5,,3,0.1,1,\r\n11.25,3,NaN,0.2,4,21\r\n"
@@ -181,7 +181,7 @@ BAD: dict[str, tuple[str | bytes, str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_files_are_explained_by_line_and_column(name: str, tmp_path: Path) -> None:
+def test_errors_in_a_file_name_line_and_column(name: str, tmp_path: Path) -> None:
     text, expected = BAD[name]
     with pytest.raises(BadInput) as failure:
         imported(tmp_path, text)
@@ -189,7 +189,7 @@ def test_bad_files_are_explained_by_line_and_column(name: str, tmp_path: Path) -
     assert not (tmp_path / "data.mcap").exists()
 
 
-def test_the_line_is_right_far_down_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_line_number_is_correct_beyond_the_first_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("daq.csv_table._BLOCK", 100)
     rows = "".join(f"{k},1,2\n" for k in range(500))
     with pytest.raises(BadInput, match=r"line 402, column 'position_1': .*'x' found"):
@@ -213,7 +213,7 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
 
 
 @pytest.mark.parametrize("name", OPTIONS)
-def test_options_that_do_not_fit_are_explained(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_inconsistent_options_are_rejected(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "data.csv").write_text(GOOD)
     (tmp_path / "rig.toml").write_text('name = "two"\nmechanism = "axes"\n[[axes]]\n[[axes]]\n')
@@ -224,14 +224,14 @@ def test_options_that_do_not_fit_are_explained(name: str, tmp_path: Path, monkey
     assert not (tmp_path / "data.mcap").exists()
 
 
-def test_efforts_need_no_gain(tmp_path: Path) -> None:
+def test_file_with_efforts_needs_no_gain(tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(GOOD.replace("voltage", "effort"))
     arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes", "--gain", "2"]
     with pytest.raises(BadInput, match="need no torque map or gain"):
         CliRunner().invoke(command, arguments, catch_exceptions=False)
 
 
-def test_a_recording_that_exists_is_not_replaced(tmp_path: Path) -> None:
+def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "data.mcap").write_text("precious")
     (tmp_path / "data.csv").write_text(GOOD)
     with pytest.raises(BadInput, match="exists"):
@@ -239,7 +239,7 @@ def test_a_recording_that_exists_is_not_replaced(tmp_path: Path) -> None:
     assert (tmp_path / "data.mcap").read_text() == "precious"
 
 
-def test_the_command_tells_what_it_found(tmp_path: Path) -> None:
+def test_command_prints_a_summary(tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(GOOD)
     arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--torque-map", "linear", "--gain", "2.5"]
     result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "a.mcap")], catch_exceptions=False)

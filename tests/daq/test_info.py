@@ -54,7 +54,7 @@ def record(tmp_path: Path) -> Record:
     return write
 
 
-def test_json_holds_the_figures_and_nothing_else(record: Record) -> None:
+def test_json_output_holds_exactly_the_figures(record: Record) -> None:
     path = record()
     result = CliRunner().invoke(command, [str(path), "--json"], catch_exceptions=False)
     assert json.loads(result.stdout) == {
@@ -101,20 +101,20 @@ def test_piped_output_is_plain_lines(record: Record) -> None:
     assert "ended: done, exit status 0: done" in lines
 
 
-def test_a_terminal_gets_a_table(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_terminal_output_is_a_table(record: Record, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("daq.commands.info.is_terminal", lambda: True)
     output = CliRunner().invoke(command, [str(record())], catch_exceptions=False).stdout
     assert re.search("│ bus frames +│ 101 sent, 303 received", output)
     assert "[bold]missed[/bold] a cycle" in output, "the recording's words are not markup"
 
 
-def test_real_drives_and_failure_are_said(record: Record) -> None:
+def test_real_drives_and_failure_are_shown(record: Record) -> None:
     output = CliRunner().invoke(command, [str(record(simulated=False, exit_status=1))], catch_exceptions=False).stdout
     assert "SIMULATED" not in output
     assert "ended: FAILED, exit status 1: following error of joint 2" in output
 
 
-def test_an_interrupted_recording_is_shown_and_named_so(record: Record, tmp_path: Path) -> None:
+def test_interrupted_recording_is_shown_as_interrupted(record: Record, tmp_path: Path) -> None:
     whole = record().read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: whole.rindex(b"exit_status")])
@@ -125,12 +125,12 @@ def test_an_interrupted_recording_is_shown_and_named_so(record: Record, tmp_path
     assert (figures["complete"], figures["exit_status"], figures["reason"]) == (False, None, None)
 
 
-def test_a_file_that_is_no_recording_is_bad_input(tmp_path: Path) -> None:
+def test_missing_file_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="does not exist"):
         CliRunner().invoke(command, [str(tmp_path / "none.mcap")], catch_exceptions=False)
 
 
-def test_the_program_exits_with_2_and_one_line_on_bad_input(tmp_path: Path) -> None:
+def test_program_exits_with_2_and_a_one_line_error_on_bad_input(tmp_path: Path) -> None:
     path = tmp_path / "noise.mcap"
     path.write_bytes(b"noise")
     program = [sys.executable, "-c", "from daq.cli import main; main()", "info", str(path)]

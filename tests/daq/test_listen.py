@@ -79,7 +79,7 @@ def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
     assert (np.diff(frames.log) >= 0).all()
 
 
-def test_the_samples_are_made_at_the_end(tmp_path: Path) -> None:
+def test_samples_are_reconstructed_at_the_end(tmp_path: Path) -> None:
     _, reason, _ = listened(tmp_path, "samples", lambda bus: master(bus, 50))
     path = tmp_path / "r.mcap"
     with pytest.raises(BadInput, match="holds no samples"):
@@ -103,25 +103,25 @@ def test_the_samples_are_made_at_the_end(tmp_path: Path) -> None:
     assert len(read_can(path).id) == 351
 
 
-def test_it_ends_after_the_duration(tmp_path: Path) -> None:
+def test_listening_ends_after_the_duration(tmp_path: Path) -> None:
     _, reason, _ = listened(tmp_path, "duration", lambda bus: None, 0.2)
     assert reason == "the time to listen was over"
 
 
-def test_it_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_listening_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listen, "SYNC_TIMEOUT", 0.2)
     _, reason, _ = listened(tmp_path, "silence", lambda bus: say(bus, 0x80, b""), 60.0)
     assert reason == "no SYNC for 0.2 s"
 
 
-def test_without_a_sync_there_are_no_samples_but_the_frames_stay(tmp_path: Path) -> None:
+def test_recording_without_sync_keeps_its_frames_and_has_no_samples(tmp_path: Path) -> None:
     listened(tmp_path, "none", lambda bus: say(bus, 0x181, bytes(8)))
     with pytest.raises(RunFailed, match="no SYNC was heard"):
         listen.complete(tmp_path / "r.mcap", RIG, None, {})
     assert len(read_can(tmp_path / "r.mcap").id) == 1
 
 
-def test_a_recording_that_exists_is_not_replaced(tmp_path: Path) -> None:
+def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "r.mcap").write_text("precious")
     with can.Bus(interface="virtual", channel="x") as bus, pytest.raises(BadInput, match="exists"):
         Listener(bus, RIG, tmp_path / "r.mcap")
@@ -143,7 +143,7 @@ BAD: dict[str, tuple[str | None, list[str], str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_explained(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_input_is_rejected(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     bus, options, expected = BAD[name]
     arguments = ["--listen", *options]
@@ -157,12 +157,12 @@ def test_bad_input_is_explained(name: str, tmp_path: Path, monkeypatch: pytest.M
     assert not Path("listened.mcap").exists()
 
 
-def test_duration_is_for_listening_only() -> None:
+def test_duration_is_rejected_without_listen() -> None:
     with pytest.raises(BadInput, match="how long to --listen"):
         CliRunner().invoke(command, ["--traj", "fig5a", "--duration", "3"], catch_exceptions=False)
 
 
-def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_prints_a_summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     drives = "".join(f"[[drives]]\nnode_id = {node}\n" for node in (1, 2, 3))
     Path("rig.toml").write_text(f'name = "bench"\n{BUS.format("udp_multicast")}{drives}')
@@ -191,7 +191,7 @@ def test_the_command_tells_what_it_heard(tmp_path: Path, monkeypatch: pytest.Mon
     assert isinstance(read(Path("listened.mcap")).rig, Rig)
 
 
-def test_a_duration_that_is_no_number_is_refused() -> None:
+def test_duration_that_is_no_number_is_rejected() -> None:
     refused = CliRunner().invoke(command, ["--listen", "--duration", "nan"])
     assert refused.exit_code == 2
     assert "'--duration': a finite number expected, nan found" in refused.output

@@ -45,7 +45,7 @@ def worst(estimate: dict[str, float], expected: dict[str, float]) -> float:
 
 
 @pytest.mark.slow
-def test_jitter_of_the_arrivals_does_not_reach_the_parameters(ident: Runner, tmp_path: Path) -> None:
+def test_arrival_jitter_does_not_affect_the_fitted_parameters(ident: Runner, tmp_path: Path) -> None:
     sample, frames = read(SAMPLE), sample_frames()
     original = tmp_path / "original.mcap"
     original.write_bytes(SAMPLE.read_bytes())

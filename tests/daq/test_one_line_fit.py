@@ -27,7 +27,7 @@ def fitted(ident: Runner, file: Path) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-def test_instants_of_their_own_make_the_residual_smaller(ident: Runner, tmp_path: Path) -> None:
+def test_individual_measurement_times_reduce_the_residual(ident: Runner, tmp_path: Path) -> None:
     trajectory = load("fig5a", RIG, 4)
     samples = OneLine(RIG).run(trajectory)
     update = {"rate": RIG.rate, "cycles": 4, "pace": "realtime"}

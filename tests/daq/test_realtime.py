@@ -55,7 +55,7 @@ def _run(before: str) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_without_permission_nothing_changes_and_it_is_said() -> None:
+def test_without_permission_nothing_changes_and_the_report_says_so() -> None:
     assert _run(_NOBODY) == [
         "0 False [0]",
         "0 False [('info', 'host', 'no real-time priority (not permitted), no locked memory (not permitted)')]",
@@ -63,7 +63,7 @@ def test_without_permission_nothing_changes_and_it_is_said() -> None:
     ]
 
 
-def test_what_is_said_is_what_is_done_and_it_ends_with_the_block() -> None:
+def test_report_matches_the_scheduler_and_the_block_restores_it() -> None:
     inside, after, helper = _run("")
     scheduler, locked, others = inside.split(" ", 2)
     assert others == "[0]", "threads of the block are ordinary ones"
@@ -73,7 +73,7 @@ def test_what_is_said_is_what_is_done_and_it_ends_with_the_block() -> None:
     assert ("no locked memory" in after) == (locked == "False")
 
 
-def test_the_error_of_the_block_comes_through() -> None:
+def test_error_in_the_block_is_passed_on() -> None:
     with pytest.raises(KeyError), realtime_priority(lambda *line: None):
         raise KeyError
     assert os.sched_getscheduler(0) & ~os.SCHED_RESET_ON_FORK == os.SCHED_OTHER

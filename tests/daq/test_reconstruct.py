@@ -32,7 +32,7 @@ def trajectory(sample: Recording) -> Trajectory:
     return load("fig5a", sample.rig, 2)
 
 
-def test_the_same_arrays_from_a_sender_with_our_clock(
+def test_same_clock_reproduces_the_recorded_arrays(
     tmp_path: Path, sample: Recording, frames: CanFrames, trajectory: Trajectory
 ) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
@@ -50,7 +50,7 @@ def test_the_same_arrays_from_a_sender_with_our_clock(
     assert reconstructed.trajectory is trajectory
 
 
-def test_another_clock_gives_another_period(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+def test_different_clock_changes_the_estimated_period(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD * 1.0003, 0))
     reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig)
     assert reconstructed is not None
@@ -81,7 +81,7 @@ def test_lost_answers_and_syncs_are_gaps(
     assert reconstructed.figures()["answers_lost"] == [5, 6, 5]
 
 
-def test_a_long_pause_is_no_loss(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+def test_long_pause_is_not_counted_as_missing_syncs(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     log = arrivals(frames, PERIOD, 0)
     log[np.cumsum(frames.id == 0x80) > 1000] += 10 * 10**9
     write(tmp_path / "r.mcap", sample.rig, frames, log)
@@ -91,7 +91,7 @@ def test_a_long_pause_is_no_loss(tmp_path: Path, sample: Recording, frames: CanF
     assert np.diff(reconstructed.samples.stamp).max() == pytest.approx(10 * 10**9 + PERIOD, abs=10)
 
 
-def test_cycles_are_found_where_the_motion_is_not_known(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+def test_repetitions_are_detected_without_a_trajectory(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0))
     for given in (None, load("fig5b", sample.rig, 2)):
         reconstructed = reconstruct(tmp_path / "r.mcap", sample.rig, given)
@@ -102,7 +102,7 @@ def test_cycles_are_found_where_the_motion_is_not_known(tmp_path: Path, sample: 
         assert abs(int(np.argmax(reconstructed.samples.repeat == 0)) - int(np.argmax(sample.repeat == 0))) < 15
 
 
-def test_a_motion_that_does_not_repeat_is_what_was_done_with_power(
+def test_motion_without_repetition_is_one_repetition_while_enabled(
     tmp_path: Path, sample: Recording, frames: CanFrames
 ) -> None:
     half = np.cumsum(frames.id == 0x80) < 1400
@@ -115,7 +115,7 @@ def test_a_motion_that_does_not_repeat_is_what_was_done_with_power(
     assert (reconstructed.period, reconstructed.cycles) == (0.0, 1)
 
 
-def test_torque_and_emergencies(tmp_path: Path) -> None:
+def test_torque_and_emergency_codes_are_reconstructed(tmp_path: Path) -> None:
     drive = {"node_id": 5, "torque_actual": True, "sign": -1, "rated_torque": 10.0, "zero_offset": 0.5}
     text = {"name": "one", "mechanism": "axes", "axes": [{}], "rate": 500.0, "drives": [drive]}
     rig = Rig.model_validate(text, strict=False)
@@ -145,6 +145,6 @@ def test_torque_and_emergencies(tmp_path: Path) -> None:
     assert np.isnan(samples.command).all()
 
 
-def test_no_sync_is_no_sample(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
+def test_frames_without_sync_give_no_samples(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0), frames.id != 0x80)
     assert reconstruct(tmp_path / "r.mcap", sample.rig) is None

@@ -57,7 +57,7 @@ def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runn
         assert ((frames.id == 0x180 + node) & ~frames.sent).sum() == syncs
 
 
-def test_another_seed_gives_other_noise_on_the_same_motion(daq: Runner, tmp_path: Path) -> None:
+def test_different_seed_changes_the_noise_but_not_the_motion(daq: Runner, tmp_path: Path) -> None:
     for seed in (0, 1):
         arguments = ["--traj", "fig5b", "--cycles", 1, "--rate", 250, "--seed", seed, "--out", f"{seed}.mcap"]
         assert daq("record", *arguments).code == 0
@@ -117,7 +117,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runner, tmp_path: Path) -> None:
+def test_bad_input_is_rejected_and_leaves_no_file(name: str, daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "far.csv").write_text("time,x,y,z\n" + "".join(f"{k / 10},2.0,0,-0.7\n" for k in range(50)))
     (tmp_path / "slow.toml").write_text(RIG + "[limits]\nspeed = 0.5\n")
     (tmp_path / "unknown.toml").write_text('colour = "red"\n' + RIG)
@@ -136,7 +136,7 @@ def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runne
     assert (tmp_path / "there.mcap").read_bytes() == b"precious"
 
 
-def test_disk_that_fills_up_during_the_run(tmp_path: Path) -> None:
+def test_disk_that_fills_up_ends_the_run_orderly(tmp_path: Path) -> None:
     """The file may grow to 300 kB only, as on a full disk; the motion is led to rest and the drives are disabled."""
     limited = (
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
@@ -163,7 +163,7 @@ VARIANTS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", VARIANTS)
-def test_drives_of_other_kinds(name: str, daq: Runner, tmp_path: Path) -> None:
+def test_other_drive_types_are_recorded(name: str, daq: Runner, tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(re.sub(r"(node_id = \d)", rf"\1\n{VARIANTS[name]}", RIG))
     for out in ("a.mcap", "b.mcap"):
         done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rate", 200, "--rig", "rig.toml", "--out", out)
@@ -181,7 +181,7 @@ def test_drives_of_other_kinds(name: str, daq: Runner, tmp_path: Path) -> None:
         np.testing.assert_allclose((~np.isnan(torque[moving])).mean(axis=0), 1 / 3, atol=0.01)
 
 
-def test_dry_run_does_all_but_power_and_file(daq: Runner, tmp_path: Path) -> None:
+def test_dry_run_does_everything_except_power_and_file(daq: Runner, tmp_path: Path) -> None:
     done = daq("record", "--traj", "fig5a", "--dry-run", "--json")
     assert done.code == 0, done.err
     figures = json.loads(done.out)
@@ -214,7 +214,7 @@ def _assert_ramped_down(recording: Recording) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_in_mid_motion_ends_in_disabled_drives_and_a_whole_file(number: int, tmp_path: Path) -> None:
+def test_signal_during_the_motion_ends_in_disabled_drives_and_a_complete_file(number: int, tmp_path: Path) -> None:
     moved, err = stopped(tmp_path, number, "--cycles", "150")
     assert moved
     assert f"stopped by the operator ({signal.Signals(number).name})" in err
@@ -225,7 +225,7 @@ def test_a_signal_in_mid_motion_ends_in_disabled_drives_and_a_whole_file(number:
 
 
 @pytest.mark.realtime
-def test_a_signal_in_real_time_ends_in_disabled_drives_and_a_whole_file(tmp_path: Path) -> None:
+def test_signal_in_real_time_ends_in_disabled_drives_and_a_complete_file(tmp_path: Path) -> None:
     (tmp_path / "rig.toml").write_text(RIG + PATIENT)
     with timekeeping.watched() as machine:
         arguments = ["--cycles", "20", "--pace", "realtime", "--rig", "rig.toml"]

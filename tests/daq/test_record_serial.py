@@ -53,7 +53,7 @@ def test_lockstep_on_three_lines_gives_the_same_bytes_too(daq: Runner, tmp_path:
     assert (tmp_path / "a.mcap").read_bytes() == (tmp_path / "b.mcap").read_bytes()
 
 
-def test_check_compares_registers(daq: Runner, tmp_path: Path) -> None:
+def test_check_compares_the_drive_registers(daq: Runner, tmp_path: Path) -> None:
     write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
     done = daq("check", "--rig", "one.toml", "--json")
     assert done.code == 0, done.err
@@ -74,7 +74,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runner, tmp_path: Path) -> None:
+def test_bad_input_is_rejected_and_leaves_no_file(name: str, daq: Runner, tmp_path: Path) -> None:
     write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
     write_rig(tmp_path / "gone.toml", 30.0, ["/dev/no/such/port"])
     write_rig(tmp_path / "two.toml", 30.0, ["a", "b"])
@@ -87,7 +87,7 @@ def test_bad_input_is_explained_and_nothing_is_left_behind(name: str, daq: Runne
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_lines_that_end_at_this_program_cannot_be_served(daq: Runner, tmp_path: Path) -> None:
+def test_sim_rejects_lines_inside_this_program(daq: Runner, tmp_path: Path) -> None:
     write_rig(tmp_path / "one.toml", 30.0, ["simulated"])
     done = daq("sim", "--rig", "one.toml")
     assert done.code == 2

@@ -36,7 +36,7 @@ def recorded(path: Path, position_stamp: tuple[int, ...] | None) -> None:
     recorder.close(0, "done")
 
 
-def test_values_measured_later_than_their_cycle_tell_by_how_much(tmp_path: Path) -> None:
+def test_delays_of_late_measurements_are_recorded(tmp_path: Path) -> None:
     recorded(tmp_path / "r.mcap", (500_000, 0, 3_000_000))
     extra = read(tmp_path / "r.mcap").extra
     np.testing.assert_allclose(extra["position_delay_1"], [0.0005] * 3)
@@ -44,6 +44,6 @@ def test_values_measured_later_than_their_cycle_tell_by_how_much(tmp_path: Path)
     assert np.isnan(extra["position_delay_2"]).all()
 
 
-def test_values_that_came_with_sync_have_no_delay(tmp_path: Path) -> None:
+def test_values_measured_at_sync_have_no_delay(tmp_path: Path) -> None:
     recorded(tmp_path / "r.mcap", None)
     assert not read(tmp_path / "r.mcap").extra

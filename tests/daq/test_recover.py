@@ -24,7 +24,7 @@ def cut(tmp_path: Path) -> Path:
     return path
 
 
-def test_an_interrupted_recording_becomes_whole(cut: Path, tmp_path: Path) -> None:
+def test_interrupted_recording_becomes_complete(cut: Path, tmp_path: Path) -> None:
     before = cut.read_bytes()
     recovered = recover(cut, tmp_path / "out.mcap")
     assert cut.read_bytes() == before
@@ -38,7 +38,7 @@ def test_an_interrupted_recording_becomes_whole(cut: Path, tmp_path: Path) -> No
     assert "exit status 1: recovered after interruption" in shown
 
 
-def test_in_place_only_if_asked(cut: Path) -> None:
+def test_file_is_replaced_only_with_in_place(cut: Path) -> None:
     expected = read(cut).position
     recover_in_place(cut)
     assert read(cut).complete
@@ -46,7 +46,7 @@ def test_in_place_only_if_asked(cut: Path) -> None:
     assert [path.name for path in cut.parent.iterdir()] == ["cut.mcap"]
 
 
-def test_a_listener_that_was_killed(tmp_path: Path) -> None:
+def test_samples_of_a_killed_listener_are_reconstructed(tmp_path: Path) -> None:
     """Its file holds frames only; the samples are those of the recording that was replayed."""
     sample, frames = read(SAMPLE), sample_frames()
     write(tmp_path / "whole.mcap", sample.rig, frames, arrivals(frames, 4e6, 0))
@@ -64,7 +64,7 @@ def test_a_listener_that_was_killed(tmp_path: Path) -> None:
     assert len(read_can(tmp_path / "out.mcap").id) == recovered.kept.messages
 
 
-def test_a_listener_that_heard_no_sync(tmp_path: Path) -> None:
+def test_listened_recording_without_sync_is_not_recovered(tmp_path: Path) -> None:
     frames = sample_frames()
     write(tmp_path / "r.mcap", read(SAMPLE).rig, frames, arrivals(frames, 4e6, 0), frames.id == 0x181)
     with pytest.raises(RunFailed, match="no SYNC"):
@@ -72,7 +72,7 @@ def test_a_listener_that_heard_no_sync(tmp_path: Path) -> None:
     assert not (tmp_path / "out.mcap").exists()
 
 
-def test_what_cannot_be_recovered_is_said_and_nothing_is_left(cut: Path, tmp_path: Path) -> None:
+def test_unrecoverable_files_are_rejected_and_leave_no_partial_file(cut: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.mcap"
     with pytest.raises(BadInput, match="is whole; there is nothing to recover"):
         recover(SAMPLE, out)
@@ -91,7 +91,7 @@ def test_what_cannot_be_recovered_is_said_and_nothing_is_left(cut: Path, tmp_pat
     assert out.read_text() == "precious"
 
 
-def test_the_command_says_how_much_was_kept(cut: Path, tmp_path: Path) -> None:
+def test_command_prints_how_much_was_kept(cut: Path, tmp_path: Path) -> None:
     result = CliRunner().invoke(command, [str(cut)], catch_exceptions=False)
     assert f"recovered {cut.with_suffix('.recovered.mcap')}" in result.stdout
     assert "left out: 0 damaged chunks, " in result.stdout

@@ -72,7 +72,7 @@ def replayed(plan_: Plan, channel: str, stop: StopRequest | None = None) -> list
     return messages
 
 
-def test_everything_comes_in_order_with_all_its_bits() -> None:
+def test_all_frames_arrive_in_order_with_all_their_bits() -> None:
     recorded = frames(
         [0x80, 0x181, 0x12345, 0x55, 0x7FF],
         [0, 1_000_000, 1_000_000, 3_000_000, 3_500_000],
@@ -86,7 +86,7 @@ def test_everything_comes_in_order_with_all_its_bits() -> None:
     assert [bytes(message.data) for message in messages] == [b"\x00", b"\x01", b"\x02", b"", b"\x04"]
 
 
-def test_a_recording_keeps_its_order_and_its_bytes() -> None:
+def test_replayed_recording_keeps_order_and_data() -> None:
     recorded = read_can(SAMPLE)
     chosen = matching(recorded, "both", [])
     chosen[np.flatnonzero(chosen)[3000:]] = False
@@ -106,7 +106,7 @@ def test_a_recording_keeps_its_order_and_its_bytes() -> None:
     loops=st.integers(1, 3),
 )
 @settings(deadline=None, max_examples=10)
-def test_deadlines_are_the_recorded_times_over_the_speed(steps: list[int], speed: float, loops: int) -> None:
+def test_deadlines_are_the_recorded_times_divided_by_the_speed(steps: list[int], speed: float, loops: int) -> None:
     log = np.cumsum([0, *steps]).tolist()
     recorded = frames([0x181] * len(log), log)
     plan_ = plan(recorded, matching(recorded, "both", []), speed, loops, BITRATE)
@@ -117,7 +117,7 @@ def test_deadlines_are_the_recorded_times_over_the_speed(steps: list[int], speed
     assert plan_.duration >= loops * plan_.due[-1]
 
 
-def test_what_was_recorded_at_one_instant_is_not_faster_than_a_wire() -> None:
+def test_frames_of_one_instant_are_sent_no_faster_than_the_wire() -> None:
     recorded = frames([0x601] * 400, [0] * 400)
     plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 1, 125_000)
     begin = time.perf_counter()
@@ -126,7 +126,7 @@ def test_what_was_recorded_at_one_instant_is_not_faster_than_a_wire() -> None:
     assert time.perf_counter() - begin >= 400 * 65 / 125_000 - 0.01
 
 
-def test_loops_go_on_in_step_with_the_syncs() -> None:
+def test_loops_continue_the_rhythm_of_the_syncs() -> None:
     recorded = frames([0x80, 0x181, 0x80, 0x181], [0, 300_000, 2_000_000, 2_300_000])
     plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 3, BITRATE)
     assert plan_.loop_time == pytest.approx(0.0023 + 0.002)
@@ -158,12 +158,12 @@ def test_frames_are_chosen_by_direction_and_id(direction: str, ids: list[str], e
 
 
 @pytest.mark.parametrize("text", ["", "x", "0x", "181h", "0x182-0x181", "0x181-", "0x1/0x2/0x3", "-1", "0181"])
-def test_ids_that_are_none_are_bad_input(text: str) -> None:
+def test_malformed_ids_are_rejected(text: str) -> None:
     with pytest.raises(BadInput, match="--id"):
         matching(frames([1], [0]), "both", [text])
 
 
-def test_what_commands_drives_is_known_whoever_recorded_it() -> None:
+def test_commanding_frames_are_recognised_in_any_recording() -> None:
     ids = [0x000, 0x080, 0x081, 0x181, 0x201, 0x301, 0x501, 0x581, 0x601, 0x701, 0x77F]
     heard = frames(ids, [0] * len(ids))
     expected = [True, True, False, False, True, True, True, False, True, False, True]
@@ -174,7 +174,7 @@ def test_what_commands_drives_is_known_whoever_recorded_it() -> None:
     ]
 
 
-def test_a_stop_ends_it_at_once() -> None:
+def test_stop_request_ends_the_replay_at_once() -> None:
     recorded = frames([0x181] * 3, [0, 1_000_000, 3_600_000_000_000])
     stop = StopRequest()
     threading.Timer(0.2, lambda: stop.ask("enough")).start()
@@ -198,7 +198,7 @@ class FullBus:
         self.sent += 1
 
 
-def test_a_full_queue_is_waited_for_and_a_lost_bus_is_not() -> None:
+def test_replay_waits_for_a_full_queue_but_not_for_a_lost_bus() -> None:
     recorded = frames([0x181], [0])
     plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 1, BITRATE)
     bus = FullBus(20)
@@ -223,7 +223,7 @@ BAD: dict[str, tuple[list[str], str]] = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_nonsense_is_refused(name: str) -> None:
+def test_bad_bus_or_frame_selection_is_rejected(name: str) -> None:
     arguments, expected = BAD[name]
     with pytest.raises(BadInput) as failure:
         CliRunner().invoke(command, [str(SAMPLE), *arguments], catch_exceptions=False)
@@ -231,11 +231,11 @@ def test_nonsense_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize("option", [["--speed", "0"], ["--speed", "-1"], ["--loop", "0"], ["--direction", "up"]])
-def test_bad_usage_is_refused(option: list[str]) -> None:
+def test_invalid_usage_is_rejected(option: list[str]) -> None:
     assert CliRunner().invoke(command, [str(SAMPLE), *BUS, *option]).exit_code == 2
 
 
-def test_the_command_says_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("drivers.canopen.bus.open_bus", lambda settings: can.Bus(interface="virtual", channel="cli"))
     arguments = [str(SAMPLE), "--bus", "udp_multicast:239.74.163.9", "--speed", "1000"]
     result = CliRunner().invoke(command, [*arguments, "--id", "0x181", "--json"], catch_exceptions=False)
@@ -247,7 +247,7 @@ def test_the_command_says_what_it_does(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "frames: 2839 of 2839" in result.stdout
 
 
-def test_a_speed_that_is_no_number_is_refused() -> None:
+def test_speed_that_is_no_number_is_rejected() -> None:
     refused = CliRunner().invoke(command, [str(SAMPLE), "--bus", "udp_multicast:239.74.163.2", "--speed", "nan"])
     assert refused.exit_code == 2
     assert "'--speed': a finite number expected, nan found" in refused.output

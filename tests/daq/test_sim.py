@@ -27,7 +27,7 @@ def serve(folder: Path, rig: str) -> subprocess.Popen[str]:
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_ends_it_in_order(number: signal.Signals, tmp_path: Path) -> None:
+def test_signal_ends_the_program_orderly(number: signal.Signals, tmp_path: Path) -> None:
     ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
     (tmp_path / "lines.toml").write_text(f'name = "b"\n[bus]\ntransport = "serial"\nports = {ports}\n{DRIVES}')
     process = serve(tmp_path, "lines.toml")
@@ -38,7 +38,7 @@ def test_a_signal_ends_it_in_order(number: signal.Signals, tmp_path: Path) -> No
     assert not any(Path(port).is_symlink() for port in ports)
 
 
-def test_a_second_one_under_the_same_node_ids_is_refused(daq: Runner, tmp_path: Path) -> None:
+def test_second_simulation_with_the_same_node_ids_is_rejected(daq: Runner, tmp_path: Path) -> None:
     bus = f'[bus]\ninterface = "udp_multicast"\nchannel = "239.74.163.31"\nport = {free_port()}\n'
     (tmp_path / "bus.toml").write_text(f'name = "b"\n{bus}{DRIVES}')
     process = serve(tmp_path, "bus.toml")

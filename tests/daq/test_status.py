@@ -8,7 +8,7 @@ from recordings.reader import read
 from tests.conftest import Runner, launcher
 
 
-def test_lines_tell_of_the_run_and_end_with_its_figures(daq: Runner, tmp_path: Path) -> None:
+def test_status_lines_match_the_recording_and_end_with_the_figures(daq: Runner, tmp_path: Path) -> None:
     done = daq("record", "--traj", "fig5a", "--cycles", 1, "--status", "--out", "a.mcap")
     assert done.code == 0, done.err
     *lines, figures = map(json.loads, done.out.splitlines())
@@ -26,7 +26,7 @@ def test_lines_tell_of_the_run_and_end_with_its_figures(daq: Runner, tmp_path: P
     assert 0 < max(errors) <= figures["following_error_max"], "the supervisor's own error"
 
 
-def test_the_motion_ends_when_nobody_reads_any_more(tmp_path: Path) -> None:
+def test_run_stops_when_the_reader_has_exited(tmp_path: Path) -> None:
     command = ["record", "--traj", "fig5a", "--cycles", "150", "--status", "--out", "a.mcap"]
     process = subprocess.Popen([*launcher("daq"), *command], cwd=tmp_path, stdout=subprocess.PIPE)
     assert process.stdout is not None
@@ -39,7 +39,7 @@ def test_the_motion_ends_when_nobody_reads_any_more(tmp_path: Path) -> None:
     assert recording.repeat.max() < 149
 
 
-def test_it_watches_a_motion_only(daq: Runner) -> None:
+def test_status_is_rejected_with_dry_run(daq: Runner) -> None:
     done = daq("record", "--traj", "fig5a", "--status", "--dry-run")
     assert done.code == 2
     assert "--status" in done.err

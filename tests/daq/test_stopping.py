@@ -20,7 +20,7 @@ def test_signals_are_counted_and_the_first_is_the_reason(number: signal.Signals)
     signal.signal(number, before)
 
 
-def test_without_a_signal_everything_is_as_before() -> None:
+def test_signal_handlers_are_restored_without_a_signal() -> None:
     before = signal.getsignal(signal.SIGINT)
     with StopRequest() as stop:
         stop.ask("the host came late")

@@ -94,7 +94,7 @@ def stream(drives: PerfectDrives, clock: Any = None, stop: StopRequest | None = 
     return made, rows
 
 
-def test_a_whole_run_follows_the_trajectory_and_ends_disabled() -> None:
+def test_complete_run_follows_the_trajectory_and_ends_disabled() -> None:
     drives = PerfectDrives()
     run, rows = stream(drives)
     run.run(TRAJECTORY)
@@ -106,7 +106,7 @@ def test_a_whole_run_follows_the_trajectory_and_ends_disabled() -> None:
     np.testing.assert_allclose(drives.position, TRAJECTORY.joint_position[-1])
 
 
-def test_the_way_to_the_start_is_smooth() -> None:
+def test_approach_to_the_start_is_smooth() -> None:
     drives = PerfectDrives()
     run, _ = stream(drives)
     run.run(TRAJECTORY)
@@ -114,7 +114,7 @@ def test_the_way_to_the_start_is_smooth() -> None:
     assert steps < RIG.limits.speed
 
 
-def test_operators_stop_slows_down_along_the_path() -> None:
+def test_stop_request_ramps_down_along_the_path() -> None:
     stop = StopRequest()
 
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
@@ -136,7 +136,7 @@ def test_operators_stop_slows_down_along_the_path() -> None:
         assert np.abs(TRAJECTORY.joint_position - point).max(axis=1).min() < 0.02
 
 
-def test_second_request_is_a_quick_stop() -> None:
+def test_second_stop_request_is_a_quick_stop() -> None:
     stop = StopRequest()
 
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
@@ -152,7 +152,7 @@ def test_second_request_is_a_quick_stop() -> None:
     assert drives.stands_disabled()
 
 
-def test_stop_before_power_never_enables() -> None:
+def test_stop_request_before_power_never_enables_the_drives() -> None:
     stop = StopRequest()
     stop.ask("stopped by the operator (SIGTERM)")
     drives = PerfectDrives()
@@ -180,7 +180,7 @@ def _from(cycle: int, **changes: Any) -> Callable[[PerfectDrives, int, Sample], 
         (_from(2, power=(Power.ON, Power.OFF, Power.ON)), r"not enabled within 3 s: joint 2 \(off\)"),
     ],
 )
-def test_unhealthy_motion_ends_in_the_drives_own_quick_stop(interfere: Any, reason: str) -> None:
+def test_motion_fault_ends_in_a_quick_stop_of_the_drives(interfere: Any, reason: str) -> None:
     drives = PerfectDrives(interfere)
     run, rows = stream(drives)
     with pytest.raises(RunFailed, match=reason):
@@ -191,7 +191,7 @@ def test_unhealthy_motion_ends_in_the_drives_own_quick_stop(interfere: Any, reas
     assert len(rows.rows) == len(drives.goals)
 
 
-def test_full_disk_leads_to_an_orderly_stop() -> None:
+def test_full_disk_ends_in_an_orderly_stop() -> None:
     drives = PerfectDrives()
     run, rows = stream(drives)
     original = drives.exchange
@@ -208,7 +208,7 @@ def test_full_disk_leads_to_an_orderly_stop() -> None:
     assert drives.stands_disabled()
 
 
-def test_lost_bus_says_that_nobody_confirmed() -> None:
+def test_lost_bus_reports_that_no_drive_confirmed() -> None:
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
         if cycle >= 300:
             raise RunFailed("the CAN bus is lost: no such device")
@@ -219,7 +219,7 @@ def test_lost_bus_says_that_nobody_confirmed() -> None:
         run.run(TRAJECTORY)
 
 
-def test_drive_that_does_not_obey_is_named() -> None:
+def test_drive_that_stays_enabled_is_named() -> None:
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
         return replace(sample, power=(Power.OFF, Power.ON, Power.OFF)) if drives.goal is not Goal.ENABLED else sample
 
@@ -231,7 +231,7 @@ def test_drive_that_does_not_obey_is_named() -> None:
     assert drives.powered_off
 
 
-def test_drive_that_only_the_slow_way_reaches_is_confirmed() -> None:
+def test_drive_disabled_by_the_fallback_is_confirmed() -> None:
     def interfere(drives: PerfectDrives, cycle: int, sample: Sample) -> Sample:
         return replace(sample, position=(math.nan,) * 3, missing=3) if cycle >= 300 else sample
 
@@ -256,7 +256,7 @@ class StallingClock(LockstepClock):
         return self._stall if index == self._at else 0.0
 
 
-def test_missed_cycles_are_gaps_and_the_motion_does_not_leap() -> None:
+def test_missed_cycles_are_gaps_and_the_motion_does_not_jump() -> None:
     drives = PerfectDrives()
     run, rows = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=4.0))
     run.run(TRAJECTORY)
@@ -267,7 +267,7 @@ def test_missed_cycles_are_gaps_and_the_motion_does_not_leap() -> None:
     assert rows.events == ["host 40.0 ms late, 4 missed"]
 
 
-def test_syncs_that_the_kernel_sent_meanwhile_are_gaps_and_the_motion_does_not_leap() -> None:
+def test_syncs_sent_by_the_kernel_meanwhile_are_gaps_and_the_motion_does_not_jump() -> None:
     """The drives answer to every SYNC; before the 401st exchange two went by unseen."""
     drives = PerfectDrives(lambda _, count, sample: replace(sample, sync=count - 1 + (2 if count > 400 else 0)))
     run, rows = stream(drives)
@@ -278,7 +278,7 @@ def test_syncs_that_the_kernel_sent_meanwhile_are_gaps_and_the_motion_does_not_l
     assert rows.events == ["host 0.0 ms late, 2 missed"]
 
 
-def test_host_that_stalls_too_long_ends_the_run_along_the_path() -> None:
+def test_long_host_stall_ends_the_run_along_the_path() -> None:
     drives = PerfectDrives()
     run, _ = stream(drives, clock=StallingClock(RIG.rate, at=400, periods=7.4))
     with pytest.raises(RunFailed, match="the host came 74 ms late, 50 ms allowed"):
@@ -287,7 +287,7 @@ def test_host_that_stalls_too_long_ends_the_run_along_the_path() -> None:
     assert drives.goals.index(Goal.STOPPED) > 400 + 0.3 * RIG.rate
 
 
-def test_a_false_zero_never_gets_power() -> None:
+def test_joint_outside_its_range_is_never_enabled() -> None:
     drives = PerfectDrives()
     drives.position = np.array([0.3, 2.5, 0.3])
     run, _ = stream(drives)

@@ -24,7 +24,7 @@ def arrivals(rng: np.random.Generator, index: np.ndarray, period: float, jitter:
     drift=st.floats(-2e-4, 2e-4),
 )
 @settings(deadline=None, max_examples=60)
-def test_holes_are_counted_and_lateness_is_not(
+def test_missing_syncs_are_counted_and_late_ones_are_not(
     seed: int, holes: list[tuple[int, int]], stalls: list[tuple[int, int]], drift: float
 ) -> None:
     lost = {k for first, count in holes for k in range(first, first + count)}
@@ -41,7 +41,7 @@ def test_holes_are_counted_and_lateness_is_not(
     np.testing.assert_array_equal(number_syncs(arrival), index)
 
 
-def test_jitter_of_half_a_period_is_no_hole() -> None:
+def test_jitter_of_half_a_period_is_not_a_missing_sync() -> None:
     rng = np.random.default_rng(0)
     index = np.arange(5000)
     arrival = START + np.maximum.accumulate(
@@ -51,11 +51,11 @@ def test_jitter_of_half_a_period_is_no_hole() -> None:
 
 
 @pytest.mark.parametrize("n", [0, 1, 2, 3, 10])
-def test_few_syncs(n: int) -> None:
+def test_few_syncs_are_numbered_consecutively(n: int) -> None:
     np.testing.assert_array_equal(number_syncs(START + PERIOD * np.arange(n)), np.arange(n))
 
 
-def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
+def test_line_fit_is_robust_to_outliers() -> None:
     rng = np.random.default_rng(1)
     index = np.delete(np.arange(10_000), slice(4000, 4500))
     period = PERIOD * (1 + 50e-6)
@@ -68,18 +68,18 @@ def test_a_line_goes_through_the_arrivals_whatever_the_outliers() -> None:
 
 
 @pytest.mark.parametrize("jitter", [0.0, 3e4, 2e5])
-def test_a_sender_with_our_own_clock_keeps_the_configured_period(jitter: float) -> None:
+def test_sender_with_the_same_clock_keeps_the_configured_period(jitter: float) -> None:
     index = np.arange(12_000)
     start, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD, jitter), index, PERIOD)
     assert period == PERIOD
     assert 0 <= start - START <= 2 * jitter
 
 
-def test_another_clock_is_told_from_ours() -> None:
+def test_different_clock_changes_the_period() -> None:
     index = np.arange(12_000)
     _, period = fit_line(arrivals(np.random.default_rng(2), index, PERIOD * (1 + 1e-4)), index, PERIOD)
     assert period == pytest.approx(PERIOD * (1 + 1e-4), rel=1e-6)
 
 
-def test_one_sync() -> None:
+def test_single_sync_gives_the_configured_period() -> None:
     assert fit_line(np.array([START]), np.array([0]), PERIOD) == (START, PERIOD)

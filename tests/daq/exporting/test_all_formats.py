@@ -55,7 +55,7 @@ def exported(recording: Path, form: str) -> Path:
     return out
 
 
-def test_csv(recording: Path) -> None:
+def test_csv_holds_the_recording(recording: Path) -> None:
     lines = exported(recording, "csv").read_text().splitlines()
     assert lines[0].split(",") == [
         "time",
@@ -66,7 +66,7 @@ def test_csv(recording: Path) -> None:
     assert len(lines) == 6
 
 
-def test_parquet(recording: Path) -> None:
+def test_parquet_holds_the_recording(recording: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet")
     table = parquet.read_table(exported(recording, "parquet"))
     assert table.column("position_2").to_pylist() == [0.2, 0.2, None, 0.2, 0.2]
@@ -76,14 +76,16 @@ def test_parquet(recording: Path) -> None:
     assert json.loads(table.schema.metadata[b"rig"])["mechanism"] == "delta"
 
 
-def test_parquet_says_what_it_lacks(recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parquet_without_pyarrow_names_the_missing_package(
+    recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(BadInput, match=r"pip install 'delta-workbench\[parquet\]'"):
         exported(recording, "parquet")
     assert not (tmp_path / "run.parquet").exists()
 
 
-def test_mat(recording: Path) -> None:
+def test_mat_file_holds_the_recording(recording: Path) -> None:
     from scipy.io import loadmat
 
     contents, whole = loadmat(exported(recording, "mat")), read(recording)
@@ -96,7 +98,7 @@ def test_mat(recording: Path) -> None:
     assert json.loads(contents["run"].item())["period"] == 0.004
 
 
-def test_candump(recording: Path) -> None:
+def test_candump_log_holds_the_frames(recording: Path) -> None:
     assert exported(recording, "candump").read_text().splitlines() == [
         "(1700000000.001234) can0 123#2A36FF",
         "(1700000000.002000) can0 00012345#",
@@ -105,7 +107,7 @@ def test_candump(recording: Path) -> None:
     ]
 
 
-def test_candump_is_read_by_python_can(recording: Path) -> None:
+def test_python_can_reads_the_candump_log(recording: Path) -> None:
     from can import CanutilsLogReader
 
     log = exported(recording, "candump").rename(recording.with_suffix(".log"))
@@ -120,7 +122,7 @@ def test_candump_is_read_by_python_can(recording: Path) -> None:
 
 
 @pytest.mark.parametrize("form", exporting.names())
-def test_nothing_is_overwritten_and_what_is_no_recording_leaves_nothing(form: str, recording: Path) -> None:
+def test_export_never_overwrites_and_leaves_no_partial_file(form: str, recording: Path) -> None:
     out = recording.with_suffix(".out")
     out.write_text("precious")
     with pytest.raises(BadInput, match="exists"):
@@ -132,7 +134,7 @@ def test_nothing_is_overwritten_and_what_is_no_recording_leaves_nothing(form: st
     assert not (recording.parent / "other").exists()
 
 
-def test_a_recording_without_a_bus_has_no_frames(tmp_path: Path) -> None:
+def test_candump_rejects_a_recording_without_frames(tmp_path: Path) -> None:
     from daq.importing import Description, import_csv
 
     (tmp_path / "data.csv").write_text("time,position_1,effort_1\n0,1,1\n1,2,2\n")
@@ -143,7 +145,7 @@ def test_a_recording_without_a_bus_has_no_frames(tmp_path: Path) -> None:
         exported(tmp_path / "r.mcap", form)
 
 
-def test_the_command(recording: Path) -> None:
+def test_export_command_writes_the_file(recording: Path) -> None:
     result = CliRunner().invoke(command, [str(recording), "--to", "candump"], catch_exceptions=False)
     assert result.stdout == f"{recording.with_suffix('.log')}: 4 frames\n"
     result = CliRunner().invoke(command, [str(recording), "--to", "mat", "--json"], catch_exceptions=False)
@@ -151,6 +153,6 @@ def test_the_command(recording: Path) -> None:
     assert CliRunner().invoke(command, [str(recording), "--to", "xls"]).exit_code == 2
 
 
-def test_help_needs_no_heavy_package() -> None:
+def test_help_imports_no_heavy_package() -> None:
     code = "import sys; from daq.commands import export; assert not {'numpy', 'scipy', 'pyarrow'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True)

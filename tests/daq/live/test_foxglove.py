@@ -70,7 +70,7 @@ def positions(messages: list[tuple[int, bytes]]) -> np.ndarray:
 
 
 @pytest.mark.slow
-def test_a_client_gets_what_is_recorded(tmp_path: Path) -> None:
+def test_client_receives_the_recorded_values(tmp_path: Path) -> None:
     pytest.importorskip("foxglove")
     port = free_port()
     command = ["record", "--traj", "fig5a", "--cycles", "20", "--rate", "100", "--out", "a.mcap"]
@@ -98,7 +98,7 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
     return np.allclose(a, b, rtol=0, atol=2e-9, equal_nan=True)
 
 
-def test_without_the_package_it_says_what_to_install(tmp_path: Path) -> None:
+def test_missing_package_is_named_with_the_install_command(tmp_path: Path) -> None:
     hidden = "import sys; sys.modules['foxglove'] = None; from daq.cli import main; main()"
     command = [sys.executable, "-c", hidden, "record", "--traj", "fig5a", "--foxglove"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
@@ -108,7 +108,7 @@ def test_without_the_package_it_says_what_to_install(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
-def test_a_port_that_is_taken_is_said_before_anything_begins(daq: Runner, tmp_path: Path) -> None:
+def test_occupied_port_is_reported_before_the_run_starts(daq: Runner, tmp_path: Path) -> None:
     pytest.importorskip("foxglove")
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

@@ -74,7 +74,7 @@ def page() -> Iterator[Any]:
 
 
 @pytest.mark.slow
-def test_the_run_is_seen_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
+def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path) -> None:
     process = record("--cycles", "10")
     page.goto(address(process))
     wait_for(page, "stream")
@@ -113,7 +113,7 @@ def _artefact(name: str) -> Path:
 
 
 @pytest.mark.slow
-def test_ctrl_c_stops_orderly_and_the_page_says_so(record: Record, page: Any, tmp_path: Path) -> None:
+def test_ctrl_c_stops_orderly_and_the_page_shows_it(record: Record, page: Any, tmp_path: Path) -> None:
     process = record("--cycles", "150")
     page.goto(address(process))
     wait_for(page, "stream")
@@ -126,7 +126,7 @@ def test_ctrl_c_stops_orderly_and_the_page_says_so(record: Record, page: Any, tm
 
 
 @pytest.mark.slow
-def test_a_server_that_dies_leaves_the_run_alone(record: Record, page: Any, tmp_path: Path) -> None:
+def test_run_continues_when_the_page_server_dies(record: Record, page: Any, tmp_path: Path) -> None:
     process = record("--cycles", "10")
     page.goto(address(process))
     wait_for(page, "stream")
@@ -143,7 +143,7 @@ def _children(pid: int) -> list[int]:
 
 
 @pytest.mark.slow
-def test_a_killed_recorder_is_named_on_the_page(record: Record, page: Any) -> None:
+def test_page_shows_that_the_recorder_was_killed(record: Record, page: Any) -> None:
     process = record("--cycles", "150")
     page.goto(address(process))
     wait_for(page, "stream")
@@ -152,7 +152,7 @@ def test_a_killed_recorder_is_named_on_the_page(record: Record, page: Any) -> No
 
 
 @pytest.mark.slow
-def test_a_recording_is_the_same_with_and_without(
+def test_recording_is_the_same_with_and_without_viewers(
     daq: Runner, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("BROWSER", "false")
@@ -164,7 +164,7 @@ def test_a_recording_is_the_same_with_and_without(
 
 @pytest.mark.parametrize("option", ["--live", "--foxglove", "--status"])
 @pytest.mark.parametrize("other", ["--dry-run", "--listen"])
-def test_there_must_be_a_motion_to_show(daq: Runner, option: str, other: str) -> None:
+def test_live_options_are_rejected_without_a_motion(daq: Runner, option: str, other: str) -> None:
     done = daq("record", "--traj", "fig5a", option, other)
     assert done.code == 2
     assert option in done.err

@@ -31,7 +31,7 @@ def received(broadcast: RunBroadcast) -> list[dict[str, Any]]:
     return [json.loads(event.removeprefix("data: ")) for event in events]
 
 
-def test_a_page_hears_how_it_began_what_happened_and_how_it_ended() -> None:
+def test_page_receives_start_lines_and_end_of_the_run() -> None:
     broadcast = RunBroadcast(RUN)
     broadcast.listen(f"{text}\n" for text in [line(1), line(2), DONE])
     first, *lines = received(broadcast)
@@ -40,14 +40,14 @@ def test_a_page_hears_how_it_began_what_happened_and_how_it_ended() -> None:
     assert (broadcast.pages, broadcast.pages_served) == (0, 1)
 
 
-def test_a_page_that_comes_late_gets_the_last_lines() -> None:
+def test_late_page_receives_the_last_lines() -> None:
     broadcast = RunBroadcast(RUN)
     broadcast.listen([*map(line, range(1000)), DONE])
     _, *lines = received(broadcast)
     assert [line_number.get("cycles") for line_number in lines] == [*range(1000 - page._MAX_LINES + 1, 1000), None]
 
 
-def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_open_page_receives_each_line_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(page, "_INTERVAL", 0.0)
     broadcast = RunBroadcast(RUN)
     sent = iter([*map(line, range(7)), DONE])
@@ -65,7 +65,7 @@ def test_a_page_that_is_there_gets_each_line_once(monkeypatch: pytest.MonkeyPatc
     assert [json.loads(item[6:]).get("cycles") for item in heard[1:-1]] == [*range(7), None]
 
 
-def test_a_run_without_a_last_word_was_killed() -> None:
+def test_run_without_an_end_line_is_shown_as_killed() -> None:
     broadcast = RunBroadcast(RUN)
     broadcast.listen([line(1)])
     assert received(broadcast)[-1] == {"killed": True}
@@ -93,7 +93,7 @@ PATHS = {
 
 
 @pytest.mark.parametrize("path", PATHS)
-def test_all_of_it_needs_the_token(path: str) -> None:
+def test_every_path_needs_the_token(path: str) -> None:
     assert ask(path).status_code == 403
     answer = ask(path, cookie="token_8123=token")
     assert answer.status_code == 200
@@ -102,6 +102,6 @@ def test_all_of_it_needs_the_token(path: str) -> None:
     assert ask(path, cookie="token_8123=token", origin="http://elsewhere").status_code == 403
 
 
-def test_the_page_asks_nothing_of_others() -> None:
+def test_page_loads_nothing_from_other_hosts() -> None:
     for path in ("/", "/page.js", "/page.css"):
         assert "//" not in ask(path, cookie="token_8123=token").text.replace("// ", "")

@@ -33,7 +33,7 @@ def received_lines(file: Path) -> list[str]:
     return file.read_text().splitlines()
 
 
-def test_all_lines_arrive_in_order_and_the_end_is_the_last(
+def test_viewer_receives_all_lines_in_order_and_the_end_last(
     shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
@@ -44,7 +44,9 @@ def test_all_lines_arrive_in_order_and_the_end_is_the_last(
     assert received_lines(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
 
 
-def test_how_a_run_failed_is_told(shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viewer_receives_the_reason_of_a_failed_run(
+    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
     with pytest.raises(RuntimeError), shown_by("reads", {"into": str(tmp_path / "lines")}):
         raise RuntimeError("joint 2: following error")
@@ -53,7 +55,7 @@ def test_how_a_run_failed_is_told(shown_by: "type[Viewer]", tmp_path: Path, monk
     ]
 
 
-def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
+def test_viewer_that_does_not_read_gets_a_bounded_backlog_and_is_killed(
     shown_by: "type[Viewer]", monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A write that waits would hang here for a minute."""
@@ -65,7 +67,7 @@ def test_one_that_reads_nothing_is_told_no_more_than_it_can_hold_and_ended(
     assert closing_viewer._process.returncode == -9
 
 
-def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
+def test_lines_for_an_exited_viewer_are_dropped(shown_by: "type[Viewer]") -> None:
     with shown_by("dead", {}) as viewer:
         viewer._process.wait(120)
         for _ in range(1000):
@@ -74,7 +76,7 @@ def test_one_that_has_died_is_told_nothing(shown_by: "type[Viewer]") -> None:
     assert viewer._process.returncode == 0
 
 
-def test_a_program_beside_the_recordings_is_not_taken_for_a_viewer(
+def test_modules_in_the_working_folder_are_not_executed(
     shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Modules in the folder in which somebody works are not executed."""
