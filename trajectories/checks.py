@@ -40,7 +40,7 @@ class _Bound:
     remedy: str
 
     @property
-    def broken(self) -> NDArray[np.bool_]:
+    def violated(self) -> NDArray[np.bool_]:
         """(n, k) True where the value is out of range; NaN counts as out of range."""
         return ~((self.values >= self.low) & (self.values <= self.high))
 
@@ -53,9 +53,9 @@ class _Bound:
         return np.abs(self.values - middle) / (self.high - middle)
 
     @property
-    def first_broken(self) -> int:
+    def first_violation(self) -> int:
         """First row out of range; undefined where there is none."""
-        return int(np.argmax(self.broken.any(axis=1)))
+        return int(np.argmax(self.violated.any(axis=1)))
 
     @property
     def expected(self) -> str:
@@ -73,11 +73,11 @@ def check(trajectory: Trajectory, rig: Rig) -> None:
     Raises:
         LimitExceeded: a limit is violated; the error names the first instant, the value and the remedy.
     """
-    broken = [bound for bound in _bounds(trajectory, rig) if bound.broken.any()]
-    if not broken:
+    violated = [bound for bound in _bounds(trajectory, rig) if bound.violated.any()]
+    if not violated:
         return
-    bound = min(broken, key=lambda bound: bound.first_broken)
-    row, column = bound.first_broken, int(np.argmax(bound.broken[bound.first_broken]))
+    bound = min(violated, key=lambda bound: bound.first_violation)
+    row, column = bound.first_violation, int(np.argmax(bound.violated[bound.first_violation]))
     time, value = row / trajectory.rate, bound.values[row, column]
     raise LimitExceeded(
         f"{trajectory.name}, t = {time:.3f} s: {bound.quantity.format(joint=column + 1)} {bound.expected} expected, "

@@ -32,7 +32,7 @@ def test_truncated_file_is_rewritten_as_complete_file(
     cut.write_bytes(whole[: data.draw(st.integers(0, len(whole) - 1))] + bytes(zeros))
     before = cut.read_bytes()
     try:
-        kept = rewrite(cut, out, END)
+        summary = rewrite(cut, out, END)
     except BadInput:
         assert not out.exists()
         with pytest.raises(BadInput):
@@ -42,7 +42,7 @@ def test_truncated_file_is_rewritten_as_complete_file(
     with out.open("rb") as stream:
         reader = make_reader(stream, validate_crcs=True)
         statistics = reader.get_summary().statistics
-        assert sum(1 for _ in reader.iter_messages()) == statistics.message_count == kept.messages
+        assert sum(1 for _ in reader.iter_messages()) == statistics.message_count == summary.messages
         last = list(reader.iter_metadata())[-1]
         assert (last.name, last.metadata) == ("run", END)
     try:
@@ -67,8 +67,8 @@ def test_damaged_chunk_is_left_out_and_the_others_kept(tmp_path: Path, written: 
     (tmp_path / "spoiled.mcap").write_bytes(spoiled)
     with pytest.raises(BadInput, match=r"damaged.*daq recover"):
         read(tmp_path / "spoiled.mcap")
-    kept = rewrite(tmp_path / "spoiled.mcap", tmp_path / "out.mcap", END)
-    assert kept.damaged_chunks == 1
+    summary = rewrite(tmp_path / "spoiled.mcap", tmp_path / "out.mcap", END)
+    assert summary.damaged_chunks == 1
     recovered = read(tmp_path / "out.mcap")
     assert 300 < len(recovered.time) < written.n
     np.testing.assert_array_equal(recovered.position[:50], written.position[:50])
@@ -78,11 +78,11 @@ def test_damaged_chunk_is_left_out_and_the_others_kept(tmp_path: Path, written: 
 def test_rosbags_reads_the_rewritten_file(tmp_path: Path, written: SimpleNamespace) -> None:
     whole = written.path.read_bytes()
     (tmp_path / "cut.mcap").write_bytes(whole[: len(whole) * 2 // 3])
-    kept = rewrite(tmp_path / "cut.mcap", tmp_path / "out.mcap", END)
-    assert kept.bytes_behind > 0
+    summary = rewrite(tmp_path / "cut.mcap", tmp_path / "out.mcap", END)
+    assert summary.bytes_behind > 0
     with AnyReader([tmp_path / "out.mcap"]) as reader:
         messages = [reader.deserialize(data, connection.msgtype) for connection, _, data in reader.messages()]
-    assert len(messages) == kept.messages
+    assert len(messages) == summary.messages
 
 
 def test_rewrite_appends_samples(tmp_path: Path, rig: Rig, run: Run) -> None:
