@@ -1,4 +1,4 @@
-"""What another master and its drives say, as a listener would have recorded it."""
+"""Frames of another master and its drives, as a listener records them."""
 
 from pathlib import Path
 
@@ -15,7 +15,7 @@ START = 1_700_000_000_000_000_000
 
 
 def arrivals(frames: CanFrames, period: float, seed: int, jitter: float = 2e4) -> Ints:
-    """(n,) When the frames of a lockstep recording arrive from a master with this period [ns] and random lateness."""
+    """Arrival times (n,) [ns] of the frames of a lockstep recording, with this period [ns] and random lateness."""
     rng = np.random.default_rng(seed)
     cycle = np.cumsum(frames.id == 0x80)
     late = rng.exponential(jitter, size=cycle[-1] + 1)
@@ -24,7 +24,7 @@ def arrivals(frames: CanFrames, period: float, seed: int, jitter: float = 2e4) -
 
 
 def write(path: Path, rig: Rig, frames: CanFrames, log: Ints, keep: np.ndarray | None = None) -> None:
-    """A listened recording as the program leaves it behind that was killed, but for its end."""
+    """Write a listened recording with frames only, as a killed listener leaves it."""
     with RecordingWriter(path, rig, listen._run(rig)) as writer:
         for k in np.flatnonzero(np.ones(len(log), bool) if keep is None else keep):
             data = bytes(frames.data[k, : frames.dlc[k]])

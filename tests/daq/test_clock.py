@@ -5,7 +5,7 @@ from daq.clock import HostClock, LockstepClock
 
 
 class Host:
-    """A computer whose time passes only when somebody sleeps, and each sleep lasts 0.1 ms too long."""
+    """Simulated computer: time passes only in `sleep`, and each sleep lasts 0.1 ms too long."""
 
     def __init__(self) -> None:
         self.now = 100.0
@@ -50,7 +50,7 @@ def test_host_deadlines_do_not_drift(time: Host) -> None:
     time.sleep(0.003)
     for k in range(1, 21):
         clock.wait(k)
-    # Twenty periods after the first, although three of them were slept away.
+    # Twenty periods after the first one, although the host overslept three of them.
     assert time.perf_counter() - before == pytest.approx(0.0201)
     assert clock.overdue(20) == pytest.approx(1e-4)
 

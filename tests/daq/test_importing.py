@@ -1,4 +1,4 @@
-"""CSV files as recordings: what comes back, and what is said of files that are not as they should be."""
+"""Import of CSV files: values, and error messages for invalid files."""
 
 import json
 from pathlib import Path
@@ -86,12 +86,12 @@ def run(period: float) -> Run:
 
 @given(measurements())
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow], max_examples=60)
-def test_exported_and_imported_arrays_are_equal(tmp_path: Path, made: tuple[SampleTable, Run]) -> None:
-    samples, its_run = made
+def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run: tuple[SampleTable, Run]) -> None:
+    samples, run = samples_and_run
     dof = samples.position.shape[1]
     for name in ("a.mcap", "a.csv", "b.mcap"):
         (tmp_path / name).unlink(missing_ok=True)
-    blocks.write(tmp_path / "a.mcap", imported_rig("a", dof, 100.0, mechanism="axes"), its_run, samples)
+    blocks.write(tmp_path / "a.mcap", imported_rig("a", dof, 100.0, mechanism="axes"), run, samples)
     exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
     import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
     original, imported = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
@@ -123,7 +123,7 @@ def test_sample_recording_survives_export_and_import(name: str, tmp_path: Path) 
 
 
 def test_repetitions_are_detected_without_a_cycle_column(tmp_path: Path) -> None:
-    """The steps are uneven, so the motion repeats only between samples."""
+    """The time steps are uneven, so the motion repeats only between the samples."""
     rng = np.random.default_rng(0)
     time = np.cumsum(rng.uniform(0.002, 0.006, size=4000))
     angle = np.sin(2 * np.pi * time / 2.0) + 0.5 * np.cos(2 * np.pi * 3 * time / 2.0)

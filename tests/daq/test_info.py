@@ -1,4 +1,4 @@
-"""`daq info` on recordings that are whole, interrupted and none at all."""
+"""`daq info` on complete, interrupted and invalid recordings."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""`daq record --listen`: hears everything, says nothing, and ends as it should."""
+"""`daq record --listen`: records all frames, sends none, and ends as specified."""
 
 import threading
 import time
@@ -22,59 +22,59 @@ RIG = simulated_rig()
 BUS = '[bus]\ninterface = "{}"\nchannel = "x"\n'
 
 
-def say(bus: can.BusABC, arbitration_id: int, data: bytes, extended: bool = False) -> None:
+def send(bus: can.BusABC, arbitration_id: int, data: bytes, extended: bool = False) -> None:
     bus.send(can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=extended))
 
 
 def master(bus: can.BusABC, cycles: int) -> None:
-    """SYNCs and the answers of three enabled drives that turn steadily."""
+    """Send SYNCs, and the answers of three enabled drives at constant speed."""
     for k in range(cycles):
         for node in (1, 2, 3):
-            say(bus, 0x200 + node, b"\x0f\x00" + (100 * k).to_bytes(4, "little"))
-        say(bus, 0x80, b"")
+            send(bus, 0x200 + node, b"\x0f\x00" + (100 * k).to_bytes(4, "little"))
+        send(bus, 0x80, b"")
         for node in (1, 2, 3):
-            say(bus, 0x180 + node, b"\x37\x12" + (100 * k).to_bytes(4, "little") + b"\x64\x00")
+            send(bus, 0x180 + node, b"\x37\x12" + (100 * k).to_bytes(4, "little") + b"\x64\x00")
         time.sleep(1 / RIG.rate)
-    say(bus, 0x82, bytes.fromhex("1032000000000000"))
+    send(bus, 0x82, bytes.fromhex("1032000000000000"))
 
 
 def listened(
-    tmp_path: Path, channel: str, speak: Callable[[can.BusABC], None], duration: float | None = None
+    tmp_path: Path, channel: str, transmit: Callable[[can.BusABC], None], duration: float | None = None
 ) -> tuple[Listener, str, list[can.Message]]:
-    """Listen while `speak` talks from a thread; without a duration, until it has ended. Also what a third hears."""
+    """Listen while `transmit` sends in a thread, for `duration` [s] or until it ends; a third bus gets all frames."""
     buses = [can.Bus(interface="virtual", channel=channel) for _ in range(3)]
     stop = StopRequest()
 
-    def talk() -> None:
-        speak(buses[0])
+    def send_frames() -> None:
+        transmit(buses[0])
         if duration is None:
-            # All that the third has heard has reached the listener, too.
+            # Wait until the listener has all frames of the third bus.
             while listener.traffic.frames < buses[2].queue.qsize():
                 time.sleep(0.01)
             stop.ask("enough")
 
     listener = Listener(buses[1], RIG, tmp_path / "r.mcap")
-    thread = threading.Thread(target=talk)
+    thread = threading.Thread(target=send_frames)
     thread.start()
     reason = listener.listen(stop, duration)
     thread.join()
-    witnessed = []
+    received = []
     while (message := buses[2].recv(0)) is not None:
-        witnessed.append(message)
+        received.append(message)
     for bus in buses:
         bus.shutdown()
-    return listener, reason, witnessed
+    return listener, reason, received
 
 
 def test_every_frame_is_recorded_and_none_is_sent(tmp_path: Path) -> None:
-    listener, reason, witnessed = listened(tmp_path, "all", lambda bus: master(bus, 50))
+    listener, reason, received = listened(tmp_path, "all", lambda bus: master(bus, 50))
     assert reason == "enough"
     frames = read_can(tmp_path / "r.mcap")
-    assert frames.id.tolist() == [message.arbitration_id for message in witnessed]
+    assert frames.id.tolist() == [message.arbitration_id for message in received]
     assert len(frames.id) == 50 * 7 + 1 == listener.traffic.frames
     assert listener.traffic.syncs == 50
     assert not frames.sent.any()
-    stamps = [round(message.timestamp * 1e9) for message in witnessed]
+    stamps = [round(message.timestamp * 1e9) for message in received]
     np.testing.assert_allclose(frames.log, stamps, atol=2_000_000_000)
     assert (np.diff(frames.log) >= 0).all()
 
@@ -110,12 +110,12 @@ def test_listening_ends_after_the_duration(tmp_path: Path) -> None:
 
 def test_listening_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(listen, "SYNC_TIMEOUT", 0.2)
-    _, reason, _ = listened(tmp_path, "silence", lambda bus: say(bus, 0x80, b""), 60.0)
+    _, reason, _ = listened(tmp_path, "silence", lambda bus: send(bus, 0x80, b""), 60.0)
     assert reason == "no SYNC for 0.2 s"
 
 
 def test_recording_without_sync_keeps_its_frames_and_has_no_samples(tmp_path: Path) -> None:
-    listened(tmp_path, "none", lambda bus: say(bus, 0x181, bytes(8)))
+    listened(tmp_path, "none", lambda bus: send(bus, 0x181, bytes(8)))
     with pytest.raises(RunFailed, match="no SYNC was heard"):
         listen.complete(tmp_path / "r.mcap", RIG, None, {})
     assert len(read_can(tmp_path / "r.mcap").id) == 1
@@ -176,12 +176,12 @@ def test_command_prints_a_summary(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr(listen, "open_bus", opened)
 
-    def talk() -> None:
+    def send_frames() -> None:
         with can.Bus(interface="virtual", channel="cli") as bus:
             assert listening.wait(60)
             master(bus, 30)
 
-    thread = threading.Thread(target=talk)
+    thread = threading.Thread(target=send_frames)
     thread.start()
     result = CliRunner().invoke(command, ["--listen", "--rig", "rig.toml"], catch_exceptions=False)
     thread.join()

@@ -1,4 +1,4 @@
-"""What a listener makes of arrival times alone is good enough to identify from."""
+"""Identification from listened recordings, whose time stamps are estimated from arrival times."""
 
 import json
 from dataclasses import replace
@@ -19,11 +19,11 @@ from trajectories import load
 JITTER = 100e3
 """Standard deviation of every arrival [ns]."""
 OUTLIERS = 0.002
-"""Share of the frames that are late by several milliseconds, and all behind them."""
+"""Share of the frames that are late by several milliseconds and delay all later frames."""
 
 
 def jittered(frames: CanFrames, period: float, seed: int) -> Ints:
-    """(n,) Arrival of each frame [ns]: a bus keeps their order, whatever else happens to them."""
+    """Arrival time of each frame (n,) [ns]; the bus keeps their order."""
     rng = np.random.default_rng(seed)
     cycle = np.cumsum(frames.id == 0x80)
     order = np.minimum(np.arange(len(cycle)) - np.searchsorted(cycle, cycle), 40)
@@ -40,7 +40,7 @@ def fitted(ident: Runner, file: Path) -> dict[str, float]:
 
 
 def worst(estimate: dict[str, float], expected: dict[str, float]) -> float:
-    """Largest relative difference of a parameter."""
+    """Largest relative difference of the parameters."""
     return max(abs(estimate[name] / value - 1) for name, value in expected.items())
 
 
@@ -58,13 +58,13 @@ def test_arrival_jitter_does_not_affect_the_fitted_parameters(ident: Runner, tmp
         estimate = listen.complete(file, sample.rig, trajectory, end)
         assert estimate.uses_configured_period == (name == "ours")
         assert estimate.rate == pytest.approx(250 / clock, rel=5e-6)
-        # Another clock makes everything slower by 1e-4, in truth.
+        # With the other clock, everything really is slower by 1e-4.
         assert worst(fitted(ident, file), expected) < 1e-3
     assert _worst_by_arrivals(ident, tmp_path, expected) > 5e-3
 
 
 def _worst_by_arrivals(ident: Runner, folder: Path, expected: dict[str, float]) -> float:
-    """The same with samples stamped by the arrivals, of which none changes places: what the line is for."""
+    """Compute the same with the arrival times as time stamps, to show the benefit of the line fit."""
     recording, file = read(folder / "ours.mcap"), folder / "arrivals.mcap"
     estimate = reconstruct(folder / "ours.mcap", recording.rig, load("fig5a", recording.rig, 2))
     assert estimate is not None

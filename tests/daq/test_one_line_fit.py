@@ -1,4 +1,4 @@
-"""Drives on one line are read one after the other: told when each value was measured, a fit is the better for it."""
+"""Drives on one line are read one after the other; a fit that knows the measurement times is better."""
 
 import json
 from dataclasses import replace
@@ -33,12 +33,14 @@ def test_individual_measurement_times_reduce_the_residual(ident: Runner, tmp_pat
     update = {"rate": RIG.rate, "cycles": 4, "pace": "realtime"}
     run = read(SAMPLE).run.model_copy(update=update)
     residual = {}
-    for name, made in (("told", samples), ("not_told", replace(samples, extra={}))):
-        blocks.write(tmp_path / f"{name}.mcap", RIG, run, made)
+    for name, table in (("with_delays", samples), ("without_delays", replace(samples, extra={}))):
+        blocks.write(tmp_path / f"{name}.mcap", RIG, run, table)
         model = fitted(ident, tmp_path / f"{name}.mcap")
         residual[name] = model["train"]["fitted"]["rms"]
         inertia = [parameter["value"] for parameter in model["parameters"] if parameter["name"].startswith("I_")]
         assert inertia == pytest.approx([0.225] * 3, rel=0.05)
-    assert all(told < other for told, other in zip(residual["told"], residual["not_told"], strict=True))
-    # The one that is read last.
-    assert residual["told"][2] < 0.75 * residual["not_told"][2]
+    assert all(
+        known < unknown for known, unknown in zip(residual["with_delays"], residual["without_delays"], strict=True)
+    )
+    # Joint 3 is read last.
+    assert residual["with_delays"][2] < 0.75 * residual["without_delays"][2]

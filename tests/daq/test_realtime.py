@@ -1,4 +1,4 @@
-"""Precedence of the cycle: what is permitted depends on who runs the tests, so both are seen."""
+"""Real-time priority of the cycle. The permissions depend on the user of the tests, so both cases are accepted."""
 
 import os
 import subprocess
@@ -48,7 +48,7 @@ if os.geteuid() == 0:
 
 
 def _run(before: str) -> list[str]:
-    # A process of its own: locked memory and scheduler are no one test's affair.
+    # In a separate process, because locked memory and the scheduler affect the whole process.
     program = [sys.executable, "-c", _PROGRAM.format(before=before)]
     root = Path(__file__).parents[2]
     done = subprocess.run(program, cwd=root, capture_output=True, text=True, timeout=300, check=True)

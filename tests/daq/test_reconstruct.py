@@ -1,4 +1,4 @@
-"""Samples made from frames, against the recording that the frames come from."""
+"""Samples reconstructed from frames, compared with the recording that holds the frames."""
 
 from pathlib import Path
 
@@ -98,7 +98,7 @@ def test_repetitions_are_detected_without_a_trajectory(tmp_path: Path, sample: R
         assert reconstructed is not None
         assert reconstructed.trajectory is None
         assert (reconstructed.period, reconstructed.cycles) == (4.0, 2)
-        # Where the motion begins to repeat, it can be told from the commands to within a few counts.
+        # The commands determine the beginning of the repetitions to within a few counts.
         assert abs(int(np.argmax(reconstructed.samples.repeat == 0)) - int(np.argmax(sample.repeat == 0))) < 15
 
 
@@ -139,7 +139,7 @@ def test_torque_and_emergency_codes_are_reconstructed(tmp_path: Path) -> None:
     np.testing.assert_allclose(samples.position, np.full((6, 1), 0.5 - 1000 / counts))
     np.testing.assert_allclose(samples.voltage, np.full((6, 1), 156 * 0.0005))
     np.testing.assert_allclose(samples.effort, np.full((6, 1), -0.5 * 10.0))
-    # It came before the fourth SYNC: still with the third cycle.
+    # The frame came before the fourth SYNC, so it belongs to the third cycle.
     assert samples.error_code[:, 0].tolist() == [0, 0, 0x3210, 0x3210, 0x3210, 0x3210]
     assert not reconstructed.simulated
     assert np.isnan(samples.command).all()

@@ -28,7 +28,7 @@ node_id = 3
 
 
 PATIENT = "[limits]\nsilence = 0.3\nhost_stall = 0.3\nfollowing_error = 0.3\ntorque = 500.0\n"
-"""In real time on a busy computer, whose stalls make the motion jolt; that is no fault of the drives."""
+"""Wide limits for real time on a busy computer, whose stalls make the motion jerky."""
 
 
 def test_every_sync_is_answered_and_the_same_seed_gives_the_same_bytes(daq: Runner, tmp_path: Path) -> None:
@@ -84,10 +84,10 @@ def test_hidden_effects_are_sealed_and_leave_no_name_in_the_recording(daq: Runne
     assert truth["seed"] == 7
     (effect,) = truth["effects"]
     recording = read(tmp_path / "blind.mcap")
-    told = done.out + done.err + recording.run.model_dump_json() + "".join(e.message for e in recording.events)
+    output = done.out + done.err + recording.run.model_dump_json() + "".join(e.message for e in recording.events)
     raw = (tmp_path / "blind.mcap").read_bytes() + (tmp_path / "blind.sealed.json").read_bytes()
     for name in discover():
-        assert name not in told
+        assert name not in output
         assert name.encode() not in raw
     assert 0.004 < effect["size"] < 0.11
 
@@ -127,17 +127,17 @@ def test_bad_input_is_rejected_and_leaves_no_file(name: str, daq: Runner, tmp_pa
     (tmp_path / "nocan.toml").write_text(RIG + '[bus]\ninterface = "socketcan"\nchannel = "nocan7"\n')
     (tmp_path / "dcf.toml").write_text(RIG.replace("node_id = 3", 'node_id = 3\ndcf = "none.dcf"'))
     (tmp_path / "there.mcap").write_bytes(b"precious")
-    before = sorted(tmp_path.iterdir())
+    files_before = sorted(tmp_path.iterdir())
     arguments, expected = BAD[name]
     done = daq("record", *arguments)
     assert done.code == 2
     assert expected in done.err
-    assert sorted(tmp_path.iterdir()) == before
+    assert sorted(tmp_path.iterdir()) == files_before
     assert (tmp_path / "there.mcap").read_bytes() == b"precious"
 
 
 def test_disk_that_fills_up_ends_the_run_orderly(tmp_path: Path) -> None:
-    """The file may grow to 300 kB only, as on a full disk; the motion is led to rest and the drives are disabled."""
+    """With a file limit of 300 kB, as on a full disk, the motion ramps down and the drives are disabled."""
     limited = (
         "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN);"
         f"resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, 300_000)); {launcher('daq')[-1]}"
@@ -192,7 +192,7 @@ def test_dry_run_does_everything_except_power_and_file(daq: Runner, tmp_path: Pa
 
 
 def stopped(folder: Path, number: int, *arguments: str) -> tuple[bool, str]:
-    """Send a signal to a run in mid-motion, if it gets there. Returns whether it did, and what the run said."""
+    """Send a signal to a run during the motion; return whether it got that far, and its output."""
     command = [*launcher("daq"), "record", "--traj", "fig5a", "--status", *arguments]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
     process = subprocess.Popen(command, cwd=folder, text=True, **pipes)
@@ -206,7 +206,7 @@ def stopped(folder: Path, number: int, *arguments: str) -> tuple[bool, str]:
 
 
 def _assert_ramped_down(recording: Recording) -> None:
-    """No step of the command beyond what the motion itself has."""
+    """Assert that no step of the command exceeds the steps of the motion itself."""
     assert recording.complete
     assert recording.run.exit_status == 1
     command_speed = np.abs(np.diff(recording.command, axis=0)) * recording.run.rate
@@ -232,7 +232,7 @@ def test_signal_in_real_time_ends_in_disabled_drives_and_a_complete_file(tmp_pat
         moved, err = stopped(tmp_path, signal.SIGINT, *arguments)
     recording = read(tmp_path / "fig5a.mcap")
     _assert_ramped_down(recording)
-    # Where the host stalls, the run may have ended by itself before, or not have got the last answers.
+    # If the host stalls, the run may have ended before the signal, or lack the last answers.
     machine.expect(moved and "stopped by the operator (SIGINT)" in err, err)
     machine.expect("NOT CONFIRMED" not in err, err)
     assert all(word & 0x6F == 0x40 for word in recording.statusword[-1])
@@ -266,7 +266,7 @@ def test_twenty_seconds_between_two_processes_account_for_every_frame(daq: Runne
 
 
 def _assert_accounted_for(path: Path, done: Finished, machine: Machine) -> None:
-    """However the run ended, the file tells of every cycle; that it came to its end is a matter of the computer."""
+    """Assert that the file accounts for every cycle, even if a slow computer ended the run early."""
     assert done.code in (0, 1), done.err
     machine.expect(path.exists(), done.err)  # a drive that answers too late is not found
     recording, frames, figures = read(path), read_can(path), last_told(done.out.splitlines())
@@ -275,7 +275,7 @@ def _assert_accounted_for(path: Path, done: Finished, machine: Machine) -> None:
     assert recording.gaps.sum() == figures["answers_lost"] + 3 * figures["cycles_missed"]
     assert (frames.id == 0x80).sum() == figures["cycles"]
     answers = sum(int((frames.id == 0x180 + node).sum()) for node in (1, 2, 3))
-    # An answer that came after its cycle is in /can, but it is a gap in the samples.
+    # An answer that came after its cycle is in /can, but is a gap in the samples.
     assert 3 * figures["cycles"] - figures["answers_lost"] <= answers <= 3 * figures["cycles"]
     machine.expect(done.code == 0, done.err)
     lost = figures["answers_lost"] / (3 * figures["cycles"])

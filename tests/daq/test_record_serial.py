@@ -39,13 +39,13 @@ def test_lockstep_on_one_line_is_complete_and_the_same_seed_gives_the_same_bytes
     assert not np.isnan(recording.voltage).any()
     assert (recording.repeat == 0).sum() == 120
     assert len(read_can(tmp_path / "a.mcap").id) == 0
-    # Off, then on while it moves, then off: as a CiA 402 drive would say.
+    # Off, on during the motion, off again: the statuswords of a CiA 402 drive.
     assert {int(word) for word in recording.statusword[recording.repeat == 0].ravel()} == {0x27}
     assert {int(word) for word in recording.statusword[-1]} == {0x40}
 
 
 def test_lockstep_on_three_lines_gives_the_same_bytes_too(daq: Runner, tmp_path: Path) -> None:
-    """Three lines are served as they come; what is recorded does not depend on it."""
+    """The order in which the three lines are served must not affect the recording."""
     write_rig(tmp_path / "three.toml", 80.0, ["simulated1", "simulated2", "simulated3"])
     for out in ("a.mcap", "b.mcap"):
         done = daq("record", "--traj", "fig5a", "--cycles", 1, "--rig", "three.toml", "--out", out)
@@ -124,7 +124,7 @@ def parameters(model: Path) -> list[float]:
 
 @contextmanager
 def served(folder: Path, rig: str, pace: str) -> Iterator[None]:
-    """`daq sim` in a process of its own."""
+    """Run `daq sim` in a separate process."""
     command = [*launcher("daq"), "sim", "--rig", rig, "--pace", pace]
     simulation = subprocess.Popen(command, cwd=folder, stdout=subprocess.PIPE, text=True)
     try:
@@ -155,7 +155,7 @@ def test_two_programs_on_pseudo_terminals(daq: Runner, ident: Runner, tmp_path: 
 
 @pytest.mark.realtime
 def test_two_programs_in_real_time_account_for_every_answer(daq: Runner, tmp_path: Path) -> None:
-    # A quarter of the rate that these lines allow, and patience: who runs the tests may have other things to do.
+    # A quarter of the rate that these lines permit, and long timeouts: the test computer may be busy.
     patience = "[limits]\nsilence = 0.5\nhost_stall = 0.5\nfollowing_error = 0.3\ntorque = 200.0\n"
     ports = [str(tmp_path / f"line{i}") for i in (1, 2, 3)]
     write_rig(tmp_path / "lines.toml", 50.0, ports, f"baud = 460800\nreply_timeout = 0.1\n{patience}")

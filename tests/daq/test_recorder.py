@@ -1,4 +1,4 @@
-"""What the cycle hands over, as it stands in the file."""
+"""Data of the cycle in the recorded file."""
 
 import math
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""`daq recover` on recordings that were killed, damaged, listened to, or are whole."""
+"""`daq recover` on interrupted, damaged, listened and complete recordings."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ from tests.daq.listening import SAMPLE, arrivals, sample_frames, write
 
 @pytest.fixture
 def cut(tmp_path: Path) -> Path:
-    """The sample recording, as if its program had been killed at two thirds."""
+    """The sample recording, cut off after two thirds as by a killed program."""
     whole = SAMPLE.read_bytes()
     path = tmp_path / "cut.mcap"
     path.write_bytes(whole[: len(whole) * 2 // 3])
@@ -47,7 +47,7 @@ def test_file_is_replaced_only_with_in_place(cut: Path) -> None:
 
 
 def test_samples_of_a_killed_listener_are_reconstructed(tmp_path: Path) -> None:
-    """Its file holds frames only; the samples are those of the recording that was replayed."""
+    """The file holds frames only; the samples must equal those of the replayed recording."""
     sample, frames = read(SAMPLE), sample_frames()
     write(tmp_path / "whole.mcap", sample.rig, frames, arrivals(frames, 4e6, 0))
     whole = (tmp_path / "whole.mcap").read_bytes()

@@ -1,4 +1,4 @@
-"""Frames of a recording on a bus again: which, in what order, when, and what is refused."""
+"""Replay of recorded frames: selection, order, timing, and rejected options."""
 
 import errno
 import json
@@ -25,7 +25,7 @@ BITRATE = 1_000_000
 
 
 def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
-    """Frames with their number as data."""
+    """CAN frames with their number as data."""
     n = len(ids)
     no = [False] * n
     data = np.zeros((n, 8), np.uint8)
@@ -41,8 +41,8 @@ def frames(ids: list[int], log: list[int], **flags: list[bool]) -> CanFrames:
     )
 
 
-class Witness:
-    """Hears a virtual bus from a thread of its own."""
+class BusReceiver:
+    """Receiver on a virtual bus, with its own thread."""
 
     def __init__(self, channel: str) -> None:
         self.messages: list[can.Message] = []
@@ -64,10 +64,10 @@ class Witness:
 
 
 def replayed(plan_: Plan, channel: str, stop: StopRequest | None = None) -> list[can.Message]:
-    witness = Witness(channel)
+    receiver = BusReceiver(channel)
     with can.Bus(interface="virtual", channel=channel) as bus:
         result = replay(plan_, bus, stop or StopRequest())
-    messages = witness.close()
+    messages = receiver.close()
     assert result.sent == len(messages)
     return messages
 
@@ -122,7 +122,7 @@ def test_frames_of_one_instant_are_sent_no_faster_than_the_wire() -> None:
     plan_ = plan(recorded, matching(recorded, "both", []), 1.0, 1, 125_000)
     begin = time.perf_counter()
     assert len(replayed(plan_, "wire")) == 400
-    # 65 bits each at 125 kbit/s; five milliseconds may be handed over at once.
+    # 65 bits each at 125 kbit/s; frames may be sent up to five milliseconds ahead of the wire.
     assert time.perf_counter() - begin >= 400 * 65 / 125_000 - 0.01
 
 
@@ -165,9 +165,9 @@ def test_malformed_ids_are_rejected(text: str) -> None:
 
 def test_commanding_frames_are_recognised_in_any_recording() -> None:
     ids = [0x000, 0x080, 0x081, 0x181, 0x201, 0x301, 0x501, 0x581, 0x601, 0x701, 0x77F]
-    heard = frames(ids, [0] * len(ids))
+    recorded = frames(ids, [0] * len(ids))
     expected = [True, True, False, False, True, True, True, False, True, False, True]
-    assert commanding(heard).tolist() == expected
+    assert commanding(recorded).tolist() == expected
     assert commanding(frames([0x181, 0x201], [0, 0], sent=[True, False], extended=[False, True])).tolist() == [
         True,
         False,
@@ -184,7 +184,7 @@ def test_stop_request_ends_the_replay_at_once() -> None:
 
 
 class FullBus:
-    """Its queue is full `times` times before it takes a frame."""
+    """Bus with a queue that is full `times` times before it accepts a frame."""
 
     def __init__(self, times: int, code: int = errno.ENOBUFS) -> None:
         self.times = times

@@ -1,4 +1,4 @@
-"""`daq sim` on its own: how it ends, and what it does not begin."""
+"""`daq sim` as a separate program: orderly end, and rejected starts."""
 
 import signal
 import subprocess
@@ -13,7 +13,7 @@ DRIVES = "".join(f"[[drives]]\nnode_id = {i}\n" for i in (1, 2, 3))
 
 
 def serve(folder: Path, rig: str) -> subprocess.Popen[str]:
-    """`daq sim` once it is ready."""
+    """Start `daq sim` and wait until it is ready."""
     process = subprocess.Popen(
         [*launcher("daq"), "sim", "--rig", rig],
         cwd=folder,

@@ -1,4 +1,4 @@
-"""`daq record --status`: the run told to a program that watches."""
+"""`daq record --status`: status lines for another program."""
 
 import json
 import subprocess

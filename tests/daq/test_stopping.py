@@ -15,7 +15,7 @@ def test_signals_are_counted_and_the_first_is_the_reason(number: signal.Signals)
         os.kill(os.getpid(), number)
         assert stop.count == 2
     assert stop.reason == f"stopped by the operator ({number.name})"
-    # The program is on its way out: further signals are ignored.
+    # The program is about to end: further signals are ignored.
     assert signal.getsignal(number) is signal.SIG_IGN
     signal.signal(number, before)
 

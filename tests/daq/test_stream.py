@@ -1,4 +1,4 @@
-"""Every way out of a run, on drives that obey perfectly or misbehave on purpose."""
+"""All ways in which a run can end, on simulated drives that are perfect or misbehave on purpose."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -23,7 +23,7 @@ TRAJECTORY = load("fig5a", RIG, cycles=1)
 
 
 class PerfectDrives:
-    """Reach every target at the next SYNC; `interfere` may bend an answer or raise."""
+    """Drives that reach every target at the next SYNC; `interfere` may change an answer or raise."""
 
     def __init__(self, interfere: Callable[["PerfectDrives", int, Sample], Sample] | None = None) -> None:
         self.goal = Goal.DISABLED
@@ -74,7 +74,7 @@ class PerfectDrives:
 
 
 class Rows:
-    """A recorder that keeps what it is given."""
+    """Recorder that keeps its rows in memory."""
 
     def __init__(self) -> None:
         self.rows: list[tuple[Any, ...]] = []
@@ -90,8 +90,8 @@ class Rows:
 
 def stream(drives: PerfectDrives, clock: Any = None, stop: StopRequest | None = None) -> tuple[Stream, Rows]:
     rows = Rows()
-    made = Stream(RIG, drives, clock or LockstepClock(RIG.rate), rows, stop or StopRequest(), CycleProgress())  # type: ignore[arg-type]
-    return made, rows
+    stream = Stream(RIG, drives, clock or LockstepClock(RIG.rate), rows, stop or StopRequest(), CycleProgress())  # type: ignore[arg-type]
+    return stream, rows
 
 
 def test_complete_run_follows_the_trajectory_and_ends_disabled() -> None:
@@ -131,7 +131,7 @@ def test_stop_request_ramps_down_along_the_path() -> None:
     speed = np.linalg.norm(np.diff(path, axis=0), axis=1) * RIG.rate
     assert speed[0] > 0.1
     assert np.abs(np.diff(speed)).max() < 0.2 * speed[0]
-    # Every point of the ramp lies on the path that was to be followed.
+    # Every point of the ramp lies on the commanded path.
     for point in path[::5]:
         assert np.abs(TRAJECTORY.joint_position - point).max(axis=1).min() < 0.02
 
@@ -246,7 +246,7 @@ def test_drive_disabled_by_the_fallback_is_confirmed() -> None:
 
 
 class StallingClock(LockstepClock):
-    """A host that sleeps through some periods once."""
+    """Clock of a host that misses some periods once."""
 
     def __init__(self, rate: float, at: int, periods: float) -> None:
         super().__init__(rate)
@@ -268,7 +268,7 @@ def test_missed_cycles_are_gaps_and_the_motion_does_not_jump() -> None:
 
 
 def test_syncs_sent_by_the_kernel_meanwhile_are_gaps_and_the_motion_does_not_jump() -> None:
-    """The drives answer to every SYNC; before the 401st exchange two went by unseen."""
+    """The drives answer every SYNC; the program misses two of them before the 401st exchange."""
     drives = PerfectDrives(lambda _, count, sample: replace(sample, sync=count - 1 + (2 if count > 400 else 0)))
     run, rows = stream(drives)
     run.run(TRAJECTORY)

@@ -57,7 +57,7 @@ def test_fault_reported_by_the_drive_takes_precedence() -> None:
 
 
 def _follow(supervisor: Supervisor, positions: list[float], volts: float = 1.0) -> list[str | None]:
-    """Joint 1 goes through `positions` exactly as commanded."""
+    """Move joint 1 through `positions` exactly as commanded; return the reason of each sample."""
     samples = [replace(GOOD, position=(q, 0.1, 0.2), voltage=(volts, 1.0, 1.0)) for q in positions]
     return [supervisor.motion(sample, sample.position) for sample in samples]
 

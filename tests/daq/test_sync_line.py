@@ -1,4 +1,4 @@
-"""SYNCs numbered and timed from their arrivals, late and lost as they may be."""
+"""Numbers and times of SYNCs from their arrivals, with late and missing ones."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ START = 1_700_000_000_000_000_000
 
 
 def arrivals(rng: np.random.Generator, index: np.ndarray, period: float, jitter: float = 1e5) -> np.ndarray:
-    """Sent every `period` [ns], each late by an exponential jitter [ns], in order."""
+    """Arrival times of SYNCs sent every `period` [ns], each late by an exponential jitter [ns], in order."""
     late = rng.exponential(jitter, size=len(index))
     return START + np.maximum.accumulate(np.rint(index * period + late).astype(np.int64))
 
@@ -28,12 +28,12 @@ def test_missing_syncs_are_counted_and_late_ones_are_not(
     seed: int, holes: list[tuple[int, int]], stalls: list[tuple[int, int]], drift: float
 ) -> None:
     lost = {k for first, count in holes for k in range(first, first + count)}
-    # Which of those that come at once was the lost one, nobody can tell.
+    # Among SYNCs that arrive at once, the missing one cannot be identified.
     assume(not any(k in lost for first, count in stalls for k in range(first, first + count + 1)))
     index = np.array([k for k in range(3000) if k not in lost])
     arrival = arrivals(np.random.default_rng(seed), index, PERIOD * (1 + drift))
     for first, count in stalls:
-        # The sender stalls; what was due in that time comes at once behind it.
+        # The sender stalls; the SYNCs due in that time arrive at once afterwards.
         end = START + (first + count) * PERIOD
         due = (index >= first) & (arrival < end)
         arrival[due] = end

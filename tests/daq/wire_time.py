@@ -1,4 +1,4 @@
-"""Three drives on one serial line in exact simulated time: what real time is on a host that is never late."""
+"""Three drives on one serial line in exact simulated time, as in real time on a host that is never late."""
 
 from collections.abc import Generator
 from functools import partial
@@ -19,11 +19,11 @@ from recordings.rig import Rig
 from trajectories import Trajectory, approach
 
 _REACTION = 0.0002
-"""From a command to its reply, and from that to the next command, together [s]."""
+"""Delay of a reply after its command plus delay of the next command after the reply [s]."""
 
 
 class OneLine:
-    """Leads the drives along a motion and keeps what they answer, and when they measured it."""
+    """Simulated recording over one line: moves the drives and stores their answers and measurement times."""
 
     def __init__(self, rig: Rig) -> None:
         self._rig = rig
@@ -41,15 +41,15 @@ class OneLine:
         self._measured = {f"g {names.position}": self._position_at, f"g {names.voltage}": self._voltage_at}
         self._rows: list[dict[str, Any]] = []
         for j, axis in enumerate(self._axes):
-            self._converse(j, axis.configure())
+            self._exchange(j, axis.configure())
         self._first = int(self._now * rig.rate) + 1
 
     def run(self, trajectory: Trajectory) -> SampleTable:
-        """The samples, with the delays of their values."""
+        """Follow `trajectory`; return the samples with the delays of their values."""
         while not all(axis.power is Power.ON for axis in self._axes):
             self._cycle(None, -1)
-        here = np.array(self._rows[-1]["position"])
-        for target in approach(here, trajectory.joint_position[0], self._rig.limits, self._rig.rate):
+        start = np.array(self._rows[-1]["position"])
+        for target in approach(start, trajectory.joint_position[0], self._rig.limits, self._rig.rate):
             self._cycle(target, -1)
         for target, repeat in zip(trajectory.joint_position, trajectory.repeat.tolist(), strict=True):
             self._cycle(target, repeat)
@@ -73,13 +73,13 @@ class OneLine:
     def _cycle(self, target: Floats | None, repeat: int) -> None:
         begin = (self._first + len(self._rows)) / self._rig.rate
         assert self._now <= begin
-        self._pass(begin)
+        self._advance(begin)
         for j, axis in enumerate(self._axes):
             axis.begin_cycle()
             drive = axis.drive
             counts = None if target is None else round((target[j] - drive.zero_offset) * drive.counts_per_radian)
             command = None if counts is None else axis.target(counts)
-            self._converse(j, axis.cycle(Goal.ENABLED, command, read_status=j == len(self._rows) % len(self._axes)))
+            self._exchange(j, axis.cycle(Goal.ENABLED, command, read_status=j == len(self._rows) % len(self._axes)))
         self._rows.append(
             {
                 "repeat": repeat,
@@ -90,8 +90,8 @@ class OneLine:
             }
         )
 
-    def _converse(self, j: int, script: Generator[str, Reply, None]) -> None:
-        """A script with drive `j`; every character takes its time."""
+    def _exchange(self, j: int, script: Generator[str, Reply, None]) -> None:
+        """Exchange commands and replies with drive `j`; each character takes its transmission time."""
         drive, character = self._drives[j], self._rig.serial.character
         reply: Reply | None = None
         while True:
@@ -99,17 +99,17 @@ class OneLine:
                 command = next(script) if reply is None else script.send(reply)
             except StopIteration:
                 return
-            self._pass(self._now + (len(command) + 1) * character)
-            said = command.removeprefix(drive.prefix)
-            text = drive.handle(said, self._machine.time)
-            if said in self._measured:
-                self._measured[said][j] = self._machine.time
+            self._advance(self._now + (len(command) + 1) * character)
+            request = command.removeprefix(drive.prefix)
+            text = drive.handle(request, self._machine.time)
+            if request in self._measured:
+                self._measured[request][j] = self._machine.time
             self._now += _REACTION + (len(text) + 1) * character
             reply = parse(text.encode())
 
-    def _pass(self, until: float) -> None:
-        self._now = until
-        if until > self._machine.time and advance_machine(self._machine, self._drives, until - self._machine.time):
+    def _advance(self, time: float) -> None:
+        self._now = time
+        if time > self._machine.time and advance_machine(self._machine, self._drives, time - self._machine.time):
             for drive in self._drives:
                 drive.update(self._machine.time)
 

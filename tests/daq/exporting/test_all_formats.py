@@ -1,4 +1,4 @@
-"""Every format: its own program's reader finds in it what the recording holds."""
+"""Export formats: the usual reader of each format finds the values of the recording."""
 
 import json
 import subprocess
@@ -22,7 +22,7 @@ STAMP = 1_700_000_000_000_000_000
 
 @pytest.fixture
 def recording(tmp_path: Path) -> Path:
-    """Five SYNCs, a gap in the third; frames of every kind."""
+    """Recording of five SYNCs with a gap in the third, and frames of every type."""
     run = Run(
         trajectory="fig5a",
         trajectory_digest="d1f0",
@@ -114,7 +114,7 @@ def test_python_can_reads_the_candump_log(recording: Path) -> None:
     with CanutilsLogReader(log) as reader:
         messages = list(reader)
     frames = read_can(recording)
-    # It forgets the id of an error frame.
+    # python-can drops the id of an error frame.
     assert [message.arbitration_id for message in messages[:3]] == frames.id[:3].tolist()
     assert [message.is_remote_frame for message in messages] == frames.rtr.tolist()
     assert [message.is_error_frame for message in messages] == frames.error.tolist()

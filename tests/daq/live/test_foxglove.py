@@ -1,4 +1,4 @@
-"""The run over the Foxglove WebSocket, heard by a client that knows nothing but the protocol."""
+"""Live view over the Foxglove WebSocket, received by an independent client of the protocol."""
 
 import json
 import socket
@@ -18,8 +18,8 @@ from recordings.cdr import Layout, parse_schema
 from recordings.reader import read
 from tests.conftest import Runner, launcher
 
-Heard = dict[str, list[tuple[int, bytes]]]
-"""Of each topic: log time [ns] and payload."""
+Messages = dict[str, list[tuple[int, bytes]]]
+"""Log times [ns] and payloads of each topic."""
 
 
 def free_port() -> int:
@@ -40,9 +40,9 @@ def connected(port: int, patience: float = 120.0) -> ClientConnection:
             time.sleep(0.1)
 
 
-def listen(client: ClientConnection) -> Heard:
-    """Subscribe to everything that is offered, and take it in until the server goes."""
-    heard: Heard = defaultdict(list)
+def listen(client: ClientConnection) -> Messages:
+    """Subscribe to all channels and receive messages until the server closes."""
+    received: Messages = defaultdict(list)
     topics: dict[int, str] = {}
     for message in client:
         if isinstance(message, str):
@@ -53,12 +53,12 @@ def listen(client: ClientConnection) -> Heard:
                 client.send(json.dumps(wanted))
         elif message[0] == 1:  # MessageData: subscription, log time, payload
             subscription, stamp = struct.unpack_from("<IQ", message, 1)
-            heard[topics[subscription]].append((stamp, message[13:]))
-    return heard
+            received[topics[subscription]].append((stamp, message[13:]))
+    return received
 
 
 def positions(messages: list[tuple[int, bytes]]) -> np.ndarray:
-    """(n, 1 + dof) log time [ns] and positions of JointState messages."""
+    """Log time [ns] and positions of JointState messages, (n, 1 + dof)."""
     fields = parse_schema(schemas.JOINT_STATE)
     layout = Layout.of(fields, messages[0][1])
     values = np.frombuffer(b"".join(payload for _, payload in messages), layout.dtype)
@@ -76,21 +76,21 @@ def test_client_receives_the_recorded_values(tmp_path: Path) -> None:
     command = ["record", "--traj", "fig5a", "--cycles", "20", "--rate", "100", "--out", "a.mcap"]
     with subprocess.Popen([*launcher("daq"), *command, "--foxglove", str(port)], cwd=tmp_path) as process:
         with connected(port) as client:
-            heard = listen(client)
+            received = listen(client)
         assert process.wait(120) == 0
-    assert set(heard) == {"/joint_states", "/joint_commands", "/live", "/run"}
+    assert set(received) == {"/joint_states", "/joint_commands", "/live", "/run"}
     recording = read(tmp_path / "a.mcap")
-    states, commands = positions(heard["/joint_states"]), positions(heard["/joint_commands"])
+    states, commands = positions(received["/joint_states"]), positions(received["/joint_commands"])
     assert len(states) > 300
     rows = np.round((states[:, 0] - states[0, 0]) / 1e7).astype(int)
-    # The first that was heard is somewhere in the recording; all others follow from their stamps.
+    # The client joins somewhere in the run; the stamps locate all its messages relative to the first one.
     firsts = range(len(recording.position) - rows[-1])
     [first] = [row for row in firsts if _same(recording.position[row + rows], states[:, 1:])]
     assert commands[:, 0].tolist() == states[:, 0].tolist()
     assert _same(recording.command[first + rows], commands[:, 1:])
-    live = [json.loads(payload) for _, payload in heard["/live"]]
+    live = [json.loads(payload) for _, payload in received["/live"]]
     errors = [item["following_error"][0] for item in live if item["following_error"][0] is not None]
-    worst = max(json.loads(payload)["following_error_max"] for _, payload in heard["/run"])
+    worst = max(json.loads(payload)["following_error_max"] for _, payload in received["/run"])
     assert 0 < max(map(abs, errors)) <= worst + 1e-9
 
 

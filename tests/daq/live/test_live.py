@@ -26,7 +26,7 @@ Record = Callable[..., "subprocess.Popen[str]"]
 
 @pytest.fixture
 def record(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Record]:
-    """Start `daq record --live` on the simulated rig; no browser is opened by itself."""
+    """Start `daq record --live` on the simulated rig, without opening a browser."""
     monkeypatch.setenv("BROWSER", "false")
     (tmp_path / "rig.toml").write_text(RIG)
     with ExitStack() as stack:
@@ -57,7 +57,7 @@ def address(process: "subprocess.Popen[str]") -> str:
 
 
 def wait_for(page: Any, state: str) -> str:
-    """Until the state on the page begins so; returns it."""
+    """Wait until the state on the page begins with `state`; return it."""
     page.wait_for_function(f"document.getElementById('state').textContent.startsWith('{state}')")
     return str(page.inner_text("#state"))
 
@@ -67,7 +67,7 @@ def page() -> Iterator[Any]:
     with chromium.tab() as tab:
         errors: list[str] = []
         tab.on("pageerror", lambda error: errors.append(str(error)))
-        # Where the server dies, the browser says so on its console.
+        # If the server dies, the browser logs it on its console, so only policy violations count.
         tab.on("console", lambda said: errors.append(said.text) if "violates" in said.text else None)
         yield tab
         assert not errors
@@ -78,7 +78,7 @@ def test_page_shows_the_run_to_its_end(record: Record, page: Any, tmp_path: Path
     process = record("--cycles", "10")
     page.goto(address(process))
     wait_for(page, "stream")
-    # The same numbers as in the file, once there is one.
+    # The plotted values are compared with the file below.
     page.wait_for_function("document.getElementById('position').data?.[0]?.x.length > 50")
     names = ["position", "error", "voltage", "lateness"]
     lines = page.evaluate(f"Object.fromEntries({names}.map((id) => [id, document.getElementById(id).data]))")

@@ -1,4 +1,4 @@
-"""What pages get to see, without a server."""
+"""Events and assets of the live page, without a server."""
 
 import asyncio
 import json
@@ -21,7 +21,7 @@ def line(number: int) -> str:
 
 
 def received(broadcast: RunBroadcast) -> list[dict[str, Any]]:
-    """By a page that opens now and stays until the end."""
+    """Events received by a page that opens now and stays until the end."""
 
     async def look() -> str:
         return "".join([text async for text in broadcast.events()])
@@ -61,8 +61,8 @@ def test_open_page_receives_each_line_once(monkeypatch: pytest.MonkeyPatch) -> N
                 broadcast.finished = item == DONE
         return events
 
-    heard = "".join(asyncio.run(look())).split("\n\n")
-    assert [json.loads(item[6:]).get("cycles") for item in heard[1:-1]] == [*range(7), None]
+    events = "".join(asyncio.run(look())).split("\n\n")
+    assert [json.loads(item[6:]).get("cycles") for item in events[1:-1]] == [*range(7), None]
 
 
 def test_run_without_an_end_line_is_shown_as_killed() -> None:

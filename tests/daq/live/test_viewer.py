@@ -1,4 +1,4 @@
-"""A program that shows the run can do nothing to it: neither by reading slowly, nor by dying."""
+"""A viewer cannot disturb the run, neither by reading slowly nor by exiting."""
 
 import json
 from pathlib import Path
@@ -20,8 +20,8 @@ LINE = "x" * 10_000
 
 
 @pytest.fixture
-def shown_by(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> "type[Viewer]":
-    """Viewers of these modules, which are less patient."""
+def viewer_class(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> "type[Viewer]":
+    """`Viewer` with test modules on its path and a short timeout."""
     for name, text in (("reads", READS), ("stuck", STUCK), ("dead", DEAD)):
         (tmp_path / f"{name}.py").write_text(text)
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))
@@ -34,21 +34,21 @@ def received_lines(file: Path) -> list[str]:
 
 
 def test_viewer_receives_all_lines_in_order_and_the_end_last(
-    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    viewer_class: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
     sent = [f"{number} {LINE}" for number in range(50)]
-    with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
+    with viewer_class("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         for line in sent:
             closing_viewer.send(line)
     assert received_lines(tmp_path / "lines") == [*sent, json.dumps({"ended": None})]
 
 
 def test_viewer_receives_the_reason_of_a_failed_run(
-    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    viewer_class: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
-    with pytest.raises(RuntimeError), shown_by("reads", {"into": str(tmp_path / "lines")}):
+    with pytest.raises(RuntimeError), viewer_class("reads", {"into": str(tmp_path / "lines")}):
         raise RuntimeError("joint 2: following error")
     assert [json.loads(line) for line in received_lines(tmp_path / "lines")] == [
         {"ended": "joint 2: following error"}
@@ -56,19 +56,19 @@ def test_viewer_receives_the_reason_of_a_failed_run(
 
 
 def test_viewer_that_does_not_read_gets_a_bounded_backlog_and_is_killed(
-    shown_by: "type[Viewer]", monkeypatch: pytest.MonkeyPatch
+    viewer_class: "type[Viewer]", monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A write that waits would hang here for a minute."""
+    """A blocking write would hang here for a minute."""
     monkeypatch.setattr(viewer, "_KILL_DELAY", 0.1)
-    with shown_by("stuck", {}) as closing_viewer:
+    with viewer_class("stuck", {}) as closing_viewer:
         for _ in range(1000):
             closing_viewer.send(LINE)
         assert len(closing_viewer._unsent) < 2_000_000
     assert closing_viewer._process.returncode == -9
 
 
-def test_lines_for_an_exited_viewer_are_dropped(shown_by: "type[Viewer]") -> None:
-    with shown_by("dead", {}) as viewer:
+def test_lines_for_an_exited_viewer_are_dropped(viewer_class: "type[Viewer]") -> None:
+    with viewer_class("dead", {}) as viewer:
         viewer._process.wait(120)
         for _ in range(1000):
             viewer.send(LINE)
@@ -77,13 +77,13 @@ def test_lines_for_an_exited_viewer_are_dropped(shown_by: "type[Viewer]") -> Non
 
 
 def test_modules_in_the_working_folder_are_not_executed(
-    shown_by: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    viewer_class: "type[Viewer]", tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Modules in the folder in which somebody works are not executed."""
+    """A json.py in the working folder must not be imported by the viewer."""
     (tmp_path / "work").mkdir()
     (tmp_path / "work" / "json.py").write_text("raise SystemExit(7)")
     monkeypatch.chdir(tmp_path / "work")
     monkeypatch.setattr(viewer, "END_TIMEOUT", 120.0)
-    with shown_by("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
+    with viewer_class("reads", {"into": str(tmp_path / "lines")}) as closing_viewer:
         pass
     assert closing_viewer._process.returncode == 0
