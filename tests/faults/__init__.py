@@ -1,1 +1,1 @@
-"""The fault campaign: what happens to a run when bus, drives, machine, host or operator misbehave (`make faults`)."""
+"""Fault campaign: behaviour of a run under faults of bus, drives, machine, host or operator (`make faults`)."""

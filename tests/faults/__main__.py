@@ -1,6 +1,6 @@
-"""`make faults`: the whole campaign and its tables; exit code 1 where something is not as required.
+"""`make faults`: run the whole campaign and print its tables; exit code 1 if an outcome is not as required.
 
-`python -m tests.faults WORD...` runs only the faults whose names hold one of the words.
+`python -m tests.faults WORD...` runs only the faults whose names contain one of the words.
 """
 
 import sys
@@ -12,24 +12,30 @@ from tests.faults.campaign import Outcome
 words = sys.argv[1:]
 
 
-def chosen(name: str) -> bool:
-    """Whether a fault was asked for."""
+def is_selected(name: str) -> bool:
+    """Whether the fault `name` is selected on the command line."""
     return not words or any(word in name for word in words)
 
 
-def tell(run: Callable[[], Outcome]) -> Outcome:
-    """Run one fault and say so."""
+def run_and_print(run: Callable[[], Outcome]) -> Outcome:
+    """Run one fault and print its outcome."""
     outcome = run()
     table.tick(outcome)
     return outcome
 
 
-frames = [tell(lambda fault=fault: campaign.run(fault)) for fault in canopen.FAULTS if chosen(fault.name)]
-lines = [tell(lambda fault=fault: serial.run(fault)) for fault in serial.FAULTS if chosen(fault.name)]
-programs = [tell(lambda fault=fault: processes.run(fault)) for fault in processes.FAULTS if chosen(fault.name)]
-if chosen("disk full"):
-    programs.append(tell(processes.full_disk))
-table.show("CANopen: bus, drives, machine, host (simulated time)", frames)
-table.show("serial lines (simulated time)", lines)
-table.show("programs: signals, death, disk (real time, two processes)", programs)
-sys.exit(any(not outcome.passed for outcome in frames + lines + programs))
+canopen_outcomes = [
+    run_and_print(lambda fault=fault: campaign.run(fault)) for fault in canopen.FAULTS if is_selected(fault.name)
+]
+serial_outcomes = [
+    run_and_print(lambda fault=fault: serial.run(fault)) for fault in serial.FAULTS if is_selected(fault.name)
+]
+process_outcomes = [
+    run_and_print(lambda fault=fault: processes.run(fault)) for fault in processes.FAULTS if is_selected(fault.name)
+]
+if is_selected("disk full"):
+    process_outcomes.append(run_and_print(processes.full_disk))
+table.show("CANopen: bus, drives, machine, host (simulated time)", canopen_outcomes)
+table.show("serial lines (simulated time)", serial_outcomes)
+table.show("programs: signals, death, disk (real time, two processes)", process_outcomes)
+sys.exit(any(not outcome.passed for outcome in canopen_outcomes + serial_outcomes + process_outcomes))

@@ -1,4 +1,4 @@
-"""A cable with a saboteur in it: forwards CAN frames between the recorder's bus and the rig's."""
+"""Cable with a saboteur: forwards CAN frames between the buses of the recorder and of the rig."""
 
 import threading
 from collections.abc import Callable, Iterable
@@ -6,22 +6,22 @@ from collections.abc import Callable, Iterable
 import can
 
 Saboteur = Callable[[can.Message, bool, int], Iterable[can.Message]]
-"""From a frame, whether the master sent it, and the SYNCs so far: the frames that come out at the far end."""
+"""Function of a frame, whether the master sent it, and the number of SYNCs so far; returns the forwarded frames."""
 
 
-def honest(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
-    """A good cable."""
+def unchanged(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
+    """Forward every frame unchanged."""
     return (message,)
 
 
 class Bridge:
-    """Forwards in two threads, one per direction; a context manager."""
+    """Context manager that forwards frames in two threads, one per direction."""
 
     def __init__(self, master: str, rig: str, saboteur: Saboteur) -> None:
-        """`master`, `rig`: channels of python-can's virtual bus."""
+        """Connect the channels `master` and `rig` of python-can's virtual bus."""
         self._ends = [can.Bus(interface="virtual", channel=channel) for channel in (master, rig)]
         self._saboteur = saboteur
-        self._over = threading.Event()
+        self._stopped = threading.Event()
         self._threads = [
             threading.Thread(target=self._forward, args=(source, target, source is self._ends[0]), daemon=True)
             for source, target in (self._ends, self._ends[::-1])
@@ -29,7 +29,7 @@ class Bridge:
         self.syncs = 0
 
     def _forward(self, source: can.BusABC, target: can.BusABC, from_master: bool) -> None:
-        while not self._over.is_set():
+        while not self._stopped.is_set():
             message = source.recv(0.05)
             if message is None:
                 continue
@@ -44,7 +44,7 @@ class Bridge:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._over.set()
+        self._stopped.set()
         for thread in self._threads:
             thread.join()
         for end in self._ends:

@@ -1,4 +1,4 @@
-"""Running one fault against a recording in lockstep, and what is found out about it."""
+"""Run one fault during a recording in lockstep and judge its outcome."""
 
 import itertools
 import os
@@ -22,55 +22,55 @@ from drivers.simulated.service import SimulatedDrive
 from recordings.errors import BadInput, RunFailed
 from recordings.reader import read
 from recordings.rig import Rig, simulated_rig
-from tests.faults.bridge import Bridge, Saboteur, honest
+from tests.faults.bridge import Bridge, Saboteur, unchanged
 from tests.faults.saboteurs import START
 from trajectories import load
 
 RATE = 250.0
 _TIMEOUT = 0.05
-"""How long the recorder waits for answers in lockstep [s]; only lost ones take it."""
+"""Timeout of the recorder for answers in lockstep [s]; only lost answers take that long."""
 _numbers = itertools.count()
 
 
 @dataclass(frozen=True)
 class Fault:
-    """One kind of fault and what must come of it."""
+    """A fault and its required outcome."""
 
     name: str
     reason: str
-    """Regular expression for the reason the run gives; "done" where the run must bear it."""
+    """Regular expression of the reason that the run reports; "done" if the run must tolerate the fault."""
     code: int
-    """Exit code."""
-    cable: Callable[[], Saboteur] = lambda: honest
+    """Required exit code."""
+    cable: Callable[[], Saboteur] = lambda: unchanged
     rig: Callable[["SabotagedRig", int], None] = lambda rig, syncs: None
-    """Called in the rig's thread before each SYNC with the number of SYNCs before it."""
+    """Called in the rig's thread before each SYNC, with the number of earlier SYNCs."""
     host: Callable[[Session], None] = lambda session: None
     """Called before the run."""
     pace: Literal["lockstep", "realtime"] = "lockstep"
     limit: float = 1500.0
-    """The drives must be disabled this soon after the fault [ms]."""
+    """Longest time from the fault until the drives are disabled [ms]."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of it. Times in ms after the fault; None where there was nothing to do."""
+    """Outcome of a fault. Times are in ms after the fault; None if no reaction was needed."""
 
     fault: str
     detected: float | None
     disabled: float | None
     samples_lost: int
     rows_lost: int
-    """SYNCs that the file does not hold."""
+    """Number of SYNCs that are missing in the file."""
     code: int
     reason: str
     safe: bool
-    """The drives ended without power, and the file holds what it must: so on any machine, however busy."""
+    """Whether the drives ended without power and the file is complete, independent of the machine's load."""
     passed: bool
-    """Safe, and all the rest is as required, too: in real time, on a machine that keeps time."""
+    """Whether the outcome is safe and as required; in real time this needs a machine that keeps time."""
 
 
 class SabotagedRig(SimulatedRig):
-    """A simulated rig to which something is done at a SYNC, and which remembers when its drives lost power."""
+    """Simulated rig that is sabotaged at SYNCs and stores the time at which its drives lost power."""
 
     def sabotage(self, act: Callable[["SabotagedRig", int], None]) -> None:
         self._act = act
@@ -102,7 +102,7 @@ class SabotagedRig(SimulatedRig):
 
 
 class WatchedProgress(CycleProgress):
-    """Remembers the cycle in which the run turned to its end."""
+    """Stores the cycle in which the run began to stop."""
 
     ended_at: int | None = None
 
@@ -113,49 +113,49 @@ class WatchedProgress(CycleProgress):
 
 
 def run(fault: Fault) -> Outcome:
-    """Record fig5b once with the fault in mid-motion."""
+    """Record one cycle of fig5b with the fault in mid-motion."""
     number = next(_numbers)
     master, far = f"master-{os.getpid()}-{number}", f"rig-{os.getpid()}-{number}"
     rig = _rig(master, fault.pace)
     with tempfile.TemporaryDirectory() as folder:
-        order = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        request = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
         bus = can.Bus(interface="virtual", channel=far)
         machine = SabotagedRig(rig, SimConfig(), bus, pace=fault.pace, seed=0)
         machine.sabotage(fault.rig)
         with Bridge(master, far, fault.cable()) as bridge, machine:
             progress = WatchedProgress()
-            code, reason = record(order, fault, progress)
+            code, reason = record(request, fault, progress)
             powered = finally_powered(machine.drives)
         disabled = None
         if code and machine.disabled_time is not None:
             disabled = max(0.0, (machine.disabled_time - machine.fault_time) * 1e3)
-        return judge(fault, code, reason, powered, order.out, progress, START, RATE, bridge.syncs, disabled)
+        return judge(fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled)
 
 
 def _rig(channel: str, pace: str) -> Rig:
     rig = simulated_rig().at_rate(RATE)
     changed = {"bus": rig.bus.model_copy(update={"channel": channel})}
     if pace == "realtime":
-        # A busy computer is another fault than the one that is looked for.
+        # A busy computer must not cause a fault of its own.
         changed["limits"] = rig.limits.model_copy(update={"host_stall": 10.0})
     return rig.model_copy(update=changed)
 
 
 def finally_powered(drives: Sequence[SimulatedDrive], patience: float = 10.0) -> list[bool]:
-    """Which drives keep their power: the last SYNC may still be on its way, or their own watchdogs have to act."""
-    until = time.monotonic() + patience
-    while any(drive.powered for drive in drives) and time.monotonic() < until:
+    """Whether each drive is still powered after its watchdog and the last SYNC had time to act (`patience` [s])."""
+    deadline = time.monotonic() + patience
+    while any(drive.powered for drive in drives) and time.monotonic() < deadline:
         time.sleep(0.01)
     return [drive.powered for drive in drives]
 
 
 def record(
-    order: RunRequest, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
+    request: RunRequest, fault: Fault, progress: "WatchedProgress", timeout: float | None = _TIMEOUT
 ) -> tuple[int, str]:
-    """Exit code and reason of one run; `timeout` in lockstep [s], None: as it is."""
-    session = Session(order, lambda *line: None)
+    """Exit code and reason of one run; `timeout`: for answers in lockstep [s], None: unchanged."""
+    session = Session(request, lambda *line: None)
     session.progress = progress
-    if order.pace == "lockstep" and timeout is not None:
+    if request.pace == "lockstep" and timeout is not None:
         session._clock.answer_timeout = timeout
     fault.host(session)
     try:
@@ -179,8 +179,11 @@ def judge(
     syncs: int | None,
     disabled: float | None,
 ) -> Outcome:
-    """The outcome of a run whose fault began at cycle `start`. `syncs`: how many the file should hold, if that is
-    known; `disabled`: when the drives lost power [ms after the fault], likewise."""
+    """Outcome of a run whose fault began at cycle `start`.
+
+    syncs: expected number of SYNCs in the file; disabled: time at which the drives lost power [ms after the fault].
+    None: unknown.
+    """
     detected = None
     if code and progress.ended_at is not None:
         detected = max(0.0, (progress.ended_at - start) / rate * 1e3)

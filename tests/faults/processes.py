@@ -1,4 +1,4 @@
-"""Faults of whole programs: the recorder and the simulated rig as processes of their own, in real time."""
+"""Faults of programs: recorder and simulated rig run as separate processes in real time."""
 
 import random
 import re
@@ -40,16 +40,16 @@ node_id = 3
 """
 
 _RATE = 50.0
-"""Low [Hz]: a busy machine shall keep up, and what is looked for does not depend on it."""
+"""Sampling rate [Hz]: low enough for a busy machine; the faults do not depend on it."""
 _STRICT = {"silence": 0.2, "host_stall": 0.3}
 _PATIENT = {"silence": 5.0, "host_stall": 5.0}
-"""Limits [s] where a stall is not what is looked for."""
+"""Limits [s] for faults in which a stall must not matter."""
 _TRAJECTORY = "fig5b"
 
 
 @dataclass(frozen=True)
 class ProcessFault:
-    """One kind of fault and what must come of it."""
+    """A fault and its required outcome."""
 
     name: str
     reason: str
@@ -58,7 +58,7 @@ class ProcessFault:
     """Called in mid-motion."""
     drives_alive: bool = True
     may_lose: float = 0.0
-    """Seconds of recording before the strike that may be missing in the file."""
+    """Longest time before the fault that may be missing in the file [s]."""
     limits: Mapping[str, float] = field(default_factory=lambda: _PATIENT)
 
 
@@ -91,7 +91,7 @@ class Programs:
         )
 
     def record(self, limit: int | None = None) -> subprocess.Popen[str]:
-        """Start the recorder, which tells of its run; with `limit`, its file may grow to so many bytes."""
+        """Start the recorder with status output; `limit`: largest size of its file [bytes]."""
         motion = ["--traj", _TRAJECTORY, "--cycles", "10"]
         self.recorder = self._start(
             "record", *motion, "--rig", "rig.toml", "--out", "run.mcap", "--status", limit=limit
@@ -99,10 +99,10 @@ class Programs:
         return self.recorder
 
     def drives_are_disabled(self, patience: float = 30.0) -> bool:
-        """Whether the drives themselves say so to a new master: after SIGKILL their watchdogs have to act first."""
-        until = time.monotonic() + patience
+        """Whether a new master reads that all drives are disabled; `patience` for their watchdogs [s]."""
+        deadline = time.monotonic() + patience
         while not self._all_disabled():
-            if time.monotonic() > until:
+            if time.monotonic() > deadline:
                 return False
         return True
 
@@ -117,7 +117,7 @@ class Programs:
         return len(states) == 3 and all(state in ("switch on disabled", "fault") for state in states)
 
     def end(self) -> None:
-        """Stop what still runs."""
+        """Terminate the running processes."""
         for process in (self.recorder, self.rig):
             if process is None:
                 continue
@@ -175,7 +175,7 @@ FAULTS: tuple[ProcessFault, ...] = (
 
 
 def run(fault: ProcessFault) -> Outcome:
-    """Record between two processes with the fault in mid-motion, then ask the drives and the file."""
+    """Record with the fault in mid-motion, then check the drives and the file."""
     with tempfile.TemporaryDirectory() as name:
         programs = Programs(Path(name), fault.limits)
         try:
@@ -193,7 +193,7 @@ def run(fault: ProcessFault) -> Outcome:
 
 
 def full_disk() -> Outcome:
-    """The file may grow to 300 kB only."""
+    """Run with a file that cannot exceed 300 kB."""
     with tempfile.TemporaryDirectory() as name:
         programs = Programs(Path(name), _PATIENT)
         try:
@@ -220,7 +220,7 @@ def _outcome(
         reason = f"{reason} [{error}]"
         safe = False
     lost = max(0.0, struck - kept_until)
-    # 0.05 s: frames under way between the programs.
+    # 0.05 s: frames in transit between the programs.
     kept = lost <= fault.may_lose + 0.05
     passed = safe and bool(kept) and code == fault.code and re.search(fault.reason, reason) is not None
     return Outcome(fault.name, None, None, missing, round(lost * _RATE), code, reason, safe, passed)

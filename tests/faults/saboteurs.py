@@ -1,4 +1,4 @@
-"""What can happen to frames on a cable, as saboteurs for `bridge.Bridge`. Faults begin at SYNC number `START`."""
+"""Saboteurs of frames on a cable for `bridge.Bridge`. Faults begin at SYNC number `START`."""
 
 from collections.abc import Callable, Iterable
 
@@ -7,7 +7,7 @@ import can
 from tests.faults.bridge import Saboteur
 
 START = 700
-"""In mid-motion."""
+"""Number of a SYNC in mid-motion."""
 
 TPDO_2, RPDO_2, SYNC = 0x182, 0x202, 0x080
 
@@ -22,7 +22,7 @@ def changed(message: can.Message, *, arbitration_id: int | None = None, data: by
 
 
 def on(arbitration_id: int, act: Callable[[can.Message], Iterable[can.Message]], *, count: int = 10**9) -> Saboteur:
-    """Do `act` to the frames with that id, from START on, `count` times."""
+    """Apply `act` to the first `count` frames with that id from START on."""
     done = 0
 
     def saboteur(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
@@ -36,17 +36,17 @@ def on(arbitration_id: int, act: Callable[[can.Message], Iterable[can.Message]],
 
 
 def drop(arbitration_id: int, count: int = 10**9) -> Saboteur:
-    """Frames that never arrive."""
+    """Drop frames."""
     return on(arbitration_id, lambda message: (), count=count)
 
 
 def double(arbitration_id: int) -> Saboteur:
-    """Frames that arrive twice."""
+    """Send frames twice."""
     return on(arbitration_id, lambda message: (message, message))
 
 
 def delay(arbitration_id: int, count: int = 10**9) -> Saboteur:
-    """Frames that arrive only when the next one of their kind is due."""
+    """Delay frames until the next frame with the same id."""
     kept: list[can.Message] = []
 
     def act(message: can.Message) -> Iterable[can.Message]:
@@ -57,12 +57,12 @@ def delay(arbitration_id: int, count: int = 10**9) -> Saboteur:
 
 
 def alter(arbitration_id: int, change: Callable[[bytes], bytes], count: int = 10**9) -> Saboteur:
-    """Frames whose data are falsified."""
+    """Change the data of frames."""
     return on(arbitration_id, lambda message: (changed(message, data=change(bytes(message.data))),), count=count)
 
 
 def reorder(first: int, second: int) -> Saboteur:
-    """Two frames of a cycle that change places."""
+    """Exchange two frames of a cycle."""
     kept: list[can.Message] = []
 
     def saboteur(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
@@ -72,20 +72,22 @@ def reorder(first: int, second: int) -> Saboteur:
             kept.append(message)
             return ()
         if message.arbitration_id == second:
-            held = tuple(kept)
+            delayed = tuple(kept)
             kept.clear()
-            return (message, *held)
+            return (message, *delayed)
         return (message,)
 
     return saboteur
 
 
-def accompany(arbitration_id: int, others: Callable[[int], Iterable[can.Message]], *, first: int = START) -> Saboteur:
-    """With every frame of that id, further ones from nobody, made from the SYNC count."""
+def accompany(
+    arbitration_id: int, additional: Callable[[int], Iterable[can.Message]], *, first: int = START
+) -> Saboteur:
+    """Insert additional frames, made from the SYNC count, before every frame with that id."""
 
     def saboteur(message: can.Message, from_master: bool, syncs: int) -> Iterable[can.Message]:
         if message.arbitration_id != arbitration_id or syncs < first:
             return (message,)
-        return (*others(syncs), message)
+        return (*additional(syncs), message)
 
     return saboteur

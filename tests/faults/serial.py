@@ -1,6 +1,6 @@
-"""The faults of serial lines and the drives on them: one line for each drive.
+"""Faults of serial lines and of their drives; each drive has its own line.
 
-Where a line falls silent for good, simulated time would stand still in lockstep, so those run in real time.
+Faults that stop all answers run in real time: in lockstep, simulated time would stop.
 """
 
 import tempfile
@@ -21,7 +21,7 @@ START = 3.5
 """Machine time of the fault [s], in mid-motion."""
 
 Disturbance = Callable[[bytes, int], bytes]
-"""From a reply and its number since the fault began to what arrives."""
+"""Function of a reply and its number since the fault began; returns the received bytes."""
 
 
 def _nothing(rig: SerialRig) -> None:
@@ -29,7 +29,7 @@ def _nothing(rig: SerialRig) -> None:
 
 
 class SerialFault(Fault):
-    """A `Fault` of a serial line: the second line's replies are disturbed, or something is done to the rig once."""
+    """Fault that disturbs the replies of the second line or acts once on the rig."""
 
     def __init__(
         self,
@@ -51,17 +51,17 @@ class SerialFault(Fault):
     start: float
 
 
-QUIET = "joint 2.*no answer|port simulated 2 is lost"
+NO_ANSWER = "joint 2.*no answer|port simulated 2 is lost"
 
 FAULTS: tuple[SerialFault, ...] = (
     SerialFault("serial: none", "done", 0),
     SerialFault("serial: one reply lost", "done", 0, lambda reply, k: b"" if k == 0 else reply),
-    SerialFault("serial: all replies lost", QUIET, 1, lambda reply, k: b"", pace="realtime"),
+    SerialFault("serial: all replies lost", NO_ANSWER, 1, lambda reply, k: b"", pace="realtime"),
     SerialFault(
         "serial: one reply garbled", "done", 0, lambda reply, k: b"\xff\x00" + reply[1:] if k == 0 else reply
     ),
     SerialFault(
-        "serial: all replies garbled", QUIET, 1, lambda reply, k: bytes(b ^ 0x55 for b in reply), pace="realtime"
+        "serial: all replies garbled", NO_ANSWER, 1, lambda reply, k: bytes(b ^ 0x55 for b in reply), pace="realtime"
     ),
     SerialFault("serial: one reply cut", "done", 0, lambda reply, k: reply[:1] if k == 0 else reply),
     SerialFault(
@@ -71,8 +71,8 @@ FAULTS: tuple[SerialFault, ...] = (
         lambda reply, k: b"\x00" * 3 + reply if k == 5 else reply,
     ),
     SerialFault("serial: error code in place of a reply", "done", 0, lambda reply, k: b"e 33\r" if k == 0 else reply),
-    SerialFault("serial: babble without end", QUIET, 1, lambda reply, k: b"x" * 200, pace="realtime"),
-    SerialFault("serial: line unplugged", QUIET, 1, act=lambda rig: rig.unplug("simulated 2"), pace="realtime"),
+    SerialFault("serial: babble without end", NO_ANSWER, 1, lambda reply, k: b"x" * 200, pace="realtime"),
+    SerialFault("serial: line unplugged", NO_ANSWER, 1, act=lambda rig: rig.unplug("simulated 2"), pace="realtime"),
     SerialFault("serial: drive fault in mid-motion", "joint 2.*fault", 1, act=lambda rig: rig.drives[1].fail(1)),
     SerialFault(
         "serial: drive fault before power", "joint 1.*fault|done", 0, act=lambda rig: rig.drives[0].fail(1), start=0.0
@@ -81,25 +81,25 @@ FAULTS: tuple[SerialFault, ...] = (
 
 
 def run(fault: SerialFault) -> Outcome:
-    """Record fig5b once with the fault in mid-motion."""
+    """Record one cycle of fig5b with the fault in mid-motion."""
     rig = _rig()
     with tempfile.TemporaryDirectory() as folder:
-        order = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
+        request = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
         machine = SerialRig(rig, SimConfig(), pace=fault.pace, seed=0)
         _sabotage(machine, fault)
         progress = WatchedProgress()
         with machine:
-            code, reason = record(order, fault, progress, timeout=None)
+            code, reason = record(request, fault, progress, timeout=None)
             drives = [drive for j, drive in enumerate(machine.drives) if "unplugged" not in fault.name or j != 1]
             powered = finally_powered(drives)
         start = round(fault.start * RATE)
-        return judge(fault, code, reason, powered, order.out, progress, start, RATE, None, None)
+        return judge(fault, code, reason, powered, request.out, progress, start, RATE, None, None)
 
 
 def _rig() -> Rig:
     bus = {"transport": "serial", "ports": [f"simulated {k}" for k in (1, 2, 3)], "baud": 460800}
     drives = [{"node_id": k} for k in (1, 2, 3)]
-    # Wide limits: at this rate a lost target costs 12 ms of motion, which shall not hide what is looked for.
+    # Wide limits: at this rate a lost target costs 12 ms of motion, which must not hide the fault under test.
     limits = {"torque": 500.0, "following_error": 0.3, "silence": 0.1, "host_stall": 0.5}
     content = {"name": "serial faults", "rate": RATE, "bus": bus, "limits": limits, "drives": drives}
     return validated(content, Rig, "campaign")

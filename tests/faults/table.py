@@ -1,4 +1,4 @@
-"""The table of the campaign."""
+"""Table of the campaign."""
 
 import sys
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ def show(title: str, outcomes: Sequence[Outcome]) -> None:
 
 
 def tick(outcome: Outcome) -> None:
-    """Say on stderr that a fault is done."""
+    """Print the outcome of a fault on stderr."""
     print(f"{'ok ' if outcome.passed else 'NO '} {outcome.fault}: {outcome.reason}", file=sys.stderr, flush=True)
 
 

@@ -1,11 +1,11 @@
-"""A part of the fault campaign; `make faults` runs all of it."""
+"""Part of the fault campaign; `make faults` runs all of it."""
 
 import pytest
 
 from tests import timekeeping
 from tests.faults import campaign, canopen, processes
 
-_IN_SMALL = (
+_TESTED = (
     "one answer dropped",
     "all answers of a drive dropped",
     "all setpoints of a drive dropped",
@@ -22,26 +22,26 @@ _IN_SMALL = (
 )
 
 
-def test_at_least_forty_kinds_each_named_once() -> None:
+def test_campaign_has_at_least_forty_faults_with_unique_names() -> None:
     names = [fault.name for fault in (*canopen.FAULTS, *processes.FAULTS)]
     assert len(set(names)) == len(names) >= 40
-    assert set(_IN_SMALL) <= set(names)
+    assert set(_TESTED) <= set(names)
 
 
-def _chosen(pace: str) -> list[campaign.Fault]:
-    return [fault for fault in canopen.FAULTS if fault.name in _IN_SMALL and fault.pace == pace]
+def _tested_at(pace: str) -> list[campaign.Fault]:
+    return [fault for fault in canopen.FAULTS if fault.name in _TESTED and fault.pace == pace]
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("fault", _chosen("lockstep"), ids=lambda fault: fault.name)
-def test_bus_drives_machine_host(fault: campaign.Fault) -> None:
+@pytest.mark.parametrize("fault", _tested_at("lockstep"), ids=lambda fault: fault.name)
+def test_canopen_fault_in_lockstep(fault: campaign.Fault) -> None:
     outcome = campaign.run(fault)
     assert outcome.passed, outcome
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("fault", _chosen("realtime"), ids=lambda fault: fault.name)
-def test_bus_in_real_time(fault: campaign.Fault) -> None:
+@pytest.mark.parametrize("fault", _tested_at("realtime"), ids=lambda fault: fault.name)
+def test_canopen_fault_in_real_time(fault: campaign.Fault) -> None:
     with timekeeping.watched() as machine:
         outcome = campaign.run(fault)
     assert outcome.safe, outcome
@@ -54,7 +54,7 @@ def test_bus_in_real_time(fault: campaign.Fault) -> None:
     [f for f in processes.FAULTS if f.name in ("SIGINT twenty times", "SIGTERM", "SIGKILL of the recorder")],
     ids=lambda fault: fault.name,
 )
-def test_programs(fault: processes.ProcessFault) -> None:
+def test_fault_of_a_program(fault: processes.ProcessFault) -> None:
     with timekeeping.watched() as machine:
         outcome = processes.run(fault)
     assert outcome.safe, outcome

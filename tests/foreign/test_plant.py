@@ -132,7 +132,7 @@ def test_payload_change_adds_torque_from_its_instant_on(plant: Plant) -> None:
     assert_close(difference[after], expected[reference.rows[:: reference.per_sample]][after])
 
 
-def test_air_brakes_the_platform(plant: Plant) -> None:
+def test_air_drag_takes_power_from_the_platform(plant: Plant) -> None:
     reference = plant.reference
     bare, difference = added_torque(plant, hidden("air_drag", c=3.0))
     power = (np.nan_to_num(difference) * bare.velocity).sum(axis=1)
@@ -141,12 +141,12 @@ def test_air_brakes_the_platform(plant: Plant) -> None:
     np.testing.assert_allclose(power[whole], 3.0 * speed[whole] ** 3, atol=0.02 * power.max())
 
 
-def test_the_torque_comes_later_than_the_voltage(plant: Plant) -> None:
+def test_actuation_delay_shifts_the_voltage(plant: Plant) -> None:
     bare, late = plant.report(), plant.report([hidden("actuation_delay", delay=0.004)])
     np.testing.assert_allclose(late.voltage[:-2], bare.voltage[2:], atol=1e-9)
 
 
-def test_maps_and_gains_and_faults_of_amplifiers(plant: Plant) -> None:
+def test_amplifier_effects_change_the_voltage(plant: Plant) -> None:
     bare = plant.report()
     volts, gain = bare.voltage, np.array(plant.robot.rig.torque.gain)
     stronger = plant.report([hidden("torque_gain_mismatch", (2,), mismatch=0.1)]).voltage

@@ -1,1 +1,1 @@
-"""Random and mutated input for everything that reads from outside: frames, serial lines, files (`make fuzz`)."""
+"""Fuzzing of all external inputs with random and mutated data: frames, serial lines, files (`make fuzz`)."""

@@ -1,4 +1,4 @@
-"""`make fuzz`: 100,000 inputs of each kind; prints what was refused and how far the memory grew."""
+"""`make fuzz`: feed 100,000 inputs of each kind; print the number of refused inputs and the growth of memory."""
 
 import resource
 import tempfile
@@ -12,12 +12,12 @@ COUNT = 100_000
 
 
 def megabytes() -> float:
-    """Largest memory of this process so far."""
+    """Peak memory of this process [MB]."""
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
 
 
 def campaign(name: str, run: Callable[[int], int]) -> None:
-    """One kind: a warm-up, then the memory before and after."""
+    """Run one kind of input after a warm-up and measure the growth of memory."""
     run(COUNT // 10)
     before, began = megabytes(), time.perf_counter()
     refused = run(COUNT)

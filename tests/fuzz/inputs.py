@@ -1,5 +1,7 @@
-"""What is thrown at the readers. Each function makes `count` inputs from a seed and returns how many were refused;
-anything but the typed errors passes through."""
+"""Generators of fuzz inputs. Each function creates `count` inputs from a seed and returns how many were refused.
+
+Only the typed errors of the readers are caught.
+"""
 
 import struct
 from collections import deque
@@ -19,7 +21,7 @@ from recordings.rig import Drive, simulated_rig
 
 
 class _FuzzBus(can.BusABC):
-    """Answers every SYNC with garbage and, now and then, with something that looks right."""
+    """CAN bus that answers every SYNC with random frames, some of them plausible."""
 
     channel_info = "fuzz"
 
@@ -39,7 +41,7 @@ class _FuzzBus(can.BusABC):
 
 
 def frame(rng: np.random.Generator) -> can.Message:
-    """A frame of any kind, mostly with the ids that drives use."""
+    """Random frame, usually with an id that drives use."""
     known = int(rng.choice([0x000, 0x080, 0x180, 0x200, 0x280, 0x580, 0x600, 0x700])) + int(rng.integers(0, 5))
     extended = rng.random() < 0.05
     arbitration_id = known if rng.random() < 0.8 else int(rng.integers(0, 0x20000000 if extended else 0x800))
@@ -53,20 +55,20 @@ def frame(rng: np.random.Generator) -> can.Message:
 
 
 def frames_to_the_driver(count: int, seed: int) -> int:
-    """The driver in its cycle, in all its goals; returns the exchanges in which something was wrong."""
+    """Feed the driver in its cycle with all goals; return the number of exchanges with an error."""
     rng = np.random.default_rng(seed)
     per_sync = 20
     drives = CanopenDrives(simulated_rig(), Link(_FuzzBus(rng, per_sync)), lambda *line: None)
-    troubled = 0
+    failed_exchanges = 0
     for k in range(count // per_sync):
         drives.goal = (Goal.ENABLED, Goal.STOPPED, Goal.DISABLED)[k % 3]
         sample = drives.exchange(None, 0.0)
-        troubled += sample.trouble is not None or sample.missing > 0
-    return troubled
+        failed_exchanges += sample.trouble is not None or sample.missing > 0
+    return failed_exchanges
 
 
 def frames_to_a_drive(count: int, seed: int) -> int:
-    """A simulated drive; returns how often it answered."""
+    """Feed a simulated drive; return the number of its answers."""
     rng = np.random.default_rng(seed)
     answers = 0
 
@@ -79,7 +81,7 @@ def frames_to_a_drive(count: int, seed: int) -> int:
         message = frame(rng)
         drive.receive(message.arbitration_id & 0x7FF, bytes(message.data), k * 1e-3)
         if k % 50 == 0:
-            # Most random NMT commands stop the node; it shall be busy.
+            # Random NMT commands usually stop the node: start it again.
             drive.receive(0x000, b"\x01\x02", k * 1e-3)
         if k % 10 == 0:
             drive.synchronise(int(rng.integers(-1000, 1000)), 0, 0.0)
@@ -88,7 +90,7 @@ def frames_to_a_drive(count: int, seed: int) -> int:
 
 
 def serial_replies(count: int, seed: int) -> int:
-    """Lines as they come from a serial port; returns how many were refused."""
+    """Parse lines of a serial port; return how many were refused."""
     rng = np.random.default_rng(seed)
     refused = 0
     for _ in range(count):
@@ -105,7 +107,7 @@ def serial_replies(count: int, seed: int) -> int:
 
 
 def files(count: int, seed: int, sample: Path, folder: Path) -> int:
-    """Mutations of a recording: flipped bytes, cuts, inserted and zeroed stretches; returns how many were refused."""
+    """Read mutated recordings (flipped, cut, inserted or zeroed bytes); return how many were refused."""
     rng = np.random.default_rng(seed)
     original = sample.read_bytes()
     path = folder / "mutated.mcap"
@@ -141,7 +143,7 @@ def _mutated(data: bytes, rng: np.random.Generator) -> bytes:
 
 
 def small_recording(path: Path) -> Path:
-    """A recording of a few cycles, small enough to be read thousands of times."""
+    """Write a recording that is small enough to be read thousands of times."""
     from recordings.recording import Run
     from recordings.writer import RecordingWriter
 

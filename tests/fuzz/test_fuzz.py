@@ -1,4 +1,4 @@
-"""A part of `make fuzz`: no error but the typed ones, and what is noticed is plausible."""
+"""Part of `make fuzz`: only typed errors occur, and the number of refused inputs is plausible."""
 
 import resource
 from pathlib import Path
@@ -8,19 +8,19 @@ import pytest
 from tests.fuzz import inputs
 
 
-def test_frames_to_the_driver() -> None:
+def test_driver_survives_random_frames() -> None:
     assert inputs.frames_to_the_driver(4000, 11) == 200
 
 
-def test_frames_to_a_drive() -> None:
+def test_simulated_drive_survives_random_frames() -> None:
     assert inputs.frames_to_a_drive(4000, 12) > 100
 
 
-def test_serial_replies() -> None:
+def test_random_serial_replies_are_parsed_or_refused() -> None:
     assert 1000 < inputs.serial_replies(4000, 13) < 4000
 
 
-def test_recordings(tmp_path: Path) -> None:
+def test_mutated_recordings_are_read_or_refused(tmp_path: Path) -> None:
     refused = inputs.files(300, 14, inputs.small_recording(tmp_path / "sample.mcap"), tmp_path)
     assert 100 < refused < 300
 

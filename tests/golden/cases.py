@@ -1,4 +1,4 @@
-"""What is run: the sample recordings, and six robots of the foreign benchmark with something hidden or nothing."""
+"""Cases of the golden results: the sample recordings and six cases of the foreign benchmark."""
 
 import hashlib
 import json
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 Documents = dict[str, Any]
-"""By name: what the commands printed and wrote."""
+"""Documents that the commands printed or wrote, by name."""
 
 HERE = Path(__file__).parents[2]
 CACHE = HERE / "runs" / "golden"
@@ -25,19 +25,19 @@ _RECORDERS = (
     "tests/foreign",
     "trajectories",
 )
-"""What makes the recordings of the benchmark: where it changes, they are made anew."""
+"""Folders whose code determines the recordings of the benchmark: after a change they are recorded again."""
 _NUMBER = re.compile(r"(?<![\w.])-?\d+(?:\.\d+)?(?:e-?\d+)?(?![\w.])")
 
 
 @dataclass(frozen=True)
 class Case:
-    """Two recordings and what is asked of them."""
+    """Two recordings and the commands that are run on them."""
 
     name: str
     benchmark: str | None = None
-    """Its name there; None: the sample recordings."""
+    """Name of the case in the benchmark; None: the sample recordings."""
     alone: bool = False
-    """Whether the first recording is diagnosed without the other one, too."""
+    """Whether the first recording is also diagnosed alone."""
 
 
 CASES = (
@@ -52,7 +52,7 @@ CASES = (
 
 
 class CommandFailed(RuntimeError):
-    """A command that should succeed did not."""
+    """A command failed."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Code:
     root: Path
 
     def run(self, *arguments: object) -> str:
-        """What Python prints, with this checkout's packages before any other."""
+        """Run Python with the packages of this checkout; return its output."""
         threads = {f"{library}_NUM_THREADS": "1" for library in ("OPENBLAS", "OMP", "MKL", "NUMBA")}
         done = subprocess.run(
             [sys.executable, *map(str, arguments)],
@@ -76,52 +76,52 @@ class Code:
         return done.stdout
 
     def ident(self, *arguments: object) -> Any:
-        """The document that a command of `ident` prints."""
+        """Document that a command of `ident` prints."""
         return json.loads(self.run("-c", "from ident.cli import main; main()", *arguments, "--json"))
 
     def recordings(self, case: Case) -> tuple[Path, Path]:
-        """To train on and to validate on."""
+        """Paths of the training and the validation recording."""
         if case.benchmark is None:
             folder = self.root / "recordings" / "samples"
             return folder / "fig5a.mcap", folder / "fig5b.mcap"
         folder = self.cache() / case.benchmark
         return folder / "train.mcap", folder / "validate.mcap"
 
-    def record(self, chosen: Sequence[Case], jobs: int) -> None:
-        """Make the recordings of the benchmark that are not there yet."""
-        names = [case.benchmark for case in chosen if case.benchmark]
+    def record(self, selected: Sequence[Case], jobs: int) -> None:
+        """Create the missing recordings of the benchmark."""
+        names = [case.benchmark for case in selected if case.benchmark]
         if all((self.cache() / name).exists() for name in names):
             return
         only = [word for name in names for word in ("--only", name)]
-        where = ["--plant", "foreign", "--stage", "record", "--folder", self.cache()]
-        self.run("-m", "benchmarks.hidden_effects", *where, "--jobs", jobs, *only)
+        options = ["--plant", "foreign", "--stage", "record", "--folder", self.cache()]
+        self.run("-m", "benchmarks.hidden_effects", *options, "--jobs", jobs, *only)
 
     def cache(self) -> Path:
-        """A folder for the recordings that this checkout makes."""
+        """Folder of the recordings, which depends on the code of this checkout."""
         digest = hashlib.sha256()
-        for path in sorted(path for room in _RECORDERS for path in (self.root / room).rglob("*.py")):
+        for path in sorted(path for package in _RECORDERS for path in (self.root / package).rglob("*.py")):
             digest.update(str(path.relative_to(self.root)).encode() + path.read_bytes())
         return CACHE / digest.hexdigest()[:12]
 
 
 def documents(case: Case, code: Code, folder: Path) -> Documents:
-    """All documents of a case; `folder` is empty, for what the commands write."""
+    """All documents of a case; `folder` must be empty and receives the files of the commands."""
     train, validate = code.recordings(case)
     model, better, curves = folder / "model.json", folder / "better.json", folder / "stand_in.py"
-    made: Documents = {
+    results: Documents = {
         "fit": code.ident("fit", train, "--validate", validate, "-o", model, "--plots", folder / "fit")
     }
-    made["model"] = json.loads(model.read_text(encoding="utf-8"))
-    made["compare"] = code.ident("compare", model, validate, "--plots", folder / "compare")
+    results["model"] = json.loads(model.read_text(encoding="utf-8"))
+    results["compare"] = code.ident("compare", model, validate, "--plots", folder / "compare")
     held_out = ["--validate", validate, "--apply", "-o", better, "--stand-in", curves]
-    made["diagnose"] = code.ident("diagnose", train, *held_out)
-    made["better_model"] = json.loads(better.read_text(encoding="utf-8"))
-    made["stand_in"] = numbers(curves.read_text(encoding="utf-8")) if curves.exists() else None
+    results["diagnose"] = code.ident("diagnose", train, *held_out)
+    results["better_model"] = json.loads(better.read_text(encoding="utf-8"))
+    results["stand_in"] = numbers(curves.read_text(encoding="utf-8")) if curves.exists() else None
     if case.alone:
-        made["diagnose_alone"] = code.ident("diagnose", train)
-    return made
+        results["diagnose_alone"] = code.ident("diagnose", train)
+    return results
 
 
 def numbers(source: str) -> list[float]:
-    """All numbers in the text of a program."""
+    """All numbers in the source text of a program."""
     return [float(number) for number in _NUMBER.findall(source)]

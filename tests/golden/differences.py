@@ -1,4 +1,4 @@
-"""Comparing two JSON documents: numbers closely, names and order exactly, sentences for people not at all."""
+"""Compare JSON documents: numbers within a tolerance, names and order exactly, sentences not at all."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -21,25 +21,25 @@ NOT_COMPARED = {
     "file": "a path",
     "software": "the version, which is not a result",
 }
-"""Keys that are left out, wherever they stand, and why. Nothing else is: there are no dates and no timings."""
+"""Keys that are not compared anywhere in a document, and why. Nothing else is: there are no dates and no timings."""
 
 FLOOR = 1e-6
-"""Numbers below this count as this large: what rounding leaves of zero has no digits to compare."""
+"""Smallest scale of a relative difference: smaller numbers are rounding errors of zero."""
 FLOOR_IN_LIST = 1e-3
-"""In a list of numbers, so do those below this share of the largest."""
+"""Smallest scale in a list of numbers, relative to its largest number."""
 LONG = 16
-"""Lists of more numbers than this are thinned before they are kept."""
+"""Longer lists of numbers are thinned before they are stored."""
 _EVERY = 3
 
 
 @dataclass(frozen=True)
 class Difference:
-    """One place in which two documents differ."""
+    """One difference between two documents."""
 
     path: str
     what: str
     relative: float = 0.0
-    """Of two numbers; infinite where one of them is none."""
+    """Relative difference of two numbers; infinite if one of them is not finite."""
 
     def __str__(self) -> str:
         return f"{self.path}: {self.what}"
@@ -47,7 +47,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All that two documents differ in."""
+    """All differences between two documents."""
 
     differences: tuple[Difference, ...]
     worst: float
@@ -55,15 +55,15 @@ class Comparison:
 
 
 def compare(kept: Any, actual: Any, relative: float) -> Comparison:
-    """Compare `actual` with what was `kept`; numbers may differ by the share `relative`."""
-    seen = list(_differences(kept, actual, "$", FLOOR))
-    over = tuple(path for path in seen if not _is_small(path, relative))
-    numbers = [path.relative for path in seen if math.isfinite(path.relative)]
-    return Comparison(over, max(numbers, default=0.0))
+    """Compare an `actual` document with the `kept` one; `relative`: tolerance of numbers."""
+    differences = list(_differences(kept, actual, "$", FLOOR))
+    exceeding = tuple(difference for difference in differences if not _is_small(difference, relative))
+    numbers = [difference.relative for difference in differences if math.isfinite(difference.relative)]
+    return Comparison(exceeding, max(numbers, default=0.0))
 
 
 def shortened(document: Any) -> Any:
-    """A document without the keys that are not compared, and with long lists of numbers thinned."""
+    """Document without the keys that are not compared and with thinned lists of numbers."""
     if isinstance(document, dict):
         return {key: shortened(value) for key, value in document.items() if key not in NOT_COMPARED}
     if isinstance(document, list):
@@ -72,7 +72,7 @@ def shortened(document: Any) -> Any:
 
 
 def _thinned(numbers: list[float]) -> Any:
-    """Every third number, and what shows a change of the others."""
+    """Every third number, and means that change with the other numbers."""
     if len(numbers) <= LONG:
         return numbers
     count = len(numbers)
@@ -114,9 +114,9 @@ def _of_lists(kept: list[Any], actual: list[Any], path: str) -> Iterator[Differe
         yield Difference(path, f"{len(kept)} entries kept, {len(actual)} found")
     floor = FLOOR
     if _are_numbers(kept) and _are_numbers(actual):
-        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(first) for first in (*kept, *actual)), default=0.0))
-    for index, (first, second) in enumerate(zip(kept, actual, strict=False)):
-        yield from _differences(first, second, f"{path}[{index}]", floor)
+        floor = max(FLOOR, FLOOR_IN_LIST * max((abs(number) for number in (*kept, *actual)), default=0.0))
+    for index, (kept_entry, actual_entry) in enumerate(zip(kept, actual, strict=False)):
+        yield from _differences(kept_entry, actual_entry, f"{path}[{index}]", floor)
 
 
 def _of_numbers(kept: float, actual: float, path: str, floor: float) -> Iterator[Difference]:
