@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 
 PATIENCE = 300.0
-"""How long a page may take to show what it is waited for, on a busy machine [s]."""
+"""Longest time that a page may take on a busy machine [s]."""
 
 
 @contextmanager
 def tab() -> Iterator[Any]:
-    """An empty tab. The test is skipped where there is no browser, except on CI, where a missing one is a failure."""
-    matches = shutil.which("chromium")
-    if matches is None:
+    """Open an empty tab. Without a browser the test is skipped; on CI it fails."""
+    path = shutil.which("chromium")
+    if path is None:
         if os.environ.get("CI") == "true":
             pytest.fail("chromium expected on CI, none found; apt-get install chromium")
         pytest.skip("needs Debian's chromium")
@@ -24,8 +24,8 @@ def tab() -> Iterator[Any]:
 
     flags = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
     with sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=matches, args=flags)
-        page = launched.new_page(viewport={"width": 1280, "height": 800})
+        browser = playwright.chromium.launch(executable_path=path, args=flags)
+        page = browser.new_page(viewport={"width": 1280, "height": 800})
         page.set_default_timeout(1e3 * PATIENCE)
         yield page
-        launched.close()
+        browser.close()

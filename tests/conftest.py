@@ -1,4 +1,4 @@
-"""What all rooms' tests share: running the programs as a user does."""
+"""Fixtures of all tests: run the programs as a user does."""
 
 import os
 import subprocess
@@ -10,13 +10,13 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
-# Programs that compile side by side must not write into one cache: of two that compile one function for different
-# arguments, the later overwrites the earlier one's code. So every worker of pytest-xdist has its own, which stays.
+# Each worker of pytest-xdist has its own persistent Numba cache: if two processes compile a function for different
+# arguments at the same time, one overwrites the code of the other.
 if (_worker := os.environ.get("PYTEST_XDIST_WORKER")) is not None:
     os.environ["NUMBA_CACHE_DIR"] = str(Path(__file__).parents[1] / ".pytest_cache" / "numba" / _worker)
 
-# What decides whether a change lands is the same each time; at a desk, examples are drawn anew.
-# How long an example takes, says nothing on a machine that does other things, too.
+# On CI the examples are always the same; elsewhere they are drawn again each time.
+# There is no time limit, because the machine may be busy.
 _ANY_SPEED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow]}
 settings.register_profile("desk", **_ANY_SPEED)
 settings.register_profile("ci", derandomize=True, **_ANY_SPEED)
@@ -25,7 +25,7 @@ settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
 
 @dataclass(frozen=True)
 class Finished:
-    """What a command left behind."""
+    """Exit code and output of a command."""
 
     code: int
     out: str
@@ -36,7 +36,7 @@ Runner = Callable[..., Finished]
 
 
 def launcher(program: str) -> list[str]:
-    """The start of a command line that runs `daq` or `ident` of this checkout."""
+    """Beginning of a command line that runs `daq` or `ident` of this checkout."""
     return [sys.executable, "-W", "error", "-c", f"from {program}.cli import main; main()"]
 
 
@@ -53,11 +53,11 @@ def _runner(program: str, folder: Path) -> Runner:
 
 @pytest.fixture
 def daq(tmp_path: Path) -> Runner:
-    """Run `daq` in a folder of its own."""
+    """Run `daq` in a temporary folder."""
     return _runner("daq", tmp_path)
 
 
 @pytest.fixture
 def ident(tmp_path: Path) -> Runner:
-    """Run `ident` in a folder of its own."""
+    """Run `ident` in a temporary folder."""
     return _runner("ident", tmp_path)

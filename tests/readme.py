@@ -1,6 +1,6 @@
-"""Reading a document as a user does: its console blocks are commands with the output they are said to have.
+"""Read and refresh the console blocks of a document, which are commands with their output.
 
-`make readme` runs the commands of README.md and writes what they print into it.
+`make readme` runs the commands of README.md and writes their output into it.
 """
 
 import re
@@ -19,20 +19,20 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?")
 
 @dataclass(frozen=True)
 class Example:
-    """One `$ command` and the output shown below it; a line `...` stands for any number of lines."""
+    """A `$ command` and the output below it; a line `...` stands for any number of lines."""
 
     command: str
     output: str
 
 
 def prepared(folder: Path) -> Path:
-    """A folder in which the README's commands find what they need."""
+    """Copy the files that the commands of the README need into `folder`."""
     shutil.copytree(ROOT / "recordings" / "samples", folder / "recordings" / "samples")
     return folder
 
 
 def printed(command: str, folder: Path) -> str:
-    """What a command of the README prints in `folder`."""
+    """Output of a command of the README in `folder`."""
     done = subprocess.run(
         ["/bin/sh", "-c", f"PATH={Path(sys.executable).parent}:$PATH; {command}"],
         cwd=folder,
@@ -45,7 +45,7 @@ def printed(command: str, folder: Path) -> str:
 
 
 def examples(document: Path) -> list[Example]:
-    """The examples of a Markdown document, in its order."""
+    """Examples of a Markdown document, in order."""
     printed = []
     for block in _BLOCK.findall(document.read_text(encoding="utf-8")):
         for part in re.split(r"^\$ ", block, flags=re.MULTILINE)[1:]:
@@ -55,18 +55,19 @@ def examples(document: Path) -> list[Example]:
 
 
 def agrees(shown: str, printed: str, tolerance: float = 0.05) -> bool:
-    """Whether `printed` is what the document shows: the same words, numbers within a relative `tolerance` (another
-    processor rounds otherwise), any lines where it shows `...`."""
+    """Whether `printed` agrees with the output in the document.
+
+    Words must be the same and numbers within a relative `tolerance`, because processors round differently. `...`
+    stands for any lines.
+    """
     pieces = re.split(r"^\.\.\.$\n?", shown, flags=re.MULTILINE)
     pattern = r"[\s\S]*?".join(_words(piece) for piece in pieces)
     match = re.fullmatch(rf"\s*{pattern}\s*", printed)
     if match is None:
         return False
     expected = [float(number) for piece in pieces for number in _NUMBER.findall(piece)]
-    actual_words = [float(number) for number in match.groups()]
-    return all(
-        abs(a - b) <= tolerance * max(abs(a), abs(b)) + 2e-4 for a, b in zip(expected, actual_words, strict=True)
-    )
+    actual = [float(number) for number in match.groups()]
+    return all(abs(a - b) <= tolerance * max(abs(a), abs(b)) + 2e-4 for a, b in zip(expected, actual, strict=True))
 
 
 def _words(piece: str) -> str:
@@ -76,7 +77,7 @@ def _words(piece: str) -> str:
 
 
 def refresh(document: Path) -> None:
-    """Run the examples and put what they print in the place of what was shown; blocks with `...` stay as they are."""
+    """Run the examples and replace their outputs; blocks with `...` stay unchanged."""
     with tempfile.TemporaryDirectory() as name:
         folder = prepared(Path(name))
 

@@ -1,4 +1,4 @@
-"""A run that is watched from outside, as `daq record --status` tells of it."""
+"""Observe a run through the output of `daq record --status`."""
 
 import json
 import socket
@@ -8,24 +8,24 @@ from typing import Any
 
 
 def wait_until_moving(process: "subprocess.Popen[str]", cycles: int = 250) -> bool:
-    """Until the motion has gone on for so many cycles; False where the run ends before."""
+    """Wait until the motion has lasted for `cycles`; return False if the run ends before."""
     assert process.stdout is not None
-    return any(_moves(line, cycles) for line in process.stdout)
+    return any(_is_moving(line, cycles) for line in process.stdout)
 
 
-def _moves(line: str, cycles: int) -> bool:
-    told = json.loads(line)
-    return bool(told.get("status") == "stream" and told["done"] >= cycles)
+def _is_moving(line: str, cycles: int) -> bool:
+    status = json.loads(line)
+    return bool(status.get("status") == "stream" and status["done"] >= cycles)
 
 
 def last_told(lines: Iterable[str]) -> dict[str, Any]:
-    """The run's last status, which is there however it ended; empty where nothing was told."""
-    told = [json.loads(line) for line in lines if line.startswith('{"status"')]
-    return told[-1] if told else {}
+    """Last status of a run, however it ended; empty if there is none."""
+    statuses = [json.loads(line) for line in lines if line.startswith('{"status"')]
+    return statuses[-1] if statuses else {}
 
 
 def free_port() -> int:
-    """A UDP port that nobody on this machine uses now."""
+    """UDP port that is free now."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("", 0))
         port: int = probe.getsockname()[1]

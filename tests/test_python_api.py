@@ -1,4 +1,4 @@
-"""The Python API: the session of docs/python.md, its bad input, and what importing it costs."""
+"""Python API: the session of docs/python.md, invalid input, and light imports."""
 
 import re
 import shutil
@@ -16,7 +16,7 @@ SAMPLES = ROOT / "recordings" / "samples"
 
 
 @pytest.mark.slow
-def test_the_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("fig5a.mcap", "fig5b.mcap"):
         shutil.copy(SAMPLES / name, tmp_path)
     monkeypatch.chdir(tmp_path)
@@ -51,14 +51,14 @@ def test_every_public_name_has_a_docstring_and_its_types() -> None:
             assert set(public.__annotations__) >= {"return"}, name
 
 
-def test_a_file_in_place_of_a_list_of_files_is_refused() -> None:
+def test_file_in_place_of_a_list_of_files_is_refused() -> None:
     with pytest.raises(ident.BadInput, match="a list of files expected"):
         ident.fit("fig5a.mcap")
     with pytest.raises(ident.BadInput, match="does not exist"):
         ident.read("nothing.mcap")
 
 
-def test_an_unknown_method_or_setting_is_refused() -> None:
+def test_unknown_method_or_setting_is_refused() -> None:
     with pytest.raises(ident.BadInput, match="pso"):
         ident.fit(["a.mcap"], method="magic")
     with pytest.raises(ident.BadInput, match="'colour'"):

@@ -1,4 +1,4 @@
-"""README is true: its commands run and print what it shows, and the commands and files it names exist."""
+"""README agrees with the programs: its commands print the shown output; named commands and files exist."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,7 @@ README = ROOT / "README.md"
 
 
 @pytest.mark.slow
-def test_commands_print_what_is_shown(tmp_path: Path) -> None:
+def test_commands_print_the_shown_output(tmp_path: Path) -> None:
     folder = prepared(tmp_path)
     shown = examples(README)
     assert len(shown) >= 4
@@ -28,7 +28,7 @@ def test_every_command_is_in_the_readme() -> None:
             assert command in text, f"README says nothing of `{command}`"
 
 
-def test_every_make_target_and_file_named_exists() -> None:
+def test_every_named_make_target_and_file_exists() -> None:
     text = README.read_text(encoding="utf-8")
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     for target in re.findall(r"`make ([a-z-]+)`", text):
@@ -51,5 +51,5 @@ def test_every_make_target_and_file_named_exists() -> None:
         ("x\n", "x y\n", False),
     ],
 )
-def test_comparison_can_fail(shown: str, printed: str, expected: bool) -> None:
+def test_outputs_agree_up_to_the_tolerance_of_numbers(shown: str, printed: str, expected: bool) -> None:
     assert agrees(shown, printed) is expected

@@ -1,4 +1,4 @@
-"""A machine that stalls is seen, and excuses nothing but time."""
+"""Detection of a machine that stalls; it excuses only failures of timing."""
 
 import os
 import signal
@@ -14,7 +14,7 @@ from tests.timekeeping import Machine
 GOOD, BAD = Machine(0.01, 0.0005, 1.1), Machine(1.7, 0.004, 3.9)
 
 
-def test_the_figures_are_there_at_the_end_also_of_a_block_that_fails() -> None:
+def test_timekeeping_is_measured_even_if_the_block_fails() -> None:
     with suppress(KeyError), timekeeping.watched() as machine:
         time.sleep(0.1)
         raise KeyError
@@ -22,16 +22,16 @@ def test_the_figures_are_there_at_the_end_also_of_a_block_that_fails() -> None:
     assert 0 <= machine.usual <= machine.worst
 
 
-def test_a_stall_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stall_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
     started: list[int] = []
-    begin = subprocess.Popen
+    original_popen = subprocess.Popen
 
-    def remembered(*arguments: object, **options: object) -> object:
-        process = begin(*arguments, **options)  # type: ignore[call-overload]
+    def start_and_store(*arguments: object, **options: object) -> object:
+        process = original_popen(*arguments, **options)  # type: ignore[call-overload]
         started.append(process.pid)
         return process
 
-    monkeypatch.setattr(subprocess, "Popen", remembered)
+    monkeypatch.setattr(subprocess, "Popen", start_and_store)
     with timekeeping.watched() as machine:
         time.sleep(0.1)
         os.kill(started[0], signal.SIGSTOP)
@@ -42,12 +42,12 @@ def test_a_stall_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     assert not machine.keeps_time
 
 
-def test_what_holds_is_shown_on_any_machine() -> None:
+def test_condition_that_holds_passes_on_any_machine() -> None:
     GOOD.expect(True, "late")
     BAD.expect(True, "late")
 
 
-def test_what_does_not_hold_fails_where_the_machine_keeps_time() -> None:
+def test_condition_that_does_not_hold_fails_only_on_a_machine_that_keeps_time() -> None:
     with pytest.raises(pytest.fail.Exception, match="answers lost"):
         GOOD.expect(False, "answers lost")
     with pytest.raises(pytest.skip.Exception, match=r"up to 1700 ms late.*answers lost"):

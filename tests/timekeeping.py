@@ -1,7 +1,7 @@
-"""Whether this machine keeps time while a test runs.
+"""Measure whether this machine keeps time while a test runs.
 
-What a test shows about contents must not depend on it. What it shows about time means something only on a machine
-that wakes a sleeping process when it is due, so it is measured, by a process that does nothing else:
+Tests of contents must not depend on timing. Tests of timing are valid only on a machine that wakes sleeping processes
+in time, which a separate process measures:
 
     with timekeeping.watched() as machine:
         done = daq("record", "--pace", "realtime", ...)
@@ -17,16 +17,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 WORST, USUAL, SLOWNESS = 0.1, 0.002, 2.0
-"""A machine that keeps time is never later than this [s], 99 times of 100 not later than this [s], and not so many
-times slower than the machine for which the rates in the tests were chosen."""
+"""Limits of a machine that keeps time: largest delay of a wake-up [s], 99 % quantile of the delays [s], and slowness
+relative to the machine for which the rates in the tests were chosen."""
 
-_TURNS, _TURNS_TAKE = 20_000, 20_000 * 14e-9
-"""Turns of an empty loop in each step, and how long they take on that machine [s]."""
+_LOOP_COUNT, _LOOP_DURATION = 20_000, 20_000 * 14e-9
+"""Iterations of an empty loop in each step, and their duration on that machine [s]."""
 
 
 @dataclass
 class Machine:
-    """How this machine kept time. The figures are there when the block of `watched` has ended."""
+    """Timekeeping of this machine; complete when the block of `watched` has ended."""
 
     worst: float = 0.0
     usual: float = 0.0
@@ -34,19 +34,19 @@ class Machine:
 
     @property
     def keeps_time(self) -> bool:
-        """Whether something shown about time means something."""
+        """Whether tests of timing are valid."""
         return self.worst <= WORST and self.usual <= USUAL and self.slowness <= SLOWNESS
 
     def expect(self, holds: bool, otherwise: str) -> None:
-        """Fail where something about time does not hold; skip the rest where this machine does not keep time."""
+        """If a condition on timing does not hold, fail; on a machine that does not keep time, skip instead."""
         if holds:
             return
-        import pytest  # not in the process that watches
+        import pytest  # not needed in the measuring process
 
         if self.keeps_time:
             pytest.fail(f"{otherwise}\n(this machine keeps time: {self})")
-        last = next(reversed(otherwise.strip().splitlines()), "")
-        pytest.skip(f"this machine does not keep time: {self}. So nothing follows from: {last}")
+        last_line = next(reversed(otherwise.strip().splitlines()), "")
+        pytest.skip(f"this machine does not keep time: {self}. So nothing follows from: {last_line}")
 
     def __str__(self) -> str:
         return (
@@ -57,7 +57,7 @@ class Machine:
 
 @contextmanager
 def watched(step: float = 0.005) -> Iterator[Machine]:
-    """Watch the machine during a block, every `step` [s], for 0.3 ms. The figures are there also where it fails."""
+    """Measure the timekeeping during a block, every `step` [s] for 0.3 ms, also if the block fails."""
     machine = Machine()
     command = [sys.executable, "-S", "-E", __file__, str(step)]
     watcher = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -72,24 +72,28 @@ def watched(step: float = 0.005) -> Iterator[Machine]:
 
 
 def _watch(step: float) -> None:
-    """Sleep and compute in small steps until SIGTERM; print how late the worst and the 99th of 100 steps began [s],
-    and how many times slower than usual the computing went."""
-    over: list[int] = []
-    signal.signal(signal.SIGTERM, lambda number, frame: over.append(number))
+    """Sleep and compute in small steps until SIGTERM; print the timekeeping.
+
+    The numbers are the largest delay and the 99 % quantile of the delays [s], and the slowness of the computation.
+    """
+    stop_signals: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, frame: stop_signals.append(number))
     print("watching", flush=True)
-    late: list[float] = []
-    took: list[float] = []
-    while not over or not late:
-        slept = time.perf_counter()
+    delays: list[float] = []
+    durations: list[float] = []
+    while not stop_signals or not delays:
+        sleep_start = time.perf_counter()
         time.sleep(step)
-        woken = time.perf_counter()
-        for _ in range(_TURNS):
+        sleep_end = time.perf_counter()
+        for _ in range(_LOOP_COUNT):
             pass
-        late.append(max(0.0, woken - slept - step))
-        took.append(time.perf_counter() - woken)
-    # A stall while it computes is a stall.
-    stalls = [delay + max(0.0, duration - 4 * _TURNS_TAKE) for delay, duration in zip(late, took, strict=True)]
-    print(max(stalls), sorted(stalls)[int(0.99 * len(stalls))], sum(took) / len(took) / _TURNS_TAKE)
+        delays.append(max(0.0, sleep_end - sleep_start - step))
+        durations.append(time.perf_counter() - sleep_end)
+    # A stall during the computation counts, too.
+    stalls = [
+        delay + max(0.0, duration - 4 * _LOOP_DURATION) for delay, duration in zip(delays, durations, strict=True)
+    ]
+    print(max(stalls), sorted(stalls)[int(0.99 * len(stalls))], sum(durations) / len(durations) / _LOOP_DURATION)
 
 
 if __name__ == "__main__":
