@@ -21,7 +21,7 @@ def of_recorder(answer_timeout: float) -> None:
     stream._POWER_TIMEOUT = STALL
     canopen_drive._HEARTBEAT_TIMEOUT = STALL
     canopen_setup.MASTER_TIMEOUT_MS = round(1000 * STALL)
-    listen.SILENCE = STALL
+    listen.SYNC_TIMEOUT = STALL
 
 
 def of_simulation() -> None:
