@@ -82,7 +82,7 @@ def fit(
     from ident.identification.identify import FitOptions, identify
     from ident.identification.model import Model
 
-    paths, held_out = _paths(files), Path(validate) if validate else None
+    paths, (held_out, *_) = _paths(files), (*_paths([] if validate is None else [validate], least=0), None)
     check_not_repeated([*paths, *([held_out] if held_out else [])])
     options = FitOptions(
         method=method,
@@ -90,8 +90,8 @@ def fit(
         seed=seed,
         preprocessing=preprocessing,
         cutoff=cutoff,
-        effects=tuple(effects),
-        effect_files=_paths(effect_files),
+        effects=_names(effects),
+        effect_files=_paths(effect_files, least=0),
         physical=physical,
         intervals=intervals,
     )
@@ -109,7 +109,7 @@ def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
     from ident.identification import model_file
     from ident.identification.model import Model
 
-    return Model(model_file.load(Path(path)), library(_paths(effect_files)))
+    return Model(model_file.load(Path(path)), library(_paths(effect_files, least=0)))
 
 
 def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
@@ -121,12 +121,13 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     from ident.identification.prediction import predict
     from ident.residuals.analysis import analyse
 
+    _check_model(model)
     return analyse(model.file, predict(model.file, _paths(files), model.library))
 
 
 def diagnose(
     files: Sequence[File],
-    validate: File | Sequence[File] = (),
+    validate: File | Sequence[File] | None = None,
     *,
     model: Model | None = None,
     effect_files: Sequence[File] = (),
@@ -149,12 +150,31 @@ def diagnose(
     from ident.diagnosis.diagnosis import DiagnosisOptions
     from ident.diagnosis.result import diagnosed
 
-    held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate)
-    options = DiagnosisOptions(preprocessing, cutoff, tuple(only))
-    return diagnosed(_paths(files), held_out, _paths(effect_files), options, progress, model)
+    if model is not None:
+        _check_model(model)
+    held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
+    options = DiagnosisOptions(preprocessing, cutoff, _names(only))
+    return diagnosed(_paths(files), held_out, _paths(effect_files, least=0), options, progress, model)
 
 
-def _paths(files: Sequence[File]) -> tuple[Path, ...]:
+def _paths(files: Sequence[File], least: int = 1) -> tuple[Path, ...]:
     if isinstance(files, (str, Path)):
         raise BadInput(f"a list of files expected, '{files}' found; write [{str(files)!r}]")
+    if not isinstance(files, Sequence) or not all(isinstance(file, (str, Path)) for file in files):
+        raise BadInput(f"a list of files expected, {files!r} found; give their paths")
+    if len(files) < least:
+        raise BadInput("at least one recording expected, none found; check the pattern or the folder")
     return tuple(Path(file) for file in files)
+
+
+def _names(effects: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(effects, str):
+        raise BadInput(f"a list of effects expected, '{effects}' found; write ['{effects}']")
+    return tuple(effects)
+
+
+def _check_model(model: object) -> None:
+    from ident.identification.model import Model
+
+    if not isinstance(model, Model):
+        raise BadInput(f"a model expected, {type(model).__name__} found; use ident.fit or ident.load_model")

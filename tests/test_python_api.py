@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -63,3 +64,20 @@ def test_unknown_method_or_setting_is_refused() -> None:
         ident.fit(["a.mcap"], method="magic")
     with pytest.raises(ident.BadInput, match="'colour'"):
         ident.fit(["a.mcap"], settings={"colour": "red"})
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: ident.fit([]), "at least one recording expected"),
+        (lambda: ident.fit([None]), "a list of files expected"),  # type: ignore[list-item]
+        (lambda: ident.fit(["a.mcap"], effects="stribeck"), r"write \['stribeck'\]"),
+        (lambda: ident.fit(["a.mcap"], validate=["b.mcap"]), "a list of files expected"),  # type: ignore[arg-type]
+        (lambda: ident.compare("a.json", ["a.mcap"]), "a model expected, str found"),  # type: ignore[arg-type]
+        (lambda: ident.diagnose(["a.mcap"], model="a.json"), "a model expected"),  # type: ignore[arg-type]
+        (lambda: ident.load_model("."), "a folder found"),
+    ],
+)
+def test_arguments_of_the_wrong_kind_are_refused(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(ident.BadInput, match=message):
+        call()

@@ -48,8 +48,16 @@ class Model:
         return {parameter.name: parameter.value for parameter in self.file.parameters}
 
     def save(self, path: str | Path) -> None:
-        """Write the model file `path`, as `ident fit` does."""
-        model_file.save(self.file, Path(path))
+        """Write the model file `path`, replacing an existing one.
+
+        Raises:
+            BadInput: the file cannot be written.
+        """
+        try:
+            model_file.save(self.file, Path(path))
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise BadInput(f"model file {path} cannot be written: {reason}; choose another place") from None
 
     def torque(
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None, t: ArrayLike | None = None
@@ -81,7 +89,8 @@ class Model:
         Raises:
             BadInput: `q` has another shape.
         """
-        at_rest = self._motion(q, np.zeros_like(q, float), np.zeros_like(q, float))
+        position = _array(q, "q")
+        at_rest = self._motion(position, np.zeros_like(position), np.zeros_like(position))
         inputs = self._dynamics.inputs(at_rest)
         still = inputs.motion
 
@@ -102,10 +111,12 @@ class Model:
         self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None, t: ArrayLike | None
     ) -> EffectInputs:
         motion = self._motion(q, qd, qdd)
+        if dt is not None and not 0 < float(_array(dt, "dt")) < np.inf:
+            raise BadInput(f"dt, a time step above 0 s, expected, {dt!r} found")
         return self._dynamics.inputs(motion, dt, _time(t, len(motion.position)))
 
     def _motion(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Motion:
-        arrays = [np.array(x, float) for x in (q, qd, qdd)]
+        arrays = [_array(x, name) for x, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
         dof = len(self.file.joints)
         if any(x.ndim != 2 or x.shape != arrays[0].shape or x.shape[1] != dof for x in arrays):
             shapes = ", ".join(str(x.shape) for x in arrays)
@@ -114,10 +125,18 @@ class Model:
         return Motion(position, velocity, acceleration, np.sign(velocity))
 
 
+def _array(x: ArrayLike, name: str) -> Floats:
+    """Return a copy, so that nobody writes into the user's array."""
+    try:
+        return np.array(x, float)
+    except (TypeError, ValueError):
+        raise BadInput(f"{name}: an array of real numbers expected, {type(x).__name__} found") from None
+
+
 def _time(t: ArrayLike | None, n: int) -> Floats | None:
     if t is None:
         return None
-    time = np.asarray(t, float)
+    time = _array(t, "t")
     if time.shape != (n,):
         raise BadInput(f"t of shape ({n},) expected, {time.shape} found; give one instant per row")
     return time

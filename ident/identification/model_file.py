@@ -185,6 +185,8 @@ def load(path: Path) -> ModelFile:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
+    except IsADirectoryError:
+        raise BadInput(f"model file {path}: a file expected, a folder found; check the path") from None
     except FileNotFoundError:
         raise BadInput(f"model file {path} does not exist; check the path") from None
     except (UnicodeDecodeError, json.JSONDecodeError) as error:

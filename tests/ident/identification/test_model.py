@@ -74,3 +74,12 @@ def test_arrays_of_other_shapes_are_refused(model: Model) -> None:
         model.torque(Q[:, :2], QD[:, :2], QDD[:, :2])
     with pytest.raises(BadInput, match="one instant per row"):
         model.torque(Q, QD, QDD, t=TIME[:5])
+
+
+def test_what_is_no_array_or_no_time_step_is_refused(model: Model, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="qd: an array of real numbers expected"):
+        model.torque(Q, "fast", QDD)
+    with pytest.raises(BadInput, match="dt, a time step above 0 s"):
+        model.torque(Q, QD, QDD, dt=0.0)
+    with pytest.raises(BadInput, match="cannot be written"):
+        model.save(tmp_path / "nothing" / "m.json")
