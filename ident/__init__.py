@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from recordings.errors import BadInput, RunFailed
 
@@ -81,7 +81,12 @@ def fit(
     from ident.estimation import estimators
     from ident.identification.identify import FitOptions, identify
     from ident.identification.model import Model
+    from ident.uncertainty.covariance import IntervalMethod
 
+    if intervals not in get_args(IntervalMethod):
+        raise BadInput(f"intervals: one of {', '.join(get_args(IntervalMethod))} expected, {intervals!r} found")
+    if seed < 0:
+        raise BadInput(f"a seed of 0 or more expected, {seed} found")
     paths, (held_out, *_) = _paths(files), (*_paths([] if validate is None else [validate], least=0), None)
     check_not_repeated([*paths, *([held_out] if held_out else [])])
     options = FitOptions(

@@ -76,6 +76,8 @@ def test_unknown_method_or_setting_is_refused() -> None:
         (lambda: ident.compare("a.json", ["a.mcap"]), "a model expected, str found"),  # type: ignore[arg-type]
         (lambda: ident.diagnose(["a.mcap"], model="a.json"), "a model expected"),  # type: ignore[arg-type]
         (lambda: ident.load_model("."), "a folder found"),
+        (lambda: ident.fit(["a.mcap"], intervals="foo"), "intervals: one of stationary, hac"),  # type: ignore[arg-type]
+        (lambda: ident.fit(["a.mcap"], seed=-1), "a seed of 0 or more"),
     ],
 )
 def test_arguments_of_the_wrong_kind_are_refused(call: Callable[[], object], message: str) -> None:
