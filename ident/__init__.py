@@ -87,8 +87,8 @@ def fit(
         raise BadInput(f"intervals: one of {', '.join(get_args(IntervalMethod))} expected, {intervals!r} found")
     if seed < 0:
         raise BadInput(f"a seed of 0 or more expected, {seed} found")
-    paths, (held_out, *_) = _paths(files), (*_paths([] if validate is None else [validate], least=0), None)
-    check_not_repeated([*paths, *([held_out] if held_out else [])])
+    paths, held_out = _paths(files), _paths([] if validate is None else [validate], least=0)
+    check_not_repeated([*paths, *held_out])
     options = FitOptions(
         method=method,
         settings=estimators.settings(method, settings or {}),
@@ -96,12 +96,12 @@ def fit(
         preprocessing=preprocessing,
         cutoff=cutoff,
         effects=_names(effects),
-        effect_files=_paths(effect_files, least=0),
+        library=library(_paths(effect_files, least=0)),
         physical=physical,
         intervals=intervals,
     )
-    identification = identify(paths, held_out, options, progress)
-    return Model(identification.model, library(options.effect_files), identification)
+    identification = identify(paths, held_out[0] if held_out else None, options, progress)
+    return Model(identification.model, options.library, identification)
 
 
 def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
@@ -145,7 +145,7 @@ def diagnose(
 
     validate: recordings of other motions that no fit sees; without any, phase segments are held out.
     model: the model whose effects are the start; None: the base model.
-    effect_files: Python files with effects of your own; they are executed.
+    effect_files: Python files with effects of your own; they are executed. Without any: those of `model`.
     preprocessing, cutoff: as in `fit`.
     only: effects to add in this order, without any others.
 

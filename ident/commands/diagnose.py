@@ -118,7 +118,7 @@ def command(
             files,
             validate,
             model=start,
-            effect_files=effect_files,
+            effect_files=() if start else effect_files,
             preprocessing=preprocess,
             cutoff=cutoff,
             only=only,

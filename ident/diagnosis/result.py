@@ -63,6 +63,7 @@ def diagnosed(
     model: Model | None,
 ) -> DiagnosisResult:
     """Diagnose the recordings `files`, see `ident.diagnose`."""
-    effects = library(effect_files)
+    # A file of the user is executed once: what the model was loaded with is there already.
+    effects = model.library if model and not effect_files else library(effect_files)
     diagnosis = diagnose(files, validate, effects, options, progress, model.file if model else None)
     return DiagnosisResult(to_document(diagnosis), diagnosis, tuple(files), tuple(validate), options)

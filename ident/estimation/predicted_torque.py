@@ -109,7 +109,7 @@ class TorquePredictor:
             key.append((term.name, *(tuple(value.tolist()) for value in values.values())))
             rig = effect.rig(rig, values) if effect.rig else rig
             if effect.position:
-                corrections.append(_correction(effect.position, rig, values))
+                corrections.append(position_correction(effect.position, rig, values))
         if len(key) == 1:
             return self.prepared.as_recorded
 
@@ -205,7 +205,8 @@ class TorquePredictor:
         return cast(_T, self._cache[key])
 
 
-def _correction(
+def position_correction(
     correct: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values
 ) -> Callable[[Floats], Floats]:
+    """Return the function from measured to true positions (n, dof) of an effect on encoders."""
     return lambda measured: correct(measured, rig, values)

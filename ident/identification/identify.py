@@ -1,7 +1,7 @@
 """Identify a model from recordings: read, preprocess, fit, and assess on training and validation data."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,8 @@ from ident.data.dataset import Dataset, build_all
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import holds_torque
 from ident.dynamics import mechanisms
-from ident.dynamics.effects.library import library
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.library import library as load_library
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
@@ -57,8 +58,8 @@ class FitOptions:
     """[Hz]; None: chosen by the preprocessing."""
     effects: tuple[str, ...] = ()
     """Effects added to the mechanism: NAME, or NAME:1,3 for some joints."""
-    effect_files: tuple[Path, ...] = ()
-    """Files with user-defined effects."""
+    library: Mapping[str, Effect] = field(default_factory=load_library)
+    """Effects by name, in which `effects` are looked up."""
     physical: bool = False
     """Constrain friction to oppose motion."""
     intervals: IntervalMethod = "stationary"
@@ -167,9 +168,7 @@ def _mechanism_and_datasets(
         linearized = LinearizedModel(*known_structure)
     else:
         training = [next(prepared) for _ in range(fitted)]
-        linearized = fit_shape_parameters(
-            training, parse_terms(options.effects, library(options.effect_files), recordings[0])
-        )
+        linearized = fit_shape_parameters(training, parse_terms(options.effects, options.library, recordings[0]))
         prepared = chain(training, prepared)
     datasets = (linearized.dataset(recording) for recording in prepared)
     return linearized, tuple(

@@ -3,19 +3,18 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
 from ident.data.prepared_recording import CorrectedMotion
 from ident.dynamics import mechanisms
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Signal, Values
+from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
+from ident.estimation.predicted_torque import position_correction
 from recordings.errors import BadInput
 from recordings.recording import Floats
-from recordings.rig import Rig
 
 _STEP = 1e-4
 """Of the differences by which velocity and acceleration are corrected together with the position [rad or m]."""
@@ -55,7 +54,7 @@ class InverseDynamics:
                 values = self.structure.signal_values(index, self.values)
                 rig = term.effect.rig(rig, values) if term.effect.rig else rig
                 if term.effect.position:
-                    motion = _corrected(motion, partial(_positions, term.effect.position, rig, values))
+                    motion = _corrected(motion, position_correction(term.effect.position, rig, values))
         mechanism = self.structure.mechanism if rig is self.structure.rig else mechanisms.create(rig)
         rate = np.nan if dt is None else 1 / dt
         time = np.full(len(motion.position), np.nan) if t is None else t
@@ -115,12 +114,6 @@ def _naming(term: Term) -> Iterator[None]:
         yield
     except NotGiven as missing:
         raise BadInput(f"effect {term.name} needs {missing}: none found; give it") from None
-
-
-def _positions(
-    correct: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values, measured: Floats
-) -> Floats:
-    return correct(measured, rig, values)
 
 
 def _corrected(motion: Motion, correct: Callable[[Floats], Floats]) -> Motion:

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify
 from ident.residuals.phases import fit_sentences
@@ -29,7 +30,7 @@ def run_swarm(
     """
     settings = estimators.settings(METHOD, {})
     options = identify.FitOptions(
-        METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, tuple(effect_files)
+        METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, library(effect_files)
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
