@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.demo import record
-from ident.data.dataset import build
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import prepare
 from ident.estimation.estimators import pso
 from ident.estimation.lad_certificate import certify
 from ident.estimation.linear_fit import search_region
 from ident.estimation.problem import Problem
+from ident.estimation.regression import Regression
 from recordings.reader import read
 
 SEEDS = 20
@@ -22,10 +22,9 @@ NEAR = 1e-6
 
 def problem(recording: Path, preprocessing: str) -> Problem:
     """L1 problem of a `recording` within the search region."""
-    measured = read(recording)
-    mechanism = mechanisms.create(measured.rig)
-    regressor, torque = build(measured, mechanism, preprocessing, None).rows()
-    return Problem(regressor, torque, search_region(mechanism.parameters, regressor, torque))
+    prepared = prepare(read(recording), preprocessing, None)
+    regressor, torque = Regression.of_mechanism(prepared).rows()
+    return Problem(regressor, torque, search_region(prepared.mechanism.parameters, regressor, torque))
 
 
 def main() -> None:

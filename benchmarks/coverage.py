@@ -21,11 +21,12 @@ from scipy.stats import norm
 
 from benchmarks.demo import record
 from ident.data import noise, preprocessing
-from ident.data.dataset import Dataset, build
+from ident.data.prepared_recording import prepare
 from ident.data.samples import sample
 from ident.dynamics import mechanisms
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
+from ident.estimation.regression import Regression
 from ident.uncertainty.assessment import loss_of, uncertainty_of
 from ident.uncertainty.covariance import IntervalMethod
 from recordings.reader import read
@@ -83,36 +84,38 @@ class Machine:
     def __init__(self, measured: Recording) -> None:
         """Take the motion from `measured`."""
         samples = sample(measured)
-        self.mechanism = mechanisms.create(measured.rig)
+        mechanism = mechanisms.create(measured.rig)
         motion = preprocessing.load("parallel")(samples, CUTOFF).motion
-        torque = self.mechanism.regressor(motion) @ TRUTH
+        torque = mechanism.regressor(motion) @ TRUTH
         self.voltage = np.sign(torque) * np.sqrt(np.abs(torque) / measured.rig.torque.gain)
         self.exact = replace(measured, voltage=self.voltage)
-        self.dataset = build(self.exact, self.mechanism, "parallel", CUTOFF)
+        self.prepared = prepare(self.exact, "parallel", CUTOFF)
 
-    def dataset_with(self, volts: Floats) -> Dataset:
-        """Dataset of a recording with the noise `volts` (n, dof); its positions, thus its regressor, stay."""
+    def with_noise(self, volts: Floats) -> Regression:
+        """Regression of a recording with the noise `volts` (n, dof); its positions, thus its regressor, stay."""
         noisy = replace(self.exact, voltage=self.voltage + volts)
-        prepared = preprocessing.load("parallel")(sample(noisy), CUTOFF)
-        torque = np.where(np.isfinite(self.dataset.torque), prepared.torque, np.nan)
-        return replace(self.dataset, recording=noisy, torque=torque, volt_sensitivity=prepared.sensitivity)
+        preprocessed = preprocessing.load("parallel")(sample(noisy), CUTOFF)
+        torque = np.where(self.prepared.usable, preprocessed.torque, np.nan)
+        prepared = replace(self.prepared, recording=noisy, preprocessed=preprocessed, torque=torque)
+        return Regression.of_mechanism(prepared)
 
     def estimates_of(self, scenario: Scenario, seed: int) -> Estimates:
         """Estimates and intervals of one recording with random noise."""
         generator = np.random.default_rng([seed, round(1e3 * scenario.correlation)])
         rate = self.exact.run.rate
-        dataset = self.dataset_with(scenario.draw(self.voltage.shape, rate, generator))
-        results = [self._fit_method(dataset, method) for method in scenario.methods]
+        regression = self.with_noise(scenario.draw(self.voltage.shape, rate, generator))
+        results = [self._fit_method(regression, method) for method in scenario.methods]
         return Estimates(*(np.stack(arrays) for arrays in zip(*results, strict=True)))
 
-    def _fit_method(self, dataset: Dataset, method: str) -> tuple[Floats, Floats]:
+    def _fit_method(self, regression: Regression, method: str) -> tuple[Floats, Floats]:
         settings = estimators.settings(method, {})
-        result = fit([dataset], self.mechanism, method, settings, np.random.default_rng(0), lambda *_: None)
-        residual = dataset.torque - result.torque(dataset)
-        spectrum, loss = noise.estimate([dataset], [residual]), loss_of(result, method)
+        parameters = self.prepared.mechanism.parameters
+        result = fit([regression], parameters, method, settings, np.random.default_rng(0), lambda *_: None)
+        residual = regression.residual(result.parameters)
+        spectrum, loss = noise.estimate([regression.prepared], [residual]), loss_of(result, method)
         free = np.ones(len(TRUTH), bool)
         widths = [
-            uncertainty_of([dataset], [residual], spectrum, loss, interval_method, free).half_width()
+            uncertainty_of([regression], [residual], spectrum, loss, interval_method, free).half_width()
             for interval_method in INTERVAL_METHODS
         ]
         return result.parameters - TRUTH, np.stack(widths)

@@ -12,7 +12,6 @@ from recordings.rig import Rig
 from trajectories import kinematics
 from trajectories.trajectory import Trajectory
 
-GRAVITY = 9.81
 SLOW, MOVE = "slow the motion down", "move the path"
 
 
@@ -94,22 +93,26 @@ def usage(trajectory: Trajectory, rig: Rig) -> dict[str, Floats]:
 def torque_estimate(trajectory: Trajectory, rig: Rig) -> Floats:
     """Estimate the joint torque (n, 3) [N m] of a frictionless rigid robot with the masses of `rig.nominal`.
 
-    Form of (25), with half of each forearm's mass at its elbow and half on the platform, and the inertia of the arm
-    about its joint: Eqs. (1)-(2) count the forearms twice and omit the parallel-axis term.
+    Eq. (26) with `nominal_parameters`: Eqs. (1)-(2) count the forearms twice and omit the parallel-axis term.
     """
-    geometry, nominal = rig.geometry, rig.nominal
-    theta, speed, P = trajectory.joint_position, trajectory.joint_velocity, trajectory.platform
-    J = kinematics.jacobian(geometry, theta, P)
-    J_dot = kinematics.jacobian_derivative(geometry, theta, P, speed, J)
-    P_ddot = np.einsum("nij,nj->ni", J, trajectory.joint_acceleration) + np.einsum("nij,nj->ni", J_dot, speed)
-    elbow_mass, platform_mass = nominal.m_d / 2, nominal.m_p + 3 * nominal.m_d / 2
-    inertia = nominal.motor_inertia + nominal.I_L1 + nominal.m_a * nominal.L1c**2 + elbow_mass * geometry.L1**2
-    weight = GRAVITY * (nominal.m_a * nominal.L1c + elbow_mass * geometry.L1)
-    force = platform_mass * (P_ddot + np.array([0.0, 0.0, GRAVITY]))
+    theta, acceleration = trajectory.joint_position, trajectory.joint_acceleration
+    _, _, P_ddot, J = kinematics.platform_motion(rig.geometry, theta, trajectory.joint_velocity, acceleration)
+    m_p, T_g, inertia = nominal_parameters(rig)
     torque: Floats = (
-        inertia * trajectory.joint_acceleration + weight * np.cos(theta) + np.einsum("nji,nj->ni", J, force)
+        inertia * acceleration + T_g * np.cos(theta) + m_p * np.einsum("nji,nj->ni", J, P_ddot - kinematics.GRAVITY)
     )
     return torque
+
+
+def nominal_parameters(rig: Rig) -> tuple[float, float, float]:
+    """m_p [kg], T_g [N m] and the inertia of each joint [kg m^2] in Eq. (26), from the masses of the rig file.
+
+    Half of each forearm's mass is at its elbow and half on the platform; the inertia of the arm is about its joint.
+    """
+    nominal, arm = rig.nominal, rig.geometry.L1
+    inertia = nominal.motor_inertia + nominal.I_L1 + nominal.m_a * nominal.L1c**2 + nominal.m_d / 2 * arm**2
+    weight = -kinematics.GRAVITY[2] * (nominal.m_a * nominal.L1c + nominal.m_d / 2 * arm)
+    return nominal.m_p + 3 * nominal.m_d / 2, float(weight), inertia
 
 
 def _bounds(trajectory: Trajectory, rig: Rig) -> Iterator[_Bound]:

@@ -13,6 +13,9 @@ from recordings.errors import BadInput
 from recordings.recording import Floats
 from recordings.rig import Geometry
 
+GRAVITY: Floats = np.array([0.0, 0.0, -9.81])
+"""[m/s^2]"""
+
 _ignore_invalid = np.errstate(invalid="ignore", divide="ignore")
 """Suppresses warnings: unknown and singular rows give NaN or infinity, which the caller masks."""
 

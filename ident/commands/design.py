@@ -158,8 +158,8 @@ def command(
     from rich.console import Console
 
     from ident.design.designs import DesignRequest, design_discrimination, design_excitation
+    from ident.design.model import with_effects
     from ident.design.recorded import read_recorded_motions as from_recordings
-    from ident.design.with_effects import with_effects
     from ident.dynamics.effects.library import library
     from ident.output.console import design
     from ident.output.console.progress import progress_bar

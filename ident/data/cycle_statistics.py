@@ -14,7 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
+from ident.data.samples import Samples
 from ident.filters import convolve
 from recordings.recording import Floats
 
@@ -73,18 +74,20 @@ class CycleStatistics:
         return min(max(1 - self.noise / self.total, 0.0), 1.0) if self.total else 0.0
 
 
-def by_cycle(dataset: Dataset, x: Floats) -> Floats:
-    """Arrange rows `x` (m, ...) of `dataset` as (cycles, phases, ...); NaN where there is no row.
+def by_cycle(rows: PreparedRecording | Samples, x: Floats) -> Floats:
+    """Arrange `x` (m, ...) as (cycles, phases, ...); NaN where there is no row.
+
+    rows: a recording, or for signals at full rate its samples.
 
     If the rows of a cycle do not fall on the phases of the first one, values are interpolated by a windowed sinc.
     They are NaN where its window reaches a gap.
     """
-    inside = np.flatnonzero(dataset.repeat >= 0)
-    numbers, cycle = np.unique(dataset.repeat[inside], return_inverse=True)
+    inside = np.flatnonzero(rows.repeat >= 0)
+    numbers, cycle = np.unique(rows.repeat[inside], return_inverse=True)
     if not len(numbers):
         return np.empty((0, 0, *x.shape[1:]))
     # Phases are counted from the first row of the first cycle, which need not be exactly its beginning.
-    place = (dataset.phase[inside] - dataset.phase[inside[0]]) * dataset.rate
+    place = (rows.phase[inside] - rows.phase[inside[0]]) * rows.rate
     offset = np.round(place - np.floor(place + 1e-4), 4)
     phase = np.rint(place - offset).astype(np.int64)
     table = np.full((len(numbers), max(int(phase.max()), 0) + 1, *x.shape[1:]), np.nan)
@@ -128,12 +131,25 @@ def _pooled(recordings: Sequence[CycleStatistics]) -> CycleStatistics:
     )
 
 
-def of_residuals(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[CycleStatistics, ...] | None:
-    """Pooled statistics of `residuals` (m, dof), one array for each of `datasets`; None without repeated cycles."""
+def of_residuals(
+    recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]
+) -> tuple[CycleStatistics, ...] | None:
+    """Pooled statistics of `residuals` (m, dof), one array for each of `recordings`; None without repeated cycles."""
     statistics = [
-        of_cycles(by_cycle(dataset, residual)) for dataset, residual in zip(datasets, residuals, strict=True)
+        of_cycles(by_cycle(prepared, residual)) for prepared, residual in zip(recordings, residuals, strict=True)
     ]
     return pooled([recording for recording in statistics if recording])
+
+
+def repeating_share(prepared: PreparedRecording) -> Floats:
+    """(dof,) repeating share (0 to 1) of the measured position that the low-pass of the motion removes."""
+    removed = prepared.samples.position - prepared.as_recorded.motion.position
+    statistics = of_cycles(by_cycle(prepared.samples, removed))
+    if statistics is None:
+        return np.ones(removed.shape[1])
+    return np.array(
+        [min(max(joint.repeating / joint.total, 0.0), 1.0) if joint.total else 0.0 for joint in statistics]
+    )
 
 
 def _shift_rows(x: Floats, shift: float) -> Floats:

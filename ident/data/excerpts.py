@@ -1,10 +1,10 @@
 """Excerpts of a long recording that are as informative about the model as the whole recording."""
 
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ident import slicing
 from recordings.recording import Recording
 
 MAX_DURATION = 150.0
@@ -48,11 +48,6 @@ def _span(recording: Recording, first: int, last: int) -> tuple[float, float]:
 
 def _cut(recording: Recording, start: float, end: float) -> Excerpt:
     selected = (recording.time >= start) & (recording.time <= end)
-    arrays: dict[str, Any] = {
-        name: value[selected]
-        for name in (field.name for field in fields(Recording))
-        if isinstance(value := getattr(recording, name), np.ndarray)
-    }
-    first = float(arrays["time"][0])
-    extra = {name: value[selected] for name, value in recording.extra.items()}
-    return Excerpt(replace(recording, **{**arrays, "time": arrays["time"] - first}, extra=extra), first)
+    cut = slicing.along_time(recording, selected)
+    start = float(cut.time[0])
+    return Excerpt(replace(cut, time=cut.time - start), start)

@@ -6,7 +6,8 @@ the motion. Hence the model of each joint
 
     variance of the torque = (volts * sensitivity)^2 + floor^2,
 
-with the sensitivity [N m/V] of each sample (`Dataset.volt_sensitivity`); volts and floor are estimated from the data.
+with the sensitivity [N m/V] of each row (`PreparedRecording.volt_sensitivity`); volts and floor are estimated from
+the data.
 """
 
 from collections.abc import Sequence
@@ -17,7 +18,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cycle_statistics
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import drive_signal
 from recordings.recording import Floats
 
@@ -45,22 +46,22 @@ class Noise:
         return std
 
 
-def estimate(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[Noise, ...]:
-    """Estimate the noise of each joint from the `residuals` (m, dof) [N m] of a fit to `datasets`.
+def estimate(recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]) -> tuple[Noise, ...]:
+    """Estimate the noise of each joint from the `residuals` (m, dof) [N m] of a fit to `recordings`.
 
     The estimate uses the differences between cycles, if the motion is repeated. Otherwise it uses the voltage above
     the bandwidth of the analysis, assuming white noise; the floor then covers only the curvature of the map.
     """
-    dof = datasets[0].torque.shape[1]
-    pairs = [_between_cycles(dataset, residual) for dataset, residual in zip(datasets, residuals, strict=True)]
+    dof = recordings[0].torque.shape[1]
+    pairs = [_between_cycles(recording, residual) for recording, residual in zip(recordings, residuals, strict=True)]
     square, sensitivity = (np.concatenate(arrays) for arrays in zip(*pairs, strict=True))
     return tuple(
-        _from_cycles(square[:, joint], sensitivity[:, joint]) or _from_band_above(datasets, joint)
+        _from_cycles(square[:, joint], sensitivity[:, joint]) or _from_band_above(recordings, joint)
         for joint in range(dof)
     )
 
 
-def residual_std(dataset: Dataset, residual: Floats, noise: Sequence[Noise]) -> Floats:
+def residual_std(prepared: PreparedRecording, residual: Floats, noise: Sequence[Noise]) -> Floats:
     """Standard deviation (m, dof) [N m] of the residual at each sample; its inverse is the weight of the sample.
 
     Model errors do not decrease with the voltage as noise does. So the part of `residual` (m, dof) [N m] that exceeds
@@ -69,17 +70,17 @@ def residual_std(dataset: Dataset, residual: Floats, noise: Sequence[Noise]) -> 
     """
     columns = []
     for joint, joint_noise in enumerate(noise):
-        variance = joint_noise.torque_std(dataset.volt_sensitivity[:, joint]) ** 2
+        variance = joint_noise.torque_std(prepared.volt_sensitivity[:, joint]) ** 2
         usable = np.isfinite(residual[:, joint])
         variance = variance + max(float(np.mean(residual[usable, joint] ** 2 - variance[usable])), 0.0)
         columns.append(np.sqrt(np.maximum(variance, _MIN_SHARE**2 * variance[usable].max() + _TINY)))
     return np.stack(columns, axis=1)
 
 
-def _between_cycles(dataset: Dataset, residual: Floats) -> tuple[Floats, Floats]:
+def _between_cycles(prepared: PreparedRecording, residual: Floats) -> tuple[Floats, Floats]:
     """(p, dof) variance [(N m)^2] between cycles and squared sensitivity at each phase; NaN with a single cycle."""
-    x = cycle_statistics.by_cycle(dataset, residual)
-    squared = cycle_statistics.by_cycle(dataset, dataset.volt_sensitivity**2)
+    x = cycle_statistics.by_cycle(prepared, residual)
+    squared = cycle_statistics.by_cycle(prepared, prepared.volt_sensitivity**2)
     count = np.isfinite(x).sum(axis=0)
     known = np.where(count > 1, count, np.nan)
     mean = np.nansum(x, axis=0) / known
@@ -109,25 +110,25 @@ def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
     return Noise(float(volts), float(floor), "repetition")
 
 
-def _from_band_above(datasets: Sequence[Dataset], joint: int) -> Noise:
+def _from_band_above(recordings: Sequence[PreparedRecording], joint: int) -> Noise:
     """Estimate white voltage noise from the band above twice the bandwidth (or above a quarter of the rate).
 
     The median is robust against voltage steps due to Coulomb friction at reversals. Of several bands the quietest one
     counts, since ripple at high harmonics of the motion is not noise.
     """
-    levels = [_quietest_level(drive_signal(data.recording)[:, joint], data) for data in datasets]
-    shares = [min(2 * data.bandwidth / data.recording.run.rate, 1.0) for data in datasets]
+    levels = [_quietest_level(drive_signal(prepared.recording)[:, joint], prepared) for prepared in recordings]
+    shares = [min(2 * prepared.bandwidth / prepared.recording.run.rate, 1.0) for prepared in recordings]
     volts, share = float(np.mean(levels)), float(np.mean(shares))
-    torque = datasets[0].recording.rig.torque
+    torque = recordings[0].recording.rig.torque
     # At v = 0 the torque of the square map is gain e |e|, of variance 3 gain^2 volts^4.
     curvature = np.sqrt(3 * share) * torque.gain[joint] * volts**2 if torque.map == "square" else 0.0
     return Noise(float(np.sqrt(share)) * volts, float(curvature), "band above the signal")
 
 
-def _quietest_level(signal: Floats, dataset: Dataset) -> float:
+def _quietest_level(signal: Floats, prepared: PreparedRecording) -> float:
     """Standard deviation of white noise with the level of `signal` (n,) in the quietest band above the bandwidth."""
-    rate = dataset.recording.run.rate
-    edge, levels = min(2 * dataset.bandwidth, rate / 4), []
+    rate = prepared.recording.run.rate
+    edge, levels = min(2 * prepared.bandwidth, rate / 4), []
     while edge <= rate / 4:
         taps = -filters.low_pass(edge, rate)
         taps[len(taps) // 2] += 1

@@ -1,118 +1,229 @@
-"""A recording that is preprocessed once, so that the torque of many models can be predicted from it."""
+"""A recording, preprocessed once, so that the torque of many models can be compared with the measured one."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
+from ident import slicing
 from ident.data import preprocessing
-from ident.data.dataset import Dataset, assemble
+from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed
 from ident.data.samples import Samples, sample
-from ident.dynamics import mechanisms, rods
-from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics import mechanisms
+from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
-from recordings.recording import Bools, Floats, Recording
+from recordings.recording import Bools, Floats, Ints, Recording
 from recordings.rig import Rig
 
-
-@dataclass(frozen=True, eq=False)
-class CorrectedMotion:
-    """Motion (n instants) and mechanism after correction of encoder and geometry errors."""
-
-    rig: Rig
-    motion: Motion
-    mechanism: Mechanism
-
-    @cached_property
-    def regressor(self) -> Floats:
-        """(n, dof, k) columns of the mechanism's own parameters."""
-        return self.mechanism.regressor(self.motion)
-
-    def effect_inputs(self, rate: float, time: Floats, bandwidth: float, load_parameters: Floats) -> EffectInputs:
-        """Inputs of effects.
-
-        rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
-        load_parameters: (k or k + 1,) of a model structure.
-        """
-        parameters, m_d = (
-            load_parameters[: len(self.mechanism.parameters)],
-            float(load_parameters[len(self.mechanism.parameters) :].sum()),
-        )
-        rigid = np.array([not parameter.friction for parameter in self.mechanism.parameters])
-        rigid_parameters = np.where(rigid, parameters, 0.0)
-
-        def rigid_at(motion: Motion) -> Floats:
-            regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
-            torque: Floats = regressor @ rigid_parameters
-            return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
-
-        by_name = {
-            parameter.name: float(x) for parameter, x in zip(self.mechanism.parameters, parameters, strict=True)
-        }
-        by_name["m_d"] = m_d
-        return EffectInputs(self.rig, rate, time, self.motion, rigid_at, bandwidth, by_name)
+BLOCK = 4096
+"""Conditioned samples computed at a time."""
+MIN_ROWS_PER_PARAMETER = 10
+"""Usable samples per parameter below which nothing is fitted."""
+MAX_CYCLE = 4.0
+"""Maximum duration of the excerpt shown in figures [s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedRecording:
-    """A recording with its samples, filters and measured torque."""
+    """A recording as every model reads it: motion at n instants, and m rows of the torque, filtered and decimated."""
 
+    recording: Recording
+    method: str
+    """Preprocessing."""
+    mechanism: Mechanism
+    """Of the rig, or the form of it that is identified."""
     samples: Samples
     preprocessed: Preprocessed
-    dataset: Dataset
-    method: str
-    as_recorded: CorrectedMotion
-    """Motion and mechanism without corrections, from the recording and its rig file."""
+    regressor: Floats
+    """(m, dof, k) columns of the mechanism, conditioned as the torque."""
+    torque: Floats
+    """(m, dof) measured torque [N m]; NaN where a row is not usable."""
     start: float = 0.0
     """Start on the time axis of effects [s]; not 0 for an excerpt of a longer recording."""
 
-    @property
-    def recording(self) -> Recording:
-        """The underlying recording."""
-        return self.dataset.recording
+    @cached_property
+    def as_recorded(self) -> MechanismMotion:
+        """Motion and mechanism without corrections, from the recording and its rig file."""
+        return MechanismMotion(self.recording.rig, self.preprocessed.motion, self.mechanism)
 
     @cached_property
-    def time(self) -> Floats:
+    def base_structure(self) -> ModelStructure:
+        """The mechanism without effects."""
+        return ModelStructure(self.mechanism, self.recording.rig)
+
+    @cached_property
+    def instant_time(self) -> Floats:
         """(n,) time of the instants [s]."""
         seconds: Floats = self.start + self.preprocessed.instants / self.samples.rate
         return seconds
 
     @cached_property
+    def time(self) -> Floats:
+        """(m,) time of the rows, from the recording's first SYNC [s]."""
+        return self.instant_time[:: self.preprocessed.decimation]
+
+    @cached_property
+    def motion(self) -> Motion:
+        """(m, dof) motion at the rows, for the analysis of residuals."""
+        return slicing.along_time(self.preprocessed.motion, slice(None, None, self.preprocessed.decimation))
+
+    @cached_property
+    def repeat(self) -> Ints:
+        """(m,) index of the cycle; -1 outside of the repeated motion."""
+        return self.samples.repeat[self._sample_of_row]
+
+    @cached_property
+    def phase(self) -> Floats:
+        """(m,) time since the beginning of the cycle [s]; NaN outside of the repeated motion."""
+        return self.samples.phase[self._sample_of_row]
+
+    @property
+    def rate(self) -> float:
+        """Rows per second [Hz]."""
+        return self.preprocessed.rate
+
+    @property
+    def bandwidth(self) -> float:
+        """Of the torque [Hz]."""
+        return self.preprocessed.bandwidth
+
+    @property
+    def cutoff(self) -> Cutoff | None:
+        """How the bandwidth was chosen; None if the method has no cut-off."""
+        return self.preprocessed.cutoff
+
+    @property
+    def volt_sensitivity(self) -> Floats:
+        """(m, dof) torque noise per noise in the measured voltage, both after preprocessing [N m/V]."""
+        return self.preprocessed.sensitivity
+
+    @cached_property
     def usable(self) -> Bools:
         """(m, dof) True for usable rows."""
-        return np.isfinite(self.dataset.torque)
+        return np.isfinite(self.torque)
+
+    @cached_property
+    def nominal(self) -> Floats | None:
+        """(m, dof) torque of the manufacturer's model [N m], where there is one."""
+        if self.mechanism.nominal_torque(slicing.along_time(self.preprocessed.motion, slice(1))) is None:
+            return None
+        return _in_blocks(self.preprocessed, partial(_nominal_torque, self.mechanism))
+
+    @property
+    def first_cycle(self) -> slice:
+        """Rows of the first usable cycle: one period of the motion, at most MAX_CYCLE seconds."""
+        seconds = min(self.recording.run.period or MAX_CYCLE, MAX_CYCLE)
+        first = int(np.argmax(self.usable.any(axis=1)))
+        return slice(first, first + int(seconds * self.rate) + 1)
 
     def condition(self, x: Floats) -> Floats:
         """Filter and decimate `x` (n, ...) in the same way as the torque: (m, ...)."""
         return self.preprocessed.condition(x)
 
-    def corrected_motion(self, rig: Rig, correct: Callable[[Floats], Floats]) -> CorrectedMotion:
+    def corrected_motion(self, rig: Rig, correct: Callable[[Floats], Floats]) -> MechanismMotion:
         """Motion and mechanism for a corrected `rig` and positions corrected by `correct`."""
+        return MechanismMotion(rig, self.with_positions(correct).preprocessed.motion, mechanisms.create(rig))
+
+    def with_positions(self, correct: Callable[[Floats], Floats]) -> "PreparedRecording":
+        """Return the recording with positions corrected by `correct`, and the same rows of the torque."""
         samples = replace(self.samples, position=correct(self.samples.position))
-        motion = preprocessing.load(self.method)(samples, self.preprocessed.bandwidth).motion
-        return CorrectedMotion(rig, motion, mechanisms.create(rig))
+        motion = preprocessing.load(self.method)(samples, self.bandwidth).motion
+        return replace(self, samples=samples, preprocessed=replace(self.preprocessed, motion=motion))
+
+    @property
+    def _sample_of_row(self) -> Ints:
+        return self.preprocessed.instants[:: self.preprocessed.decimation]
 
 
-def prepare(recording: Recording, method: str, cutoff: float | None, start: float = 0.0) -> PreparedRecording:
+def prepare(
+    recording: Recording, method: str, cutoff: float | None, start: float = 0.0, form: str | None = None
+) -> PreparedRecording:
     """Preprocess `recording`, which begins at `start` [s], by `method`.
 
-    cutoff: [Hz]; None: chosen by the method.
+    Only the repeated motion is used, if the recording has one. Approach and stop serve as run-in of the filters.
+
+    cutoff: [Hz]; None: chosen by the method. form: another linear model of the mechanism.
 
     Raises:
-        BadInput: as `ident.data.dataset.build`.
+        BadInput: the recording contains no usable data, the method does not accept the cut-off, or the mechanism
+            cannot be assembled at its angles.
     """
     samples = sample(recording)
-    mechanism = mechanisms.create(recording.rig)
+    mechanism = mechanisms.create(recording.rig, form)
     try:
         preprocessed = preprocessing.load(method)(samples, cutoff)
-        dataset = assemble(recording, samples, preprocessed, mechanism)
+        regressor = _in_blocks(preprocessed, mechanism.regressor)
+        torque = _usable_torque(recording, samples, preprocessed, regressor)
     except BadInput as error:
         raise BadInput(f"{recording.path.name}: {error}") from None
-    dataset = replace(dataset, time=dataset.time + start)
-    return PreparedRecording(
-        samples, preprocessed, dataset, method, CorrectedMotion(recording.rig, preprocessed.motion, mechanism), start
+    return PreparedRecording(recording, method, mechanism, samples, preprocessed, regressor, torque, start)
+
+
+def prepare_all(
+    recordings: Sequence[Recording], method: str, cutoff: float | None, form: str | None = None
+) -> tuple[PreparedRecording, ...]:
+    """Prepare several recordings with a common bandwidth: the lowest that any of them requires.
+
+    Raises:
+        BadInput: as `prepare`.
+    """
+    prepared = tuple(prepare(recording, method, cutoff, form=form) for recording in recordings)
+    lowest = min((each.cutoff for each in prepared if each.cutoff), key=lambda choice: choice.hz, default=None)
+    if lowest is None:
+        return prepared
+    return tuple(
+        each if each.bandwidth == lowest.hz else _with_cutoff(each.recording, method, lowest, form)
+        for each in prepared
     )
+
+
+def _with_cutoff(recording: Recording, method: str, cutoff: Cutoff, form: str | None) -> PreparedRecording:
+    prepared = prepare(recording, method, cutoff.hz, form=form)
+    return replace(prepared, preprocessed=replace(prepared.preprocessed, cutoff=cutoff))
+
+
+def _in_blocks(preprocessed: Preprocessed, columns: Callable[[Motion], Floats]) -> Floats:
+    """Compute `columns` of the motion and condition them: (m, ...).
+
+    Columns of a long recording at full rate do not fit into memory. They depend only on the motion at the same
+    instant, so they are computed in blocks, each padded by the half-width of the filter.
+    """
+    n, step, half_width = len(preprocessed.motion.position), preprocessed.decimation, preprocessed.half_width
+    if half_width is None:
+        return preprocessed.condition(columns(preprocessed.motion))
+    before = -(-half_width // step)
+    result: Floats | None = None  # concatenating the blocks would take twice the memory
+    for first in range(0, n, BLOCK * step):
+        start = max(0, first - before * step)
+        motion = slicing.along_time(preprocessed.motion, slice(start, first + BLOCK * step + half_width))
+        conditioned = preprocessed.condition(columns(motion))
+        offset, row = (first - start) // step, first // step
+        if result is None:
+            result = np.empty((-(-n // step), *conditioned.shape[1:]))
+        result[row : row + BLOCK] = conditioned[offset : offset + BLOCK]
+    assert result is not None  # there are samples
+    return result
+
+
+def _nominal_torque(mechanism: Mechanism, motion: Motion) -> Floats:
+    torque = mechanism.nominal_torque(motion)
+    assert torque is not None
+    return torque
+
+
+def _usable_torque(recording: Recording, samples: Samples, preprocessed: Preprocessed, regressor: Floats) -> Floats:
+    """(m, dof) measured torque; NaN in rows that are not usable."""
+    selected = samples.selected[preprocessed.instants[:: preprocessed.decimation], None]
+    usable = np.isfinite(preprocessed.torque) & np.isfinite(regressor).all(axis=2) & selected
+    expected, count = MIN_ROWS_PER_PARAMETER * regressor.shape[2], int(usable.sum(axis=0).min())
+    if count < expected:
+        raise BadInput(
+            f"at least {expected} usable samples per joint expected after preprocessing, "
+            f"{count} of {len(recording.time)} recorded ones found; record longer or with fewer gaps"
+        )
+    return np.where(usable, preprocessed.torque, np.nan)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
 from recordings.recording import Floats
 
 MIN_FREQUENCY = 1.0
@@ -34,48 +34,50 @@ class SpectralLine:
     """[(N m)^2]"""
 
 
-def strongest_lines(datasets: Sequence[Dataset], residuals: Sequence[Floats]) -> tuple[SpectralLine | None, ...]:
+def strongest_lines(
+    recordings: Sequence[PreparedRecording], residuals: Sequence[Floats]
+) -> tuple[SpectralLine | None, ...]:
     """Find the strongest line of each joint in `residuals` (m, dof) over all recordings; None if not significant."""
     dof = residuals[0].shape[1]
     strongest = []
     for joint in range(dof):
-        pairs = zip(datasets, residuals, strict=True)
+        pairs = zip(recordings, residuals, strict=True)
         candidates = [line for data, residual in pairs if (line := _strongest_line(data, residual[:, joint]))]
         strongest.append(max(candidates, key=lambda line: line.mean_square, default=None))
     return tuple(strongest)
 
 
-def _strongest_line(dataset: Dataset, residual: Floats) -> SpectralLine | None:
+def _strongest_line(prepared: PreparedRecording, residual: Floats) -> SpectralLine | None:
     """Find the strongest line of one joint in one recording."""
-    deviation, correction = _deviation(dataset, residual)
+    deviation, correction = _deviation(prepared, residual)
     known = np.isfinite(deviation)
     count = int(known.sum())
     if count < 64:
         return None
     size = _PADDING * (1 << int(np.ceil(np.log2(len(deviation)))))
     power = np.abs(np.fft.rfft(np.where(known, deviation, 0.0), size)) ** 2 / count
-    frequency = np.fft.rfftfreq(size, 1 / dataset.rate).astype(np.float64)
-    inside = (frequency > MIN_FREQUENCY) & (frequency < dataset.bandwidth)
+    frequency = np.fft.rfftfreq(size, 1 / prepared.rate).astype(np.float64)
+    inside = (frequency > MIN_FREQUENCY) & (frequency < prepared.bandwidth)
     if not inside.any() or not power[inside].any():
         return None
     # The subtracted mean cycle lowers the level at the harmonics of the motion.
     level = np.maximum(correction * _noise_level(power, frequency), 1e-9 * power[inside].max())
     peak = int(np.argmax(np.where(inside, power / level, 0.0)))
     noise = level[peak]
-    independent = dataset.bandwidth * count / dataset.rate
+    independent = prepared.bandwidth * count / prepared.rate
     if power[peak] / noise < _COLOURED * np.log(independent / _FALSE_ALARM):
         return None
     # A sine of amplitude A gives a peak of A^2 count / 4, and has the mean square A^2 / 2.
     return SpectralLine(float(frequency[peak]), float(2 * (power[peak] - noise) / count) * correction)
 
 
-def _deviation(dataset: Dataset, residual: Floats) -> tuple[Floats, float]:
+def _deviation(prepared: PreparedRecording, residual: Floats) -> tuple[Floats, float]:
     """Deviation of `residual` (m,) from its mean cycle, and the factor C / (C - 1) that corrects its variance."""
-    inside = (dataset.repeat >= 0) & np.isfinite(residual)
-    cycles = len(np.unique(dataset.repeat[inside]))
+    inside = (prepared.repeat >= 0) & np.isfinite(residual)
+    cycles = len(np.unique(prepared.repeat[inside]))
     if cycles < 2:
         return np.where(np.isfinite(residual), residual - np.nanmean(residual), np.nan), 1.0
-    phase = np.rint(dataset.phase[inside] * dataset.rate).astype(int)
+    phase = np.rint(prepared.phase[inside] * prepared.rate).astype(int)
     count = np.bincount(phase)
     mean = np.bincount(phase, residual[inside]) / np.maximum(count, 1)
     deviation = np.full(len(residual), np.nan)

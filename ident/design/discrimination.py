@@ -12,12 +12,11 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.design.columns import EffectContext
-from ident.design.with_effects import nominal_parameters, with_effects
+from ident.design.model import DesignModel, mandatory_effects, on_all_joints, with_effects
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.effects.library import load, names
-from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
 from recordings.rig import Rig
@@ -36,9 +35,10 @@ Pair = tuple[str, str]
 class DiscriminationModel:
     """A mechanism and effects on all joints, as columns of one regressor."""
 
-    context: EffectContext
-    """Its mechanism includes the mandatory effects."""
-    effects: Mapping[str, Effect]
+    base: DesignModel
+    """The mechanism with the mandatory effects."""
+    terms: Mapping[str, Term]
+    """Effects to discriminate, by name, each on all joints."""
     pairs: tuple[Pair, ...]
     """Pairs of effects to discriminate."""
     joints: tuple[int, ...]
@@ -48,31 +48,20 @@ class DiscriminationModel:
     recorded_products: Floats | float = 0.0
     """(k, k) sum of the mean products of the columns on each recorded motion."""
 
-    @property
-    def base(self) -> Mechanism:
-        """The mechanism without the effects."""
-        return self.context.mechanism
-
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
         """Parameters of the mechanism, then the strength of each column of the effects."""
         return *self.base.parameters, *(
             Parameter(f"{name}.{number + 1}", "1", f"strength of {name}")
-            for name, effect in self.effects.items()
-            for number in range(self.context.parameter_count(effect))
+            for name, term in self.terms.items()
+            for number in range(term.instances * len(term.local_parameters))
         )
-
-    @property
-    def pointwise(self) -> bool:
-        """False, because effects may have memory."""
-        return False
 
     def regressor(self, motion: Motion) -> Floats:
         """(n, dof, k) columns of the mechanism, then of one effect after the other."""
         effect_columns = [
-            self.context.columns(effect, motion)
-            * np.repeat(self._strength(name), self.context.parameters_per_instance(effect))
-            for name, effect in self.effects.items()
+            self.base.columns(term, motion) * np.repeat(self._strength(name), len(term.local_parameters))
+            for name, term in self.terms.items()
         ]
         return np.concatenate([self.base.regressor(motion), *effect_columns], axis=2)
 
@@ -82,7 +71,7 @@ class DiscriminationModel:
 
     def at_rate(self, rate: float) -> "DiscriminationModel":
         """Return the model for motions at `rate` [Hz]."""
-        return replace(self, context=replace(self.context, rate=rate))
+        return replace(self, base=replace(self.base, rate=rate))
 
     def normalized_on(self, motion: Motion) -> "DiscriminationModel":
         """Return the model with effects of which the mechanism leaves 1 N m RMS unexplained on `motion`.
@@ -92,13 +81,13 @@ class DiscriminationModel:
         """
         gram = products(self.regressor(motion)[None])
         strengths = {}
-        for name, effect in self.effects.items():
-            instances = [self._columns(name, instance) for instance in range(self.context.instances(effect))]
+        for name, term in self.terms.items():
+            instances = [self._columns(name, instance) for instance in range(term.instances)]
             whole = np.array([gram[0, columns, columns].sum() for columns in instances])
             if not whole.any():
                 raise BadInput(
                     f"effect {name}: a torque in a motion expected, but it needs a load and the load of rig "
-                    f"'{self.context.rig.name}' is not known; name a recording: --recording FILE"
+                    f"'{self.base.structure.rig.name}' is not known; name a recording: --recording FILE"
                 )
             unexplained = np.array([_unexplained(gram, columns, self._base_columns)[0] for columns in instances])
             rms = np.sqrt(np.maximum(unexplained, _MIN_UNEXPLAINED**2 * whole))
@@ -138,26 +127,26 @@ class DiscriminationModel:
         """
         for pair in self.pairs:
             for true, alternative in (pair, pair[::-1]):
-                if true in self.effects[alternative].contains:
+                if true in self.terms[alternative].effect.contains:
                     continue
                 columns = np.concatenate([self._base_columns, self._columns(alternative)])
-                for instance in (0,) if self.effects[true].whole_robot else self.joints:
+                for instance in (0,) if self.terms[true].effect.whole_robot else self.joints:
                     yield true, self._columns(true, instance), columns
 
     def _columns(self, name: str, instance: int | None = None) -> Ints:
         """Indices of the columns of an effect: all, or those of one instance."""
         first = len(self._base_columns)
-        for key, effect in self.effects.items():
+        for key, term in self.terms.items():
             if key == name:
                 break
-            first += self.context.parameter_count(effect)
-        effect, size = self.effects[name], self.context.parameters_per_instance(self.effects[name])
+            first += term.instances * len(term.local_parameters)
+        size = len(self.terms[name].local_parameters)
         if instance is None:
-            return np.arange(first, first + self.context.parameter_count(effect))
+            return np.arange(first, first + self.terms[name].instances * size)
         return np.arange(first + instance * size, first + (instance + 1) * size)
 
     def _strength(self, name: str) -> Floats:
-        return self.strengths.get(name, np.ones(self.context.instances(self.effects[name])))
+        return self.strengths.get(name, np.ones(self.terms[name].instances))
 
 
 def discrimination_model(
@@ -189,18 +178,13 @@ def discrimination_model(
         raise BadInput(f"joint 1 to {rig.dof} expected, {max(joints) + 1} found; name another joint")
     selected = list(dict.fromkeys(name for pair in pairs for name in pair))
     base = with_effects(rig, [name for name in mandatory_effects(rig) if name not in selected])
-    values = nominal_parameters(rig, base) if parameters is None else parameters[: len(base.parameters)]
+    base = base if parameters is None else base.with_parameters(parameters[: len(base.parameters)])
     return DiscriminationModel(
-        EffectContext(rig, base, values),
-        {name: effects[name] for name in selected},
+        base,
+        {name: on_all_joints(name, effects[name], rig) for name in selected},
         tuple(pairs),
         tuple(joints) or tuple(range(rig.dof)),
     )
-
-
-def mandatory_effects(rig: Rig) -> list[str]:
-    """Names of the effects that every model of this mechanism includes."""
-    return [name for name in names() if (effect := load(name)).mandatory and rig.mechanism in effect.mechanisms]
 
 
 def _check_effect(name: str, effects: Mapping[str, Effect], rig: Rig, torque_measured: bool) -> None:

@@ -10,9 +10,8 @@ from ident.data.compatibility import check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import prepare
 from ident.data.samples import holds_torque
-from ident.design.discrimination import mandatory_effects
+from ident.design.model import mandatory_effects, with_effects
 from ident.design.motions import trajectory
-from ident.design.with_effects import with_effects
 from recordings.reader import read
 from recordings.recording import Floats, Recording
 from recordings.rig import Rig
@@ -48,7 +47,7 @@ def _recorded_motion(recording: Recording) -> RecordedMotion:
     prepared = prepare(recording, "parallel", None)
     rig, motion = recording.rig, prepared.as_recorded.motion
     regressor = prepared.condition(with_effects(rig, mandatory_effects(rig)).regressor(motion))
-    torque = prepared.dataset.torque
+    torque = prepared.torque
     usable = prepared.usable & np.isfinite(regressor).all(axis=2)
     parameters = np.asarray(np.linalg.lstsq(regressor[usable], torque[usable], rcond=None)[0], np.float64)
     signals = (motion.position, motion.velocity, motion.acceleration)

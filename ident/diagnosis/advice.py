@@ -13,7 +13,7 @@ from ident.dynamics.effects.library import names as built_in
 def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion | None:
     """The motion that discriminates the `findings` from their alternatives, or else one to confirm them."""
     split = diagnosis.split
-    files = list(dict.fromkeys(str(data.recording.path) for data in split.datasets))
+    files = list(dict.fromkeys(str(data.recording.path) for data in split.recordings))
     recording_options = [f"--recording {shlex.quote(file)}" for file in files]
     for finding in findings:
         # No motion discriminates effects that change with time.
@@ -46,9 +46,9 @@ def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
         for term in terms
     ]
     user_effects = {term.name for term in terms} - set(built_in())
-    files = [str(split.datasets[i].recording.path) for i in split.train_indices]
+    files = [str(split.recordings[i].recording.path) for i in split.train_indices]
     test_files = [
-        str(data.recording.path) for data, rows in zip(split.datasets, split.test, strict=True) if rows.any()
+        str(data.recording.path) for data, rows in zip(split.recordings, split.test, strict=True) if rows.any()
     ]
     words = ["ident fit", *map(shlex.quote, dict.fromkeys(files))]
     words += [f"--validate {shlex.quote(test_files[0])}"] if split.other_motion else []

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
 from recordings.recording import Floats
 
 BINS = 40
@@ -29,17 +29,19 @@ class BinnedResidual:
     """(b,) mean of y in each bin."""
 
 
-def axis_values(axis: str, datasets: Sequence[Dataset], computed: Sequence[Floats], joint: int) -> tuple[Floats, str]:
+def axis_values(
+    axis: str, recordings: Sequence[PreparedRecording], computed: Sequence[Floats], joint: int
+) -> tuple[Floats, str]:
     """Values (m,) of the quantity `axis` of a joint over all rows of all recordings, and its label with the unit."""
-    unit = datasets[0].recording.rig.position_units[joint]
-    effort = datasets[0].recording.rig.effort_units[joint]
+    unit = recordings[0].recording.rig.position_units[joint]
+    effort = recordings[0].recording.rig.effort_units[joint]
     quantities: dict[str, tuple[list[Floats], str]] = {
-        "position": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
-        "motor angle": ([data.motion.position[:, joint] for data in datasets], f"position [{unit}]"),
-        "velocity": ([data.motion.velocity[:, joint] for data in datasets], f"velocity [{unit}/s]"),
-        "acceleration": ([data.motion.acceleration[:, joint] for data in datasets], f"acceleration [{unit}/s²]"),
+        "position": ([data.motion.position[:, joint] for data in recordings], f"position [{unit}]"),
+        "motor angle": ([data.motion.position[:, joint] for data in recordings], f"position [{unit}]"),
+        "velocity": ([data.motion.velocity[:, joint] for data in recordings], f"velocity [{unit}/s]"),
+        "acceleration": ([data.motion.acceleration[:, joint] for data in recordings], f"acceleration [{unit}/s²]"),
         "load": ([torque[:, joint] for torque in computed], f"computed load [{effort}]"),
-        "time": ([data.time for data in datasets], "time [s]"),
+        "time": ([data.time for data in recordings], "time [s]"),
     }
     values, label = quantities[axis]
     return np.concatenate(values), label

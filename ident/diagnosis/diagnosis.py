@@ -1,7 +1,7 @@
 """Diagnose recordings: missing effects, their alternatives, and the residual that remains unexplained."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
@@ -70,12 +70,12 @@ class DiagnosisInputs:
         Raises:
             BadInput: the model is of another rig.
         """
-        corrected = self.split.predictors[0].prepared.as_recorded
+        prepared = self.split.recordings[0]
         if model is None:
-            bare = ModelStructure(corrected.mechanism, corrected.rig)
+            bare = prepared.base_structure
             return bare, np.zeros(len(bare.parameters))
-        check_model_rig(model, self.split.datasets[0].recording)
-        return structure_of(model, corrected.rig, library)
+        check_model_rig(model, prepared.recording)
+        return structure_of(model, prepared.recording.rig, library)
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,26 +171,16 @@ def prepare_inputs(
 def _prepare_recordings(
     recordings: Sequence[Recording], options: DiagnosisOptions
 ) -> tuple[list[list[PreparedRecording]], float | None]:
-    """The prepared excerpts of each recording, all at the lowest cut-off of any, and the share of rows in them."""
+    """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
-    options = replace(options, cutoff=options.cutoff or _choose_cutoff(recordings))
-    groups = [
-        [prepare(excerpt.recording, options.preprocessing, options.cutoff, excerpt.start) for excerpt in excerpt_list]
+    hz = options.cutoff or _choose_cutoff(recordings)
+    prepared = [
+        [prepare(excerpt.recording, options.preprocessing, hz, excerpt.start) for excerpt in excerpt_list]
         for excerpt_list in excerpt_lists
-    ]
-    lowest = min(prepared.preprocessed.bandwidth for group in groups for prepared in group)
-    aligned = [
-        [
-            prepared
-            if prepared.preprocessed.bandwidth == lowest
-            else prepare(prepared.recording, options.preprocessing, lowest, prepared.start)
-            for prepared in group
-        ]
-        for group in groups
     ]
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)
     whole = sum(len(recording.time) for recording in recordings)
-    return aligned, None if kept == whole else kept / whole
+    return prepared, None if kept == whole else kept / whole
 
 
 def _choose_cutoff(recordings: Sequence[Recording]) -> float:

@@ -6,7 +6,7 @@ training rows, while all parameters of the model adapt linearly.
 
 import numpy as np
 
-from ident.diagnosis.screening import Candidate
+from ident.diagnosis.screening import Candidate, added_columns
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.base import Additive
 from ident.dynamics.structure import Term
@@ -48,8 +48,7 @@ class EffectContribution:
         """(m, dof) torque of the candidate's columns, with the model's parameters unchanged."""
         term, x, structure = candidate.term, self._solution.x, self._solution.structure
         if isinstance(term.effect, Additive):
-            corrected = predictor.corrected_motion(structure, x)
-            columns = predictor.columns(term, candidate.shapes, corrected, self._rigid)
+            columns = added_columns(predictor, self._solution, term, candidate.shapes)
             return predictor.prepared.condition(columns @ candidate.coefficients)
         total = np.zeros_like(computed)
         count = candidate.scale.shape[1]

@@ -71,11 +71,11 @@ def extrapolation_warnings(split: SplitData, model: FittedModel, floor: NoiseFlo
 
 
 def _ranges(split: SplitData) -> Iterator[TrainingRange]:
-    rig = split.datasets[0].recording.rig
+    rig = split.recordings[0].recording.rig
     for name, series in (
-        ("torque", [data.torque for data in split.datasets]),
-        ("speed", [data.motion.velocity for data in split.datasets]),
-        ("position", [data.motion.position for data in split.datasets]),
+        ("torque", [data.torque for data in split.recordings]),
+        ("speed", [data.motion.velocity for data in split.recordings]),
+        ("position", [data.motion.position for data in split.recordings]),
     ):
         for joint, (effort, angle) in enumerate(zip(rig.effort_units, rig.position_units, strict=True)):
             unit = {"torque": effort, "speed": f"{angle}/s"}.get(name, angle)
@@ -92,7 +92,7 @@ def _range(
     margin = _MARGIN * (high - low)
     outside = tuple(
         _dilated((signal < low - margin) | (signal > high + margin), data.rate * _FILTER_SPREAD / data.bandwidth)
-        for signal, data in zip(values, split.datasets, strict=True)
+        for signal, data in zip(values, split.recordings, strict=True)
     )
     text = f"the {name} is outside of the {low:.3g} to {high:.3g} {unit} of the training data"
     return TrainingRange(joint, text, outside)
@@ -109,7 +109,7 @@ def _excess_share(
 ) -> float:
     """Share of the excess mean square of a `joint` on the test rows that lies in the rows `outside`."""
     squares, outside_flags, largest_block, scale = [], [], 0.0, max(float(floor.rms[joint]), _TINY)
-    for data, residual, test, flags in zip(split.datasets, model.residuals, split.test, outside, strict=True):
+    for data, residual, test, flags in zip(split.recordings, model.residuals, split.test, outside, strict=True):
         scored = test[:, joint] & np.isfinite(residual[:, joint])
         squares.append((residual[scored, joint] / scale) ** 2 - 1)
         outside_flags.append(flags[scored])

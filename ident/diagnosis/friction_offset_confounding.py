@@ -39,7 +39,7 @@ def rarer_direction_share(split: SplitData) -> Floats:
     """(dof,) share of the moving training rows that move in the rarer direction."""
     forwards, backwards = (
         sum(
-            (train & (sign * predictor.prepared.dataset.motion.velocity > 0)).sum(axis=0)
+            (train & (sign * predictor.prepared.motion.velocity > 0)).sum(axis=0)
             for predictor, train in zip(split.predictors, split.train, strict=True)
         )
         for sign in (1.0, -1.0)

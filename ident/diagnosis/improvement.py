@@ -71,9 +71,9 @@ def _share(reduction: Floats, excess: Floats) -> Floats:
 def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
     """(b,) mean squares of `rows`, in units of the squared noise floor, over blocks of BLOCK_SECONDS."""
     means = []
-    for dataset, selected, residual in zip(split.datasets, rows, residuals, strict=True):
+    for prepared, selected, residual in zip(split.recordings, rows, residuals, strict=True):
         squares = np.where(selected, (residual / scale) ** 2, 0.0).sum(axis=1)
-        block = np.floor(dataset.time / BLOCK_SECONDS).astype(int)
+        block = np.floor(prepared.time / BLOCK_SECONDS).astype(int)
         count = np.bincount(block, selected.sum(axis=1))
         sums = np.bincount(block, squares)
         means.append(sums[count > 0] / count[count > 0])

@@ -34,7 +34,7 @@ def _fit_with_curves(split: SplitData, model: FittedModel) -> FittedModel:
 
 
 def _test_loss(split: SplitData, model: FittedModel, selection: Selection) -> float:
-    zeros = [data.torque * 0.0 for data in split.datasets]
+    zeros = [data.torque * 0.0 for data in split.recordings]
     return -measure_improvement(split, zeros, model.residuals, selection.noise_floor.rms).reduction
 
 

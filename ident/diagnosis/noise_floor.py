@@ -15,7 +15,6 @@ import numpy as np
 from ident import filters
 from ident.data import cycle_statistics, noise
 from ident.data.cycle_statistics import Trend
-from ident.data.cycles import instants_by_cycle
 from ident.data.spectral_lines import SpectralLine, strongest_lines
 from ident.diagnosis.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
@@ -55,10 +54,10 @@ class NoiseFloor:
 
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
-    statistics = cycle_statistics.of_residuals(split.datasets, residuals)
+    statistics = cycle_statistics.of_residuals(split.recordings, residuals)
     if statistics:
         level = np.array([statistic.noise_rms for statistic in statistics])
-        vibrations = strongest_lines(split.datasets, residuals)
+        vibrations = strongest_lines(split.recordings, residuals)
         vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
         level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
         trends = tuple(
@@ -66,13 +65,13 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         )
     else:
         vibrations, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
-        noise_models = noise.estimate(split.datasets, residuals)
+        noise_models = noise.estimate(split.recordings, residuals)
         std = [
             np.stack(
                 [noise_model.torque_std(data.volt_sensitivity[:, j]) for j, noise_model in enumerate(noise_models)],
                 axis=1,
             )
-            for data in split.datasets
+            for data in split.recordings
         ]
         level = rms(std, [predictor.prepared.usable for predictor in split.predictors])
     fixed, refitted = _perturbation_torque(split, solution)
@@ -148,12 +147,12 @@ def _loop_amplification(
     """
     prepared = predictor.prepared
     residual = prepared.samples.torque - predictor.unfiltered(solution.structure, solution.x)
-    low, high = (min(factor * prepared.dataset.bandwidth, prepared.samples.rate / 5) for factor in _QUANTIZATION_BAND)
+    low, high = (min(factor * prepared.bandwidth, prepared.samples.rate / 5) for factor in _QUANTIZATION_BAND)
     if high < 1.2 * low:
         return np.ones(residual.shape[1])
     measured, simulated = (
-        instants_by_cycle(
-            prepared,
+        cycle_statistics.by_cycle(
+            prepared.samples,
             filters.convolve(x, filters.low_pass(high, prepared.samples.rate))
             - filters.convolve(x, filters.low_pass(low, prepared.samples.rate)),
         )

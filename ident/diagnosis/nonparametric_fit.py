@@ -16,7 +16,6 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
-from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Bools, Floats
 
 KNOTS = 17
@@ -135,7 +134,7 @@ def _empty_curves(dependence: ResidualDependence) -> list[LearnedCurve]:
 
 def _fit_values(split: SplitData, solution: Solution, empty: Sequence[LearnedCurve]) -> list[LearnedCurve]:
     """Fit all curves together while the model's own parameters adapt."""
-    all_inputs = [_effect_inputs(split.predictors[i], solution) for i in split.train_indices]
+    all_inputs = [split.predictors[i].effect_inputs(solution.structure, solution.x) for i in split.train_indices]
     curves = [replace(curve, knots=_knots(curve, all_inputs)) for curve in empty]
     rows = _rows(split, solution, all_inputs, curves)
     smoothness = min(SMOOTHNESS, key=rows.cross_validation_error)
@@ -144,11 +143,6 @@ def _fit_values(split: SplitData, solution: Solution, empty: Sequence[LearnedCur
         replace(curve, values=tuple(map(float, knot_values)))
         for curve, knot_values in zip(curves, values, strict=True)
     ]
-
-
-def _effect_inputs(predictor: TorquePredictor, solution: Solution) -> EffectInputs:
-    structure, x = solution.structure, solution.x
-    return predictor.effect_inputs(predictor.corrected_motion(structure, x), structure.load_parameters(x))
 
 
 def _knots(curve: LearnedCurve, all_inputs: Sequence[EffectInputs]) -> tuple[float, ...]:
@@ -179,7 +173,7 @@ def _rows(
         hats = split.predictors[index].prepared.condition(_hat_functions(curves, inputs))
         train = split.train[index] & np.isfinite(residual)
         train &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
-        first_half = np.floor(split.datasets[index].time / BLOCK_SECONDS) % 2 == 0
+        first_half = np.floor(split.recordings[index].time / BLOCK_SECONDS) % 2 == 0
         first_half = np.repeat(first_half[:, None], train.shape[1], axis=1)
         blocks.append((hats[train], derivatives[train], residual[train], first_half[train]))
     hats, regressor, residual, first_half = (np.concatenate(block) for block in zip(*blocks, strict=True))

@@ -60,7 +60,7 @@ def _repetition_factor(split: SplitData) -> float:
     """Variance inflation because encoder errors are partly the same in all repetitions."""
     factors = []
     for index in split.train_indices:
-        repeat = split.datasets[index].repeat
+        repeat = split.recordings[index].repeat
         cycles = max(len(np.unique(repeat[repeat >= 0])), 1)
         factors.append(1 + (cycles - 1) * float(split.repeating_share[index].mean()))
     return float(np.mean(factors))
@@ -74,7 +74,7 @@ def parameter_uncertainty(split: SplitData, solution: Solution) -> Uncertainty:
     for index, residual, derivatives, weight in pairs:
         known = np.where(weight > 0, residual, np.nan)
         std = np.where(weight > 0, 1 / np.where(weight > 0, weight, 1.0), 1.0)
-        repeat = split.datasets[index].repeat
+        repeat = split.recordings[index].repeat
         estimates.append(covariance.least_squares(derivatives[:, :, identifiable], known, std, repeat, weight))
     return covariance.estimate(estimates).expanded(identifiable)
 

@@ -75,23 +75,23 @@ def find_dependences(
 
 
 def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> _Rows:
-    datasets = split.datasets
+    recordings = split.recordings
     derivatives = [predictor.linearized(solution.structure, solution.x)[1] for predictor in split.predictors]
-    computed = [data.torque - residual for data, residual in zip(datasets, residuals, strict=True)]
+    computed = [data.torque - residual for data, residual in zip(recordings, residuals, strict=True)]
     dof = residuals[0].shape[1]
     signals: dict[Variable, list[Floats]] = {
-        "position": [data.motion.position for data in datasets],
-        "velocity": [data.motion.velocity for data in datasets],
-        "acceleration": [data.motion.acceleration for data in datasets],
+        "position": [data.motion.position for data in recordings],
+        "velocity": [data.motion.velocity for data in recordings],
+        "acceleration": [data.motion.acceleration for data in recordings],
         "load": computed,
-        "time": [np.repeat(data.time[:, None], dof, axis=1) for data in datasets],
+        "time": [np.repeat(data.time[:, None], dof, axis=1) for data in recordings],
     }
     joined = {name: np.concatenate(values) for name, values in signals.items()}
     regressor, residual = np.concatenate(derivatives), np.concatenate(residuals)
     finite: Bools = np.all([np.isfinite(values).all(axis=1) for values in joined.values()], axis=0)
     known: Bools = np.isfinite(residual) & np.isfinite(regressor).all(axis=2) & finite[:, None]
     train, test = (np.concatenate(rows) & known for rows in (split.train, split.test))
-    direction = np.concatenate([data.motion.direction for data in datasets])
+    direction = np.concatenate([data.motion.direction for data in recordings])
     factors: dict[Multiplier, Floats] = {
         "one": np.ones_like(direction),
         "direction": np.nan_to_num(direction),

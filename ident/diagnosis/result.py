@@ -47,7 +47,7 @@ class DiagnosisResult:
             BadInput: a recording cannot be read any more.
         """
         solution = self.diagnosis.selection.steps[-1].model.solution
-        bandwidth = self.diagnosis.split.datasets[0].bandwidth
+        bandwidth = self.diagnosis.split.recordings[0].bandwidth
         options = FitOptions("ls", estimators.settings("ls", {}), 0, self.options.preprocessing, bandwidth)
         held_out = self.validate[0] if self.validate else None
         identification = identify(self.files, held_out, options, lambda *_: None, (solution.structure, solution.x))

@@ -16,6 +16,7 @@ from ident.diagnosis.steps import Exclusion
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Suggestion
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
+from ident.estimation.predicted_torque import TorquePredictor
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
@@ -133,17 +134,16 @@ class Screener:
         x, structure = self._solution.x, self._solution.structure
         pairs = zip(self._predictors, self._solution.weights, self._solution.residuals, strict=True)
         for predictor, weight, residual in pairs:
-            inputs = predictor.effect_inputs(predictor.corrected_motion(structure, x), structure.load_parameters(x))
+            inputs = predictor.effect_inputs(structure, x)
             masked = np.where(weight > 0, residual, np.nan)
             suggestions += effect.suggest(inputs.decimated(predictor.prepared.preprocessed.decimation), masked)
         return suggestions
 
     def _additive(self, term: Term, shapes: Floats) -> Floats:
-        x, structure = self._solution.x, self._solution.structure
-        rigid = structure.load_parameters(x)
+        solution = self._solution
         rows = []
-        for predictor, weight in zip(self._predictors, self._solution.weights, strict=True):
-            columns = predictor.columns(term, shapes, predictor.corrected_motion(structure, x), rigid)
+        for predictor, weight in zip(self._predictors, solution.weights, strict=True):
+            columns = added_columns(predictor, solution, term, shapes)
             rows.append(self._weighted(predictor.prepared.condition(columns), weight))
         return np.concatenate(rows)
 
@@ -165,7 +165,7 @@ class Screener:
         rigid = solution.structure.load_parameters(solution.x)
         rows = []
         for predictor, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
-            computed = predictor.prepared.dataset.torque - residual
+            computed = predictor.prepared.torque - residual
             rows.append(self._weighted((predictor.torque(structure, x, rigid) - computed)[:, :, None], weight)[:, 0])
         return np.concatenate(rows)
 
@@ -216,6 +216,13 @@ class Screener:
         if (coefficients * np.tile(block.one_signed, len(subset)) < 0).any():
             return -np.inf, coefficients
         return float(coefficients @ correlation[entries]), coefficients
+
+
+def added_columns(predictor: TorquePredictor, solution: Solution, term: Term, shapes: Floats) -> Floats:
+    """(n, dof, instances * c) columns of an additive `term` beside the model of `solution`, which stays as it is."""
+    extended = solution.structure.with_term(term)
+    x = np.concatenate([solution.x, np.zeros(term.instances * len(term.local_parameters)), shapes])
+    return predictor.columns(extended, len(extended.terms) - 1, x, solution.structure.load_parameters(solution.x))
 
 
 def _subsets(instances: Sequence[int]) -> Iterator[tuple[int, ...]]:

@@ -7,8 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from ident.data import noise
-from ident.data.cycles import repeating_share
-from ident.data.dataset import Dataset
+from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
@@ -65,9 +64,9 @@ class SplitData:
     """Results of `perturbed_regressors`, by the names of effects."""
 
     @property
-    def datasets(self) -> tuple[Dataset, ...]:
-        """The measured rows."""
-        return tuple(predictor.prepared.dataset for predictor in self.predictors)
+    def recordings(self) -> tuple[PreparedRecording, ...]:
+        """The recordings of the predictors."""
+        return tuple(predictor.prepared for predictor in self.predictors)
 
     @property
     def scored(self) -> tuple[Bools, ...]:
@@ -132,14 +131,14 @@ class SplitData:
     def independent_rows(self) -> float:
         """Equivalent number of independent training rows: a low-pass correlates neighbours."""
         return sum(
-            float(self.train[i].sum()) * min(1.0, 2 * self.datasets[i].bandwidth / self.datasets[i].rate)
+            float(self.train[i].sum()) * min(1.0, 2 * self.recordings[i].bandwidth / self.recordings[i].rate)
             for i in self.train_indices
         )
 
     @cached_property
     def torque_rms(self) -> Floats:
         """(dof,) RMS of the measured torque over all scored rows [N m]."""
-        return rms([dataset.torque for dataset in self.datasets], self.scored)
+        return rms([recording.torque for recording in self.recordings], self.scored)
 
     def fit(self, structure: ModelStructure, x: Floats) -> Solution:
         """Fit the model `structure` to the training rows, starting from `x` (K,)."""
@@ -192,9 +191,7 @@ class SplitData:
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""
         structure, x = solution.structure, solution.x
-        return tuple(
-            predictor.prepared.dataset.torque - predictor.torque(structure, x) for predictor in self.predictors
-        )
+        return tuple(predictor.prepared.torque - predictor.torque(structure, x) for predictor in self.predictors)
 
 
 def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
@@ -210,7 +207,7 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
         test_rows = unused[: len(train)] + moving[len(train) :]
     else:
         train_rows, test_rows = (list(rows) for rows in zip(*map(_split_by_phase, train, moving), strict=True))
-    weights = _weights([recording.dataset for recording in recordings], train_rows, standstill)
+    weights = _weights(recordings, train_rows, standstill)
     predictors = tuple(
         TorquePredictor(recording, max(_MIN_CACHED_COLUMNS, CACHE_SIZE // len(recordings)))
         for recording in recordings
@@ -236,9 +233,8 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
 
     Whole cycles would leak: any function of phase that fits one cycle of a repeated motion fits the next.
     """
-    dataset = recording.dataset
-    phase = dataset.phase if np.isfinite(dataset.phase).any() else dataset.time
-    longest, reach = max(float(np.nanmax(phase)), 1 / dataset.rate), 1.5 / dataset.bandwidth
+    phase = recording.phase if np.isfinite(recording.phase).any() else recording.time
+    longest, reach = max(float(np.nanmax(phase)), 1 / recording.rate), 1.5 / recording.bandwidth
     segments = 3 * max(1, min(SEGMENTS // 3, int(longest / (3 * _MIN_SEGMENT * reach))))
     segment = phase * segments / longest
     test = np.floor(segment) % 3 == 2  # rows without a phase are in neither set
@@ -249,17 +245,19 @@ def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools,
     return usable & (known & ~test & ~near)[:, None], usable & (test & ~near)[:, None]
 
 
-def _weights(datasets: Sequence[Dataset], train: Sequence[Bools], standstill: Sequence[Floats]) -> list[Floats]:
+def _weights(
+    recordings: Sequence[PreparedRecording], train: Sequence[Bools], standstill: Sequence[Floats]
+) -> list[Floats]:
     """1 / standard deviation of each row, from noise, a first fit's residual, and standstill."""
     indices = [i for i, rows in enumerate(train) if rows.any()]
-    regressor = np.concatenate([datasets[i].regressor[train[i]] for i in indices])
-    torque = np.concatenate([datasets[i].torque[train[i]] for i in indices])
+    regressor = np.concatenate([recordings[i].regressor[train[i]] for i in indices])
+    torque = np.concatenate([recordings[i].torque[train[i]] for i in indices])
     parameters = np.linalg.lstsq(regressor, torque, rcond=None)[0]
-    residuals = [dataset.torque - dataset.regressor @ parameters for dataset in datasets]
-    noise_models = noise.estimate(datasets, residuals)
+    residuals = [recording.torque - recording.regressor @ parameters for recording in recordings]
+    noise_models = noise.estimate(recordings, residuals)
     return [
-        np.where(rows, 1 / np.hypot(noise.residual_std(dataset, residual, noise_models), still), 0.0)
-        for dataset, residual, rows, still in zip(datasets, residuals, train, standstill, strict=True)
+        np.where(rows, 1 / np.hypot(noise.residual_std(recording, residual, noise_models), still), 0.0)
+        for recording, residual, rows, still in zip(recordings, residuals, train, standstill, strict=True)
     ]
 
 
@@ -282,8 +280,7 @@ def _perturbed(recording: PreparedRecording, seed: int = _SEED) -> PreparedRecor
     """The recording with random encoder errors of at most half a step."""
     measured = recording.samples.position
     error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * encoder_resolution(measured)
-    corrected = recording.corrected_motion(recording.as_recorded.rig, lambda position: position + error)
-    return replace(recording, samples=replace(recording.samples, position=measured + error), as_recorded=corrected)
+    return recording.with_positions(lambda position: position + error)
 
 
 def encoder_resolution(position: Floats) -> Floats:

@@ -171,7 +171,7 @@ class Selector:
         return self._floors[model]
 
     def _computed(self, model: FittedModel) -> tuple[Floats, ...]:
-        pairs = zip(self._split.datasets, model.residuals, strict=True)
+        pairs = zip(self._split.recordings, model.residuals, strict=True)
         return tuple(data.torque - residual for data, residual in pairs)
 
     def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:

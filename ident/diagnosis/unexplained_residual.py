@@ -97,7 +97,7 @@ def _sentence(
 
 def _repeating(split: SplitData, residuals: tuple[Floats, ...]) -> Bools:
     """(dof,) whether the residual repeats with the motion significantly; True where it cannot be tested."""
-    statistics = cycle_statistics.of_residuals(split.datasets, residuals)
+    statistics = cycle_statistics.of_residuals(split.recordings, residuals)
     if not statistics:
         return np.ones(residuals[0].shape[1], bool)
     return np.array([statistic.repeating_p < _MAX_P_VALUE for statistic in statistics])

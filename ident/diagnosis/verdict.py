@@ -38,18 +38,18 @@ first share of the final loss."""
 def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
     split, selection = diagnosis.split, diagnosis.selection
-    rig = split.predictors[0].prepared.as_recorded.rig
+    rig = split.recordings[0].recording.rig
     verdict = _verdict(diagnosis)
     return Document(
         schema=1,
         verdict=verdict,
         sentence=_sentence(diagnosis, verdict),
-        bandwidth_hz=split.datasets[0].bandwidth,
+        bandwidth_hz=split.recordings[0].bandwidth,
         noise_rms=_numbers(selection.noise_floor.rms),
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
-        simulated=any(data.recording.run.simulated for data in split.datasets),
+        simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
         rungs=tuple(step_entry(split, step) for step in selection.steps),
         findings=tuple(_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)),
@@ -67,7 +67,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
                 split, selection.steps[-1].model, selection.noise_floor, diagnosis.library.get("torque_offset")
             ),
         ),
-        recordings=tuple(file_names(split, range(len(split.datasets)))),
+        recordings=tuple(file_names(split, range(len(split.recordings)))),
     )
 
 
@@ -76,7 +76,7 @@ def write_learned_curve(diagnosis: Diagnosis, path: Path) -> LearnedCurveEntry |
     learned = diagnosis.learned
     if learned is None or not learned.supported:
         return None
-    about = ", ".join(dict.fromkeys(data.recording.path.name for data in diagnosis.split.datasets))
+    about = ", ".join(dict.fromkeys(data.recording.path.name for data in diagnosis.split.recordings))
     path.write_text(effect_file_text(learned.curves, about))
     joints = tuple(sorted({curve.joint for curve in learned.curves}))
     return LearnedCurveEntry(
@@ -195,7 +195,7 @@ def step_entry(split: SplitData, step: SelectionStep) -> StepEntry:
 
 def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterValue]:
     solution = step.model.solution
-    recording = split.datasets[0].recording
+    recording = split.recordings[0].recording
     gain_uncertainty = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
     entries = solution.structure.parameters
     limits = confidence_intervals(split, solution, gain_uncertainty)
@@ -246,7 +246,7 @@ def _rejected(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
     selection = diagnosis.selection
     present = {finding.term.name for finding in selection.findings}
     contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
-    mechanism = diagnosis.split.predictors[0].prepared.as_recorded.rig.mechanism
+    mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
     for name, effect in diagnosis.library.items():
         if name in present:
             continue

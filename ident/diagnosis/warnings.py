@@ -30,15 +30,15 @@ def data_warnings(split: SplitData, model: FittedModel, floor: NoiseFloor, offse
 
 def file_names(split: SplitData, selected: Sequence[int]) -> list[str]:
     """File names of the `selected` recordings; with their folders where the names alone are ambiguous."""
-    paths = list(dict.fromkeys(data.recording.path for data in split.datasets))
+    paths = list(dict.fromkeys(data.recording.path for data in split.recordings))
     all_names = [path.name for path in paths]
-    files = (split.datasets[i].recording.path for i in selected)
+    files = (split.recordings[i].recording.path for i in selected)
     return list(dict.fromkeys(path.name if all_names.count(path.name) == 1 else str(path) for path in files))
 
 
 def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
     """Whether recordings are truncated or too short."""
-    truncated = [i for i, data in enumerate(split.datasets) if not data.recording.complete]
+    truncated = [i for i, data in enumerate(split.recordings) if not data.recording.complete]
     if truncated:
         yield f"Truncated: {', '.join(file_names(split, truncated))}. The rest of the motion is not known."
     rows, parameters = split.independent_rows, len(model.solution.x)
@@ -80,7 +80,7 @@ def _excluded_rows(split: SplitData) -> Iterator[str]:
 
 
 def _assumed_gain(split: SplitData) -> Iterator[str]:
-    recording = split.datasets[0].recording
+    recording = split.recordings[0].recording
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty
         yield (

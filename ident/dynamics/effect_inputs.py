@@ -4,12 +4,12 @@ Nothing here is derived from the measured torque: such a regressor would lower t
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from ident import filters
+from ident import filters, slicing
 from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, joint_inertia
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import Platform, platform
@@ -91,5 +91,4 @@ class EffectInputs:
 
     def decimated(self, step: int) -> "EffectInputs":
         """Return every `step`-th instant."""
-        motion = Motion(**{field.name: getattr(self.motion, field.name)[::step] for field in fields(Motion)})
-        return replace(self, rate=self.rate / step, time=self.time[::step], motion=motion)
+        return replace(slicing.along_time(self, slice(None, None, step)), rate=self.rate / step)

@@ -1,31 +1,32 @@
 """Rods (forearms) of uniform mass, which the base model lumps at platform and arms."""
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
-from ident.dynamics.motion import Motion
+from ident.dynamics.motion import Motion, cached_for_motion
 from ident.dynamics.platform import platform
 from recordings.recording import Floats
 from recordings.rig import Geometry
+from trajectories import kinematics
 
-GRAVITY = 9.81
+GRAVITY = -float(kinematics.GRAVITY[2])
 """[m/s^2], downwards."""
 
-# A diagnosis needs the torque of the same motion for many models.
-_cache: WeakKeyDictionary[Motion, dict[Geometry, Floats]] = WeakKeyDictionary()
 
-
+@cached_for_motion
 def torque(geometry: Geometry, motion: Motion) -> Floats:
     """Torque (n, 3) [N m] that moves and lifts one uniform rod of 1 kg in each limb; cached for each `motion`.
 
     A rod whose ends accelerate with a_1 (elbow) and a_2 (platform) resists with m (2 a_1 + a_2) / 6 at the elbow and
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
     """
-    cached = _cache.setdefault(motion, {})
-    if geometry not in cached:
-        cached[geometry] = _torque(geometry, motion)
-    return cached[geometry]
+    platform_motion = platform(geometry, motion)
+    a_2 = platform_motion.lift[:, None]
+    tangent, acceleration = _elbows(geometry, motion)
+    a_1 = acceleration - kinematics.GRAVITY
+    at_elbow = np.einsum("njx,njx->nj", tangent, 2 * a_1 + a_2) / 6
+    at_platform = ((a_1 + 2 * a_2) / 6).sum(axis=1)
+    torque: Floats = at_elbow + np.einsum("nxj,nx->nj", platform_motion.jacobian, at_platform)
+    return torque
 
 
 def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
@@ -35,17 +36,6 @@ def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
     """
     tangent, _ = _elbows(geometry, motion)
     torque: Floats = -(tangent[:, :, :2].swapaxes(1, 2) + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
-    return torque
-
-
-def _torque(geometry: Geometry, motion: Motion) -> Floats:
-    platform_motion, lift = platform(geometry, motion), np.array([0.0, 0.0, GRAVITY])
-    a_2 = (platform_motion.acceleration + lift)[:, None]
-    tangent, a_1 = _elbows(geometry, motion)
-    a_1 = a_1 + lift
-    at_elbow = np.einsum("njx,njx->nj", tangent, 2 * a_1 + a_2) / 6
-    at_platform = ((a_1 + 2 * a_2) / 6).sum(axis=1)
-    torque: Floats = at_elbow + np.einsum("nxj,nx->nj", platform_motion.jacobian, at_platform)
     return torque
 
 

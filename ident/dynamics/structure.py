@@ -1,14 +1,22 @@
 """Model structure: a mechanism with effects, and all their parameters in one vector."""
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from ident.dynamics import mechanisms
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Values
-from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.mechanisms import Mechanism, Parameter
 from recordings.recording import Bools, Floats
 from recordings.rig import Rig
+
+PositionCorrection = Callable[[Floats], Floats]
+"""Computes true positions (n, dof) from measured ones."""
+Report = Callable[[Floats, EffectInputs], Floats]
+"""Computes the reported torque (n, dof) from the true one."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +39,16 @@ class Term:
         if isinstance(self.effect, Additive):
             return self.effect.coefficients
         return self.effect.parameters if isinstance(self.effect, Signal) else ()
+
+    def by_instance(self, columns: Floats) -> Floats:
+        """Columns (n, dof, instances * c) of all coefficients, from those (n, dof, c) that an additive effect has."""
+        if self.effect.whole_robot:
+            return columns
+        n, dof, c = columns.shape
+        by_joint = np.zeros((n, dof, self.instances, c))
+        joints = list(self.joints)
+        by_joint[:, joints, range(len(joints))] = columns[:, joints]
+        return by_joint.reshape(n, dof, -1)
 
 
 @dataclass(frozen=True)
@@ -108,6 +126,14 @@ class ModelStructure:
         )
 
     @cached_property
+    def linear_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters in which the torque is linear: the mechanism's, and coefficients of additive effects."""
+        coefficients = [entry for entry in self.parameters if entry.linear and entry.term >= 0]
+        return *self.mechanism.parameters, *(
+            Parameter(entry.name, entry.unit, entry.meaning) for entry in coefficients
+        )
+
+    @cached_property
     def linear(self) -> Bools:
         """Mask (K,) of the entries in which the torque is linear."""
         return np.array([entry.linear for entry in self.parameters])
@@ -134,6 +160,40 @@ class ModelStructure:
         term = self.terms[index]
         return x[self.parameter_mask(index)][term.instances * len(term.local_parameters) :]
 
+    def columns(self, index: int, x: Floats, inputs: EffectInputs) -> Floats:
+        """Torque (n, dof, c) per unit of each coefficient of the additive term `index`, on every joint."""
+        effect = self.terms[index].effect
+        assert isinstance(effect, Additive)
+        shapes = zip(effect.shapes, self.shape_values(index, x).tolist(), strict=True)
+        return effect.columns(inputs, {shape.name: value for shape, value in shapes})
+
+    def mechanism_of(self, rig: Rig) -> Mechanism:
+        """Return the mechanism for a corrected `rig`."""
+        return self.mechanism if rig is self.rig else mechanisms.create(rig)
+
+    def corrections(self, x: Floats) -> tuple[Rig, tuple[PositionCorrection, ...]]:
+        """Return the true rig, and what makes true positions of measured ones, one correction after the other."""
+        rig, corrections = self.rig, []
+        for index, _, effect in self.signals:
+            values = self.signal_values(index, x)
+            rig = effect.rig(rig, values) if effect.rig else rig
+            if effect.position:
+                corrections.append(_correction(effect.position, rig, values))
+        return rig, tuple(corrections)
+
+    def reports(self, x: Floats) -> Iterator[tuple[Term, Report]]:
+        """Yield the distortions of the true torque on its way to what is reported, in their order."""
+        for index, term, effect in self.signals:
+            if effect.report:
+                yield term, _report(effect.report, self.signal_values(index, x))
+
+    @cached_property
+    def signals(self) -> tuple[tuple[int, Term, Signal], ...]:
+        """Index, term and effect of the terms that distort a measurement."""
+        return tuple(
+            (index, term, term.effect) for index, term in enumerate(self.terms) if isinstance(term.effect, Signal)
+        )
+
     def signal_values(self, index: int, x: Floats) -> Values:
         """Parameters and shapes by name with which the signal effect of the term `index` is evaluated."""
         term = self.terms[index]
@@ -145,3 +205,11 @@ class ModelStructure:
         parameters = {quantity.name: values[:, i] for i, quantity in enumerate(term.local_parameters)}
         shapes = self.shape_values(index, x)
         return {**parameters, **{shape.name: shapes[i : i + 1] for i, shape in enumerate(term.effect.shapes)}}
+
+
+def _correction(position: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values) -> PositionCorrection:
+    return lambda measured: position(measured, rig, values)
+
+
+def _report(report: Callable[[Floats, EffectInputs, Values], Floats], values: Values) -> Report:
+    return lambda torque, inputs: report(torque, inputs, values)

@@ -1,4 +1,4 @@
-"""Linear fit of a mechanism to data sets: search region, estimator, parameters at a bound."""
+"""Linear fit of a model to recordings: search region, estimator, parameters at a bound."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,10 +8,10 @@ import numpy as np
 from numpy.random import Generator
 
 from ident.data import noise
-from ident.data.dataset import Dataset
-from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators
 from ident.estimation.problem import Estimate, Problem, Progress
+from ident.estimation.regression import Regression
 from recordings.errors import BadInput
 from recordings.recording import Floats
 
@@ -21,7 +21,7 @@ SEARCH_FACTOR = 10.0
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Fitted parameters of a mechanism."""
+    """Fitted linear parameters of a model."""
 
     estimate: Estimate
     bounds: Floats
@@ -44,21 +44,17 @@ class Fit:
         on_edge = from_edge <= 1e-6 * np.ptp(self.bounds, axis=1)
         return tuple(bool(flag) for flag in on_edge)
 
-    def torque(self, dataset: Dataset) -> Floats:
-        """Predicted torque (m, dof) [N m] for `dataset`."""
-        return dataset.predicted_torque(self.parameters)
-
 
 def fit(
-    datasets: Sequence[Dataset],
-    mechanism: Mechanism,
+    regressions: Sequence[Regression],
+    parameters: Sequence[Parameter],
     method: str,
     settings: Any,
     generator: Generator,
     progress: Progress,
     physical: bool = False,
 ) -> Fit:
-    """Estimate the parameters of `mechanism` from all `datasets`, by the estimator `method` with its `settings`.
+    """Estimate the linear `parameters` (k,) from all `regressions`, by the estimator `method` with its `settings`.
 
     physical: friction must oppose motion too; masses and inertias are never searched below zero.
 
@@ -66,21 +62,21 @@ def fit(
         BadInput: a parameter has no effect on the torque; or the result must be `physical`, but the method ignores
             the search region and left it.
     """
-    regressor, torque = _rows(datasets)
-    bounds = search_region(mechanism.parameters, regressor, torque, physical)
-    deviation = _deviation(datasets, regressor, torque) if estimators.weighted(method) else None
+    regressor, torque = _rows(regressions)
+    bounds = search_region(parameters, regressor, torque, physical)
+    deviation = _deviation(regressions, regressor, torque) if estimators.weighted(method) else None
     problem = Problem(regressor, torque, bounds, deviation)
     estimate = estimators.load(method).estimate(problem, generator, progress, settings)
     if physical:
-        _check_physical(mechanism.parameters, estimate.parameters, bounds, method)
+        _check_physical(parameters, estimate.parameters, bounds, method)
     return Fit(estimate, bounds, len(torque))
 
 
-def _rows(datasets: Sequence[Dataset]) -> tuple[Floats, Floats]:
-    """Regressor (r, k) and torque (r,) of all `datasets`."""
-    if len(datasets) == 1:
-        return datasets[0].rows()  # no copy: the arrays of long recordings are large
-    regressors, torques = zip(*(dataset.rows() for dataset in datasets), strict=True)
+def _rows(regressions: Sequence[Regression]) -> tuple[Floats, Floats]:
+    """Regressor (r, k) and torque (r,) of all `regressions`."""
+    if len(regressions) == 1:
+        return regressions[0].rows()  # no copy: the arrays of long recordings are large
+    regressors, torques = zip(*(regression.rows() for regression in regressions), strict=True)
     return np.concatenate(regressors), np.concatenate(torques)
 
 
@@ -93,14 +89,14 @@ def _check_physical(parameters: Sequence[Parameter], values: Floats, bounds: Flo
             )
 
 
-def _deviation(datasets: Sequence[Dataset], regressor: Floats, torque: Floats) -> Floats:
+def _deviation(regressions: Sequence[Regression], regressor: Floats, torque: Floats) -> Floats:
     """Standard deviation (r,) [N m] of the residual in each row, from the noise in the residuals of a first fit."""
     first = np.linalg.lstsq(regressor, torque, rcond=None)[0].astype(np.float64)
-    residuals = [dataset.torque - dataset.predicted_torque(first) for dataset in datasets]
-    joint_noise = noise.estimate(datasets, residuals)
+    residuals = [regression.residual(first) for regression in regressions]
+    joint_noise = noise.estimate([regression.prepared for regression in regressions], residuals)
     deviations = [
-        noise.residual_std(dataset, residual, joint_noise).T[np.isfinite(dataset.torque).T]
-        for dataset, residual in zip(datasets, residuals, strict=True)
+        noise.residual_std(regression.prepared, residual, joint_noise).T[np.isfinite(regression.torque).T]
+        for regression, residual in zip(regressions, residuals, strict=True)
     ]
     return np.concatenate(deviations)
 

@@ -116,8 +116,7 @@ def _linearize(
     linearized = [predictor.linearized(structure, x, nonlinear) for predictor in predictors]
     derivatives = tuple(by_x for _, by_x in linearized)
     residuals = tuple(
-        predictor.prepared.dataset.torque - torque
-        for predictor, (torque, _) in zip(predictors, linearized, strict=True)
+        predictor.prepared.torque - torque for predictor, (torque, _) in zip(predictors, linearized, strict=True)
     )
     usable_weights = tuple(
         np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
@@ -131,7 +130,7 @@ def _loss(predictors: Sequence[TorquePredictor], structure: ModelStructure, x: F
     load_parameters = structure.load_parameters(before.x)
     total = 0.0
     for predictor, weight in zip(predictors, before.weights, strict=True):
-        residual = weight * (predictor.prepared.dataset.torque - predictor.torque(structure, x, load_parameters))
+        residual = weight * (predictor.prepared.torque - predictor.torque(structure, x, load_parameters))
         total += float(np.nansum(residual**2))
     return total
 

@@ -11,12 +11,12 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from ident.data.prepared_recording import CorrectedMotion, PreparedRecording
+from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive, Signal, Values
-from ident.dynamics.structure import ModelStructure, Term
+from ident.dynamics.effects.base import Additive
+from ident.dynamics.mechanism_motion import MechanismMotion
+from ident.dynamics.structure import ModelStructure
 from recordings.recording import Floats
-from recordings.rig import Rig
 
 _T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
@@ -39,9 +39,8 @@ class TorquePredictor:
 
         load_parameters: (k or k + 1,) parameters from which effects compute the load; None: those in `x`.
         """
-        return self.prepared.condition(
-            self._reported_torque(structure, x, self._load_parameters(structure, x, load_parameters))
-        )
+        load = structure.load_parameters(x) if load_parameters is None else load_parameters
+        return self.prepared.condition(self._reported_torque(structure, x, load))
 
     def unfiltered(self, structure: ModelStructure, x: Floats) -> Floats:
         """Predict the reported torque (n, dof) [N m] before conditioning."""
@@ -55,7 +54,7 @@ class TorquePredictor:
         """
         load_parameters = structure.load_parameters(x)
         reported = self._reported_torque(structure, x, load_parameters)
-        derivatives = np.zeros((*self.prepared.dataset.torque.shape, len(x)))
+        derivatives = np.zeros((*self.prepared.torque.shape, len(x)))
         derivatives[:, :, structure.linear] = self._linear_derivatives(structure, x, load_parameters)
         for entry in np.flatnonzero(~structure.linear) if nonlinear else ():
             derivatives[:, :, entry] = self._nonlinear_derivative(structure, x, load_parameters, int(entry), reported)
@@ -69,69 +68,57 @@ class TorquePredictor:
         slope: Floats = np.abs(upper - lower) / (2 * error)
         return slope
 
-    def columns(self, term: Term, shapes: Floats, corrected: CorrectedMotion, load_parameters: Floats) -> Floats:
-        """(n, dof, instances * c) torque per unit of each coefficient of an additive `term`, instance by instance."""
-        effect = term.effect
-        assert isinstance(effect, Additive)
-        values = dict(zip((shape.name for shape in effect.shapes), shapes.tolist(), strict=True))
-        key = ("columns", term.name, tuple(shapes.tolist()), corrected, load_parameters.tobytes())
-        columns = self._cached(key, lambda: effect.columns(self.effect_inputs(corrected, load_parameters), values))
-        if effect.whole_robot:
-            return columns
-        n, dof, c = columns.shape
-        by_joint = np.zeros((n, dof, len(term.joints), c))
-        joints = list(term.joints)
-        by_joint[:, joints, range(len(joints))] = columns[:, joints]
-        return by_joint.reshape(n, dof, -1)
+    def columns(self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats) -> Floats:
+        """(n, dof, instances * c) torque per unit of each coefficient of the additive term `index`.
 
-    def effect_inputs(self, corrected: CorrectedMotion, load_parameters: Floats) -> EffectInputs:
-        """Inputs of effects for the load parameters (k or k + 1,) of a structure."""
+        The inputs of the effect are those of the whole `structure` at `x` (K,).
+        """
+        term, shapes = structure.terms[index], structure.shape_values(index, x).tobytes()
+        key = ("columns", term.name, shapes, self.corrected_motion(structure, x), load_parameters.tobytes())
+
+        def columns() -> Floats:
+            return structure.columns(index, x, self.effect_inputs(structure, x, load_parameters))
+
+        return term.by_instance(self._cached(key, columns))
+
+    def effect_inputs(
+        self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None
+    ) -> EffectInputs:
+        """Inputs of effects at `x` (K,); load_parameters: as in `torque`."""
+        corrected = self.corrected_motion(structure, x)
+        load = structure.load_parameters(x) if load_parameters is None else load_parameters
+        prepared = self.prepared
         return self._cached(
-            ("effect inputs", corrected, load_parameters.tobytes()),
-            lambda: corrected.effect_inputs(
-                self.prepared.samples.rate,
-                self.prepared.time,
-                self.prepared.preprocessed.bandwidth,
-                load_parameters,
-            ),
+            ("effect inputs", corrected, load.tobytes()),
+            lambda: corrected.effect_inputs(prepared.samples.rate, prepared.instant_time, prepared.bandwidth, load),
         )
 
-    def corrected_motion(self, structure: ModelStructure, x: Floats) -> CorrectedMotion:
+    def corrected_motion(self, structure: ModelStructure, x: Floats) -> MechanismMotion:
         """Motion and mechanism after the corrections of encoders and geometry given by `x` (K,)."""
-        rig = self.prepared.as_recorded.rig
-        corrections: list[Callable[[Floats], Floats]] = []
-        key: list[Hashable] = ["corrected motion"]
-        for index, term in enumerate(structure.terms):
-            effect = term.effect
-            if not isinstance(effect, Signal) or not (effect.position or effect.rig):
-                continue
-            values = structure.signal_values(index, x)
-            key.append((term.name, *(tuple(value.tolist()) for value in values.values())))
-            rig = effect.rig(rig, values) if effect.rig else rig
-            if effect.position:
-                corrections.append(position_correction(effect.position, rig, values))
-        if len(key) == 1:
+        key = tuple(
+            (term.name, *(tuple(value.tolist()) for value in structure.signal_values(index, x).values()))
+            for index, term, effect in structure.signals
+            if effect.position or effect.rig
+        )
+        if not key:
             return self.prepared.as_recorded
+        rig, corrections = structure.corrections(x)
 
         def correct_all(measured: Floats) -> Floats:
             for correct in corrections:
                 measured = correct(measured)
             return measured
 
-        return self._cached(tuple(key), lambda: self.prepared.corrected_motion(rig, correct_all))
-
-    def _load_parameters(self, structure: ModelStructure, x: Floats, load_parameters: Floats | None) -> Floats:
-        return structure.load_parameters(x) if load_parameters is None else load_parameters
+        return self._cached(("corrected motion", *key), lambda: self.prepared.corrected_motion(rig, correct_all))
 
     def _all_columns(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         """(n, dof, K_linear) columns of all linear parameters, in the order of the vector."""
-        corrected = self.corrected_motion(structure, x)
         effect_columns = [
-            self.columns(term, structure.shape_values(index, x), corrected, load_parameters)
+            self.columns(structure, index, x, load_parameters)
             for index, term in enumerate(structure.terms)
             if isinstance(term.effect, Additive)
         ]
-        return np.concatenate([corrected.regressor, *effect_columns], axis=2)
+        return np.concatenate([self.corrected_motion(structure, x).regressor, *effect_columns], axis=2)
 
     def _reported_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         return self._report(structure, x, load_parameters, self._true_torque(structure, x, load_parameters))
@@ -156,20 +143,19 @@ class TorquePredictor:
         return self._last_torque[1]
 
     def _report(self, structure: ModelStructure, x: Floats, load_parameters: Floats, torque: Floats) -> Floats:
-        inputs = self.effect_inputs(self.corrected_motion(structure, x), load_parameters)
-        for index, term in enumerate(structure.terms):
-            if isinstance(term.effect, Signal) and term.effect.report:
-                torque = term.effect.report(torque, inputs, structure.signal_values(index, x))
+        inputs = self.effect_inputs(structure, x, load_parameters)
+        for _, report in structure.reports(x):
+            torque = report(torque, inputs)
         return torque
 
     def _linear_derivatives(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         """(m, dof, K_linear) derivatives with respect to the linear parameters."""
         columns = self._all_columns(structure, x, load_parameters)
-        if not any(isinstance(term.effect, Signal) and term.effect.report for term in structure.terms):
+        if not any(effect.report for _, _, effect in structure.signals):
             return self.prepared.condition(columns)
         true: Floats = columns @ x[structure.linear]
         step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
-        if all(term.effect.pointwise for term in structure.terms if isinstance(term.effect, Signal)):
+        if all(effect.pointwise for _, _, effect in structure.signals):
             upper, lower = (self._report(structure, x, load_parameters, true + side * step) for side in (1, -1))
             return self.prepared.condition(columns * ((upper - lower) / (2 * step))[:, :, None])
         slopes = []
@@ -190,7 +176,7 @@ class TorquePredictor:
         """
         parameter = structure.parameters[entry]
         if not parameter.free:
-            return np.zeros_like(self.prepared.dataset.torque)
+            return np.zeros_like(self.prepared.torque)
         step = structure.terms[parameter.term].effect.step * max(abs(x[entry]), parameter.scale)
         shifted = x.copy()
         shifted[entry] += step if x[entry] + step <= parameter.upper else -step
@@ -203,10 +189,3 @@ class TorquePredictor:
                 self._cache.pop(next(iter(self._cache)))
             self._cache[key] = compute()
         return cast(_T, self._cache[key])
-
-
-def position_correction(
-    correct: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values
-) -> Callable[[Floats], Floats]:
-    """Return the function from measured to true positions (n, dof) of an effect on encoders."""
-    return lambda measured: correct(measured, rig, values)

@@ -1,27 +1,24 @@
 """Identify a model from recordings: read, preprocess, fit, and assess on training and validation data."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from itertools import chain
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ident.data.compatibility import check_no_overlap, check_same_rig
-from ident.data.cutoff import Cutoff
-from ident.data.dataset import Dataset, build_all
-from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
-from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
-from ident.dynamics.mechanisms import Mechanism
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
-from ident.estimation.linearized_model import LinearizedModel, fit_shape_parameters, parse_terms
 from ident.estimation.problem import Progress
+from ident.estimation.regression import Regression, linearize
+from ident.estimation.shape_parameters import fit_shape_parameters
+from ident.identification.chosen_effects import parse_terms
 from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model_file import (
     Agreement,
@@ -41,7 +38,7 @@ from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Floats, Recording
+from recordings.recording import Floats
 
 
 @dataclass(frozen=True)
@@ -71,10 +68,12 @@ class Identification:
     """A fitted model with its data."""
 
     model: ModelFile
-    mechanism: Mechanism
+    structure: ModelStructure
+    x: Floats
+    """(K,) parameters at which the model was linearized; the linear ones were then fitted again."""
     fit: Fit
-    train: tuple[Dataset, ...]
-    validation: Dataset | None
+    train: tuple[Regression, ...]
+    validation: Regression | None
 
 
 def identify(
@@ -97,18 +96,25 @@ def identify(
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
-    mechanism, datasets = _mechanism_and_datasets(recordings, len(files), form, options, known_structure)
-    train, validation = datasets[: len(files)], datasets[-1] if validate else None
+    if form and options.effects:
+        raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
+    prepared = prepare_all(recordings, options.preprocessing, options.cutoff, form)
+    structure, x = known_structure or _structure(prepared[: len(files)], options)
+    regressions = tuple(linearize(each, structure, x) for each in prepared)
+    train, validation = regressions[: len(files)], regressions[-1] if validate else None
     generator = np.random.default_rng(options.seed)
-    result = fit(train, mechanism, options.method, options.settings, generator, progress, options.physical)
+    result = fit(
+        train, structure.linear_parameters, options.method, options.settings, generator, progress, options.physical
+    )
     relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    effects = effect_terms(mechanism.structure, mechanism.x) if isinstance(mechanism, LinearizedModel) else ()
-    assessment, uncertainties = None, (ParameterUncertainty(),) * len(mechanism.parameters)
+    effects = effect_terms(structure, x)
+    assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
-        parameter_changes = _parameter_changes(train, mechanism, options)
+        changes = Sensitivity(None, ()) if structure.terms else _parameter_changes(train, options)
         assessment, uncertainties = assess(
-            train, result, mechanism, options.method, parameter_changes, relative, options.intervals
+            train, result, structure, options.method, changes, relative, options.intervals
         )
+    cutoff = train[0].prepared.cutoff
     model = ModelFile(
         mechanism=rig.mechanism,
         form=form,
@@ -119,7 +125,7 @@ def identify(
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
         relative=relative,
-        parameters=_parameters(mechanism, result, uncertainties),
+        parameters=_parameters(structure, result, uncertainties),
         method=FitMethod(
             name=options.method,
             settings=asdict(options.settings),
@@ -131,66 +137,35 @@ def identify(
         ),
         preprocessing=Preprocessing(
             name=options.preprocessing,
-            bandwidth=train[0].bandwidth,
-            rate=train[0].rate,
-            cutoff=train[0].cutoff.sentence() if train[0].cutoff else None,
+            bandwidth=train[0].prepared.bandwidth,
+            rate=train[0].prepared.rate,
+            cutoff=cutoff.sentence() if cutoff else None,
             delays=_delays(train, result) if form is None else None,
         ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
         trust=assessment,
     )
-    return Identification(model, mechanism, result, train, validation)
+    return Identification(model, structure, x, result, train, validation)
 
 
-def _mechanism_and_datasets(
-    recordings: Sequence[Recording],
-    fitted: int,
-    form: str | None,
-    options: FitOptions,
-    known_structure: tuple[ModelStructure, Floats] | None,
-) -> tuple[Mechanism, tuple[Dataset, ...]]:
-    """Return the model to fit and the data of all recordings.
-
-    Shape parameters of effects are fitted to the first `fitted` recordings.
-    """
-    mechanism = mechanisms.create(recordings[0].rig, form)
-    if not options.effects and not known_structure:
-        return mechanism, build_all(recordings, mechanism, options.preprocessing, options.cutoff)
-    if form:
-        raise BadInput(f"--with cannot be combined with a method that fits the form '{form}'; choose another method")
-    common_cutoff = None if options.cutoff else _cutoff(recordings, mechanism, options.preprocessing)
-    cutoff = common_cutoff.hz if common_cutoff else options.cutoff
-    prepared: Iterator[PreparedRecording] = (
-        prepare(recording, options.preprocessing, cutoff) for recording in recordings
-    )
-    if known_structure:
-        linearized = LinearizedModel(*known_structure)
-    else:
-        training = [next(prepared) for _ in range(fitted)]
-        linearized = fit_shape_parameters(training, parse_terms(options.effects, options.library, recordings[0]))
-        prepared = chain(training, prepared)
-    datasets = (linearized.dataset(recording) for recording in prepared)
-    return linearized, tuple(
-        replace(dataset, cutoff=common_cutoff) if common_cutoff else dataset for dataset in datasets
-    )
+def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
+    """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
+    if options.effects:
+        return fit_shape_parameters(train, parse_terms(options.effects, options.library, train[0].recording))
+    bare = train[0].base_structure
+    return bare, np.zeros(len(bare.parameters))
 
 
-def _cutoff(recordings: Sequence[Recording], mechanism: Mechanism, preprocessing: str) -> Cutoff | None:
-    """Common cut-off of all recordings; None if the preprocessing has a fixed one."""
-    return build_all(recordings, mechanism, preprocessing, None)[0].cutoff
-
-
-def _parameter_changes(train: Sequence[Dataset], mechanism: Mechanism, options: FitOptions) -> Sensitivity:
-    if isinstance(mechanism, LinearizedModel):  # shape parameters would have to be fitted again for each change
-        return Sensitivity(None, ())
-    recordings = [dataset.recording for dataset in train]
-    cutoff = train[0].cutoff.hz if train[0].cutoff else None
-    return sensitivity(recordings, mechanisms.create, options.preprocessing, cutoff)
+def _parameter_changes(train: Sequence[Regression], options: FitOptions) -> Sensitivity:
+    """Changes without effects; with effects, shape parameters would have to be fitted again for each change."""
+    cutoff = train[0].prepared.cutoff
+    recordings = [regression.prepared.recording for regression in train]
+    return sensitivity(recordings, options.preprocessing, cutoff.hz if cutoff else None)
 
 
 def _parameters(
-    mechanism: Mechanism, result: Fit, uncertainties: Sequence[ParameterUncertainty]
+    structure: ModelStructure, result: Fit, uncertainties: Sequence[ParameterUncertainty]
 ) -> tuple[FittedParameter, ...]:
     return tuple(
         FittedParameter(
@@ -204,12 +179,12 @@ def _parameters(
             **uncertainty.model_dump(),
         )
         for parameter, value, (lower, upper), at_bound, uncertainty in zip(
-            mechanism.parameters, result.parameters, result.bounds, result.at_bound, uncertainties, strict=True
+            structure.linear_parameters, result.parameters, result.bounds, result.at_bound, uncertainties, strict=True
         )
     )
 
 
-def _delays(train: Sequence[Dataset], result: Fit) -> tuple[JointDelay, ...] | None:
+def _delays(train: Sequence[Regression], result: Fit) -> tuple[JointDelay, ...] | None:
     estimates = delays(train, result.parameters)
     if estimates is None:
         return None
@@ -228,12 +203,13 @@ def _certified(result: Fit) -> CertifiedMinimum | None:
     )
 
 
-def _agreement(datasets: Sequence[Dataset], result: Fit) -> Agreement:
-    measured = np.concatenate([dataset.torque for dataset in datasets])
-    computed = np.concatenate([result.torque(dataset) for dataset in datasets])
-    nominal = [dataset.nominal for dataset in datasets if dataset.nominal is not None]
+def _agreement(regressions: Sequence[Regression], result: Fit) -> Agreement:
+    measured = np.concatenate([regression.torque for regression in regressions])
+    computed = np.concatenate([regression.predicted_torque(result.parameters) for regression in regressions])
+    prepared = [regression.prepared for regression in regressions]
+    nominal = [each.nominal for each in prepared if each.nominal is not None]
     return Agreement(
-        recordings=tuple(recording_source(dataset.recording) for dataset in datasets),
+        recordings=tuple(recording_source(each.recording) for each in prepared),
         fitted=JointGoodnessOfFit.of(goodness_of_fit(measured, computed)),
         nominal=JointGoodnessOfFit.of(goodness_of_fit(measured, np.concatenate(nominal))) if nominal else None,
     )

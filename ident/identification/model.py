@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Effect
+from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.motion import Motion
 from ident.dynamics.torque_map import voltage_from_torque
 from ident.identification import model_file
 from ident.identification.identify import Identification
-from ident.identification.inverse_dynamics import InverseDynamics
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import structure_of
 from recordings.errors import BadInput

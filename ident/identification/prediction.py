@@ -6,8 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.data.dataset import Dataset, build
-from ident.data.prepared_recording import prepare
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
@@ -24,14 +23,14 @@ from recordings.rig import Geometry, Rig, Torque
 class Prediction:
     """One recording, preprocessed as the model's training data, and the torque that the model predicts for it."""
 
-    dataset: Dataset
+    prepared: PreparedRecording
     computed: Floats
     """(m, dof) [N m or N]."""
 
     @property
     def residual(self) -> Floats:
         """(m, dof) measured minus computed torque; NaN where a sample is not usable."""
-        residual: Floats = self.dataset.torque - self.computed
+        residual: Floats = self.prepared.torque - self.computed
         return residual
 
 
@@ -45,15 +44,9 @@ def predict(model: ModelFile, files: Sequence[Path], library: Mapping[str, Effec
     for recording in recordings:
         check_model_rig(model, recording)
     cutoff = model.preprocessing.bandwidth if model.preprocessing.cutoff else None
-    if model.form:
-        mechanism = mechanisms.create(recordings[0].rig, model.form)
-        values = _values(model, mechanism.parameters)
-        datasets = [build(recording, mechanism, model.preprocessing.name, cutoff) for recording in recordings]
-        return tuple(Prediction(dataset, dataset.predicted_torque(values)) for dataset in datasets)
     structure, x = structure_of(model, recordings[0].rig, library)
-    # One after the other, to limit memory: intermediate signals of a long recording are large.
-    prepared = (prepare(recording, model.preprocessing.name, cutoff) for recording in recordings)
-    return tuple(Prediction(recording.dataset, chunks.torque(recording, structure, x)) for recording in prepared)
+    prepared = (prepare(recording, model.preprocessing.name, cutoff, form=model.form) for recording in recordings)
+    return tuple(Prediction(each, chunks.torque(each, structure, x)) for each in prepared)
 
 
 def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> tuple[ModelStructure, Floats]:

@@ -20,8 +20,7 @@ import numpy as np
 
 from ident.data import noise
 from ident.data.compatibility import check_same_rig
-from ident.data.dataset import Dataset, build_all
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.uncertainty import covariance
 from ident.uncertainty.covariance import Uncertainty
 from ident.uncertainty.sensitivity import LENGTH_STEP, with_longer_rods
@@ -36,7 +35,6 @@ MIN_EXPLAINED = 0.9
 MAX_RELATIVE_STD = 0.2
 """Maximum relative standard error of a gain."""
 SIGNIFICANCE_LEVEL = 0.01
-_STEPS = 20
 _CONVERGED = 1e-10
 
 
@@ -75,10 +73,10 @@ def calibrate(empty: Recording, loaded: Recording, payload: float, method: str =
             not explain the difference between them.
     """
     _check_recordings(empty, loaded, payload)
-    datasets = build_all([empty, loaded], mechanisms.create(empty.rig), method, None)
-    problem = _CalibrationProblem.of(datasets, payload)
+    prepared = prepare_all([empty, loaded], method, None)
+    problem = _CalibrationProblem.of(prepared, payload)
     solution = problem.solve()
-    error = problem.uncertainty(datasets, solution)
+    error = problem.uncertainty(prepared, solution)
     scale, scales = solution[-problem.dof :], slice(-problem.dof, None)
     relative = error.std[scales] / np.abs(scale)
     _check_scales(scale, error.half_width()[scales], loaded, payload)
@@ -118,21 +116,21 @@ class _CalibrationProblem:
     dof: int
 
     @classmethod
-    def of(cls, datasets: Sequence[Dataset], payload: float) -> "_CalibrationProblem":
-        parameters = mechanisms.create(datasets[0].recording.rig).parameters
+    def of(cls, recordings: Sequence[PreparedRecording], payload: float) -> "_CalibrationProblem":
+        parameters = recordings[0].mechanism.parameters
         friction = np.array([parameter.friction for parameter in parameters])
         mass = [parameter.name for parameter in parameters].index(
-            PAYLOAD_PARAMETERS[datasets[0].recording.rig.mechanism]
+            PAYLOAD_PARAMETERS[recordings[0].recording.rig.mechanism]
         )
         columns, payload_torque = [], []
-        for number, dataset in enumerate(datasets):
-            own_friction = dataset.regressor[:, :, friction]
+        for number, prepared in enumerate(recordings):
+            own_friction = prepared.regressor[:, :, friction]
             all_friction = [
-                own_friction if i == number else np.zeros_like(own_friction) for i in range(len(datasets))
+                own_friction if i == number else np.zeros_like(own_friction) for i in range(len(recordings))
             ]
-            columns.append(np.concatenate([dataset.regressor[:, :, ~friction], *all_friction], axis=2))
-            payload_torque.append(number * payload * dataset.regressor[:, :, mass])
-        measured = np.concatenate([dataset.torque for dataset in datasets])
+            columns.append(np.concatenate([prepared.regressor[:, :, ~friction], *all_friction], axis=2))
+            payload_torque.append(number * payload * prepared.regressor[:, :, mass])
+        measured = np.concatenate([prepared.torque for prepared in recordings])
         usable = np.isfinite(measured)
         joint = np.broadcast_to(np.arange(measured.shape[1]), measured.shape)
         return cls(
@@ -144,20 +142,28 @@ class _CalibrationProblem:
         )
 
     def solve(self) -> Floats:
-        """(k + dof,) parameters and scales by nonlinear least squares (Gauss-Newton).
+        """(k + dof,) parameters and scales by nonlinear least squares.
 
         The initial scales are fitted joint by joint, which is a linear problem: scale_j beta and scale_j are unknown.
         """
-        scale = np.array([self._fit_joint(joint)[0] for joint in range(self.dof)])
-        parameters = np.zeros(self.columns.shape[1])
-        for _ in range(_STEPS):
-            jacobian = self.jacobian(parameters, scale)
-            residual = self.measured - self.model(parameters, scale)
-            step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
-            parameters, scale = parameters + step[: -self.dof], scale + step[-self.dof :]
-            if np.abs(step).max() < _CONVERGED * np.abs(scale).max():
-                break
-        return np.concatenate([parameters, scale])
+        from scipy.optimize import least_squares
+
+        def residual(x: Floats) -> Floats:
+            return self.model(x[: -self.dof], x[-self.dof :]) - self.measured
+
+        def jacobian(x: Floats) -> Floats:
+            return self.jacobian(x[: -self.dof], x[-self.dof :])
+
+        start = [self._fit_joint(joint)[0] for joint in range(self.dof)]
+        solution: Floats = least_squares(
+            residual,
+            np.concatenate([np.zeros(self.columns.shape[1]), start]),
+            jacobian,
+            method="lm",
+            x_scale="jac",
+            xtol=_CONVERGED,
+        ).x
+        return solution
 
     def model(self, parameters: Floats, scale: Floats) -> Floats:
         """(r,) predicted torque, on the scale of the assumed gains [N m]."""
@@ -170,17 +176,17 @@ class _CalibrationProblem:
         of_joint = self.joint[:, None] == np.arange(self.dof)
         return np.concatenate([scale[self.joint, None] * self.columns, of_joint * torque[:, None]], axis=1)
 
-    def uncertainty(self, datasets: Sequence[Dataset], solution: Floats) -> Uncertainty:
+    def uncertainty(self, recordings: Sequence[PreparedRecording], solution: Floats) -> Uncertainty:
         """Uncertainty of the solution."""
         parameters, scale = solution[: -self.dof], solution[-self.dof :]
-        residuals = self._by_dataset(self.measured - self.model(parameters, scale), datasets)
-        jacobian = self._by_dataset(self.jacobian(parameters, scale), datasets)
-        joint_noise = noise.estimate(datasets, residuals)
+        residuals = self._by_recording(self.measured - self.model(parameters, scale), recordings)
+        jacobian = self._by_recording(self.jacobian(parameters, scale), recordings)
+        joint_noise = noise.estimate(recordings, residuals)
         blocks = [
             covariance.least_squares(
-                rows, residual, noise.residual_std(dataset, residual, joint_noise), dataset.repeat
+                rows, residual, noise.residual_std(prepared, residual, joint_noise), prepared.repeat
             )
-            for dataset, rows, residual in zip(datasets, jacobian, residuals, strict=True)
+            for prepared, rows, residual in zip(recordings, jacobian, residuals, strict=True)
         ]
         return covariance.estimate(blocks)
 
@@ -199,12 +205,12 @@ class _CalibrationProblem:
         residuals = [measured - design @ solution for design, solution in zip(designs, solutions, strict=True)]
         return float(solutions[1][-1]), np.array([residual @ residual for residual in residuals])
 
-    def _by_dataset(self, x: Floats, datasets: Sequence[Dataset]) -> list[Floats]:
-        """Rearrange rows `x` (r, ...) to (m, dof, ...) for each data set; NaN where a sample is not usable."""
-        usable = np.isfinite(np.concatenate([dataset.torque for dataset in datasets]))
+    def _by_recording(self, x: Floats, recordings: Sequence[PreparedRecording]) -> list[Floats]:
+        """Rearrange rows `x` (r, ...) to (m, dof, ...) for each recording; NaN where a sample is not usable."""
+        usable = np.isfinite(np.concatenate([prepared.torque for prepared in recordings]))
         full = np.full((*usable.shape, *x.shape[1:]), np.nan)
         full[usable] = x
-        return np.split(full, np.cumsum([len(dataset.torque) for dataset in datasets])[:-1])
+        return np.split(full, np.cumsum([len(prepared.torque) for prepared in recordings])[:-1])
 
 
 def _equal_p(gain: Floats, covariance: Floats) -> float:
@@ -223,8 +229,8 @@ def _per_length_step(empty: Recording, loaded: Recording, payload: float, method
     scales = []
     for step in (-LENGTH_STEP, LENGTH_STEP):
         pair = [with_longer_rods(recording, step) for recording in (empty, loaded)]
-        datasets = build_all(pair, mechanisms.create(pair[0].rig), method, None)
-        problem = _CalibrationProblem.of(datasets, payload)
+        prepared = prepare_all(pair, method, None)
+        problem = _CalibrationProblem.of(prepared, payload)
         scales.append(problem.solve()[-problem.dof :])
     shorter, longer = scales
     change: Floats = (shorter / longer - longer / shorter) / 4

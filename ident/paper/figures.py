@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ident.data.dataset import Dataset, first_cycle
+from ident.data.prepared_recording import PreparedRecording
 from ident.output.plots.fit import COMPUTED, MEASURED, NOMINAL, figure
 from ident.paper.methods import MANUFACTURER, MethodComparison
 from recordings.recording import Floats
@@ -22,7 +22,7 @@ _IDENTIFICATION, _VALIDATION = 0, 1
 
 def draw(comparison: MethodComparison, folder: Path) -> None:
     """Draw all figures into `folder`, named by their numbers in the paper."""
-    identification = comparison.datasets[_IDENTIFICATION]
+    identification = comparison.prepared[_IDENTIFICATION]
     curves = {name: result.torque[_IDENTIFICATION] for name, result in comparison.results.items()}
     assert identification.nominal is not None
     manufacturer, pso = {MANUFACTURER: identification.nominal}, {"pso": curves["pso"]}
@@ -38,21 +38,21 @@ def draw(comparison: MethodComparison, folder: Path) -> None:
         _draw(folder / f"figure_{number}.png", title, identification, [{method: curves[method], **pso}])
     validation_curves = {name: comparison.results[name].torque[_VALIDATION] for name in ("rls", "dls", "svd", "pso")}
     title = "Figure 10: validation on another motion"
-    _draw(folder / "figure_10.png", title, comparison.datasets[_VALIDATION], [validation_curves])
+    _draw(folder / "figure_10.png", title, comparison.prepared[_VALIDATION], [validation_curves])
 
 
-def _draw(path: Path, title: str, dataset: Dataset, columns: Sequence[Mapping[str, Floats]]) -> None:
+def _draw(path: Path, title: str, prepared: PreparedRecording, columns: Sequence[Mapping[str, Floats]]) -> None:
     """Draw one row for each joint and one column for each set of computed torques."""
-    recording = dataset.recording
+    recording = prepared.recording
     title += f"\n{recording.path.name}{', SIMULATED' if recording.run.simulated else ''}"
-    rows = first_cycle(dataset)
-    time, dof = dataset.time[rows], dataset.torque.shape[1]
+    rows = prepared.first_cycle
+    time, dof = prepared.time[rows], prepared.torque.shape[1]
     with figure(path, title, 10.0, 1.8 + 2.2 * dof) as canvas:
         axes = canvas.subplots(dof, len(columns), sharex=True, sharey="row", squeeze=False)
         for column, curves in enumerate(columns):
             for joint in range(dof):
                 axis = axes[joint, column]
-                axis.plot(time, dataset.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+                axis.plot(time, prepared.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
                 for name, torque in curves.items():
                     axis.plot(time, torque[rows, joint], color=COLOURS[name], lw=1.1, label=name)
                 axis.margins(x=0)

@@ -9,11 +9,11 @@ import numpy as np
 
 from ident import plugins
 from ident.data.compatibility import check_same_rig
-from ident.data.dataset import Dataset, build_all
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
 from ident.estimation.problem import Progress
+from ident.estimation.regression import Regression
 from ident.identification.goodness_of_fit import GoodnessOfFit, goodness_of_fit
 from recordings.errors import BadInput
 from recordings.reader import read
@@ -51,7 +51,7 @@ class MethodResult:
 class MethodComparison:
     """Results of all methods."""
 
-    datasets: tuple[Dataset, Dataset]
+    prepared: tuple[PreparedRecording, PreparedRecording]
     """Identification and validation."""
     nominal: tuple[GoodnessOfFit, GoodnessOfFit]
     """Goodness of fit of the manufacturer's model."""
@@ -83,32 +83,30 @@ def compare_methods(files: Sequence[Path], preprocessing: str, seed: int, progre
             f"{files[0].name}: a recording of a delta robot expected, {rig.mechanism} found; use `ident fit`"
         )
     names = sorted(plugins.names("ident.estimation.estimators"), key=lambda name: ([*PAPER, name].index(name), name))
-    forms = {form: mechanisms.create(rig, form) for form in {estimators.form(name) for name in names}}
-    datasets = {form: build_all(recordings, mechanism, preprocessing, None) for form, mechanism in forms.items()}
+    forms = {estimators.form(name) for name in names}
+    prepared = {form: prepare_all(recordings, preprocessing, None, form) for form in forms}
     results = {}
     for done, name in enumerate(names, start=1):
-        form = estimators.form(name)
-        results[name] = _result(name, forms[form], datasets[form], seed)
+        results[name] = _result(name, prepared[estimators.form(name)], seed)
         progress(done, len(names))
-    base_datasets = datasets[None]
-    nominal = [goodness_of_fit(dataset.torque, _require_nominal(dataset.nominal)) for dataset in base_datasets]
-    return MethodComparison((base_datasets[0], base_datasets[1]), (nominal[0], nominal[1]), results)
+    first, second = prepared[None]
+    nominal = [goodness_of_fit(each.torque, _require_nominal(each.nominal)) for each in (first, second)]
+    return MethodComparison((first, second), (nominal[0], nominal[1]), results)
 
 
-def _result(name: str, mechanism: mechanisms.Mechanism, datasets: Sequence[Dataset], seed: int) -> MethodResult:
+def _result(name: str, prepared: Sequence[PreparedRecording], seed: int) -> MethodResult:
     given = {"tolerance": 0.0} if estimators.has_setting(name, "tolerance") else {}
     settings = estimators.settings(name, given)
-    fitted = fit(datasets[:1], mechanism, name, settings, np.random.default_rng(seed), lambda *_: None)
-    torque = [fitted.torque(dataset) for dataset in datasets]
-    agreements = [
-        goodness_of_fit(dataset.torque, computed) for dataset, computed in zip(datasets, torque, strict=True)
-    ]
+    parameters = prepared[0].mechanism.parameters
+    regressions = [Regression.of_mechanism(each) for each in prepared]
+    fitted = fit(regressions[:1], parameters, name, settings, np.random.default_rng(seed), lambda *_: None)
+    torque = [regression.predicted_torque(fitted.parameters) for regression in regressions]
+    agreements = [goodness_of_fit(each.torque, computed) for each, computed in zip(prepared, torque, strict=True)]
     estimate = fitted.estimate
     return MethodResult(
         method=name,
         parameters={
-            parameter.name: float(value)
-            for parameter, value in zip(mechanism.parameters, fitted.parameters, strict=True)
+            parameter.name: float(value) for parameter, value in zip(parameters, fitted.parameters, strict=True)
         },
         torque=(torque[0], torque[1]),
         goodness_of_fit=(agreements[0], agreements[1]),
@@ -128,8 +126,8 @@ def as_json(comparison: MethodComparison, preprocessing: str, seed: int) -> dict
         "schema": 1,
         "preprocessing": preprocessing,
         "seed": seed,
-        "recordings": dict(zip(ROLES, (dataset.recording.path.name for dataset in comparison.datasets), strict=True)),
-        "simulated": any(dataset.recording.run.simulated for dataset in comparison.datasets),
+        "recordings": dict(zip(ROLES, (each.recording.path.name for each in comparison.prepared), strict=True)),
+        "simulated": any(each.recording.run.simulated for each in comparison.prepared),
         "paper": PAPER,
         "nominal": dict(zip(ROLES, map(asdict, comparison.nominal), strict=True)),
         "methods": {name: _method_as_json(result) for name, result in comparison.results.items()},

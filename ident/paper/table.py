@@ -24,7 +24,7 @@ def show(comparison: MethodComparison, console: Console) -> None:
 
 
 def _table(comparison: MethodComparison, role: int) -> Table:
-    name = comparison.datasets[role].recording.path.name
+    name = comparison.prepared[role].recording.path.name
     table = Table(title=f"Table 2 on {ROLES[role]} data ({name}): fitness, Eq. (41)", title_justify="left")
     table.add_column("method")
     for source in ("joint", "paper"):
@@ -92,7 +92,7 @@ def _mean(fitness: GoodnessOfFit) -> float:
 
 
 def _comparability(comparison: MethodComparison) -> str:
-    simulated = any(dataset.recording.run.simulated for dataset in comparison.datasets)
+    simulated = any(prepared.recording.run.simulated for prepared in comparison.prepared)
     robot = "a SIMULATED robot" if simulated else "another robot"
     return (
         "Comparable with the paper: the order of the methods. Not comparable: the values. These recordings are of "

@@ -52,15 +52,15 @@ class ResidualAnalysis:
 
     def as_json(self) -> dict[str, Any]:
         """Return the document that `ident compare --json` prints, see docs/compare.md; its keys are stable."""
-        datasets = [prediction.dataset for prediction in self.predictions]
+        recordings = [prediction.prepared for prediction in self.predictions]
         assert self.model is not None
         return {
             "schema": SCHEMA,
-            "recordings": [dataset.recording.path.name for dataset in datasets],
-            "simulated": any(dataset.recording.run.simulated for dataset in datasets),
+            "recordings": [prepared.recording.path.name for prepared in recordings],
+            "simulated": any(prepared.recording.run.simulated for prepared in recordings),
             "relative": self.model.relative,
             "effects": list(self.model.effects),
-            "bandwidth_hz": datasets[0].bandwidth,
+            "bandwidth_hz": recordings[0].bandwidth,
             "joints": [_joint(joint) for joint in self.joints],
             "windows": [vars(window) for window in self.windows],
             "where": list(self.sentences),
@@ -69,10 +69,10 @@ class ResidualAnalysis:
 
 def analyse(model: ModelFile | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
     """Analyse the residuals of the `predictions` of `model`."""
-    datasets = [prediction.dataset for prediction in predictions]
-    splits = cycle_statistics.of_residuals(datasets, [prediction.residual for prediction in predictions])
-    summaries = phases.joint_residuals(datasets, [prediction.computed for prediction in predictions])
-    units = datasets[0].recording.rig.effort_units
+    recordings = [prediction.prepared for prediction in predictions]
+    splits = cycle_statistics.of_residuals(recordings, [prediction.residual for prediction in predictions])
+    summaries = phases.joint_residuals(recordings, [prediction.computed for prediction in predictions])
+    units = recordings[0].recording.rig.effort_units
     joints = tuple(
         JointAnalysis(
             unit=unit,

@@ -48,7 +48,7 @@ def binned_curves(predictions: Sequence[Prediction], joint: int) -> tuple[Binned
 
 
 def _cycles(predictions: Sequence[Prediction]) -> int:
-    return sum(int(prediction.dataset.repeat.max()) + 1 for prediction in predictions)
+    return sum(int(prediction.prepared.repeat.max()) + 1 for prediction in predictions)
 
 
 def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> BinnedCurve:
@@ -57,7 +57,7 @@ def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> Bi
     centre, mean, error, half_width, rms, samples = binned_means(axis, values, residual, predictions)
     square = float(np.nansum(np.where(np.isfinite(values), residual, 0.0) ** 2))
     explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0
-    rig = predictions[0].dataset.recording.rig
+    rig = predictions[0].prepared.recording.rig
     unit = {
         "velocity": f"{rig.position_units[joint]}/s",
         "position": rig.position_units[joint],
@@ -78,7 +78,7 @@ def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions:
     """
     usable = np.isfinite(residual) & np.isfinite(values)
     bins = np.full(len(values), -1)
-    bins[usable] = _bins(values[usable], axis, predictions[0].dataset.recording.run.period)
+    bins[usable] = _bins(values[usable], axis, predictions[0].prepared.recording.run.period)
     visit = _visits(bins, predictions)
     keep = [b for b in range(bins.max() + 1) if (bins == b).sum() >= MIN_SAMPLES]
     rows = [_statistics(values[bins == b], residual[bins == b], visit[bins == b]) for b in keep]
@@ -92,16 +92,16 @@ def _values(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> I
     """
     cycles = 0
     for prediction in predictions:
-        dataset = prediction.dataset
+        prepared = prediction.prepared
         if axis == "load":
             yield prediction.computed[:, joint]
         elif axis == "time":
-            yield dataset.time
+            yield prepared.time
         elif axis == "cycle":
-            yield np.where(dataset.repeat >= 0, dataset.repeat + cycles + 1.0, np.nan)
-            cycles += int(dataset.repeat.max()) + 1
+            yield np.where(prepared.repeat >= 0, prepared.repeat + cycles + 1.0, np.nan)
+            cycles += int(prepared.repeat.max()) + 1
         else:
-            signal: Floats = getattr(dataset.motion, axis)
+            signal: Floats = getattr(prepared.motion, axis)
             yield signal[:, joint]
 
 
@@ -127,7 +127,7 @@ def _visits(bins: Ints, predictions: Sequence[Prediction]) -> Ints:
         first += len(prediction.residual)
     starts = np.flatnonzero(begins)
     since = np.arange(len(bins)) - np.repeat(starts, np.diff([*starts, len(bins)]))
-    longest = max(1, round(MAX_VISIT * predictions[0].dataset.rate))
+    longest = max(1, round(MAX_VISIT * predictions[0].prepared.rate))
     return np.cumsum(begins | (since % longest == 0))
 
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
+from ident.estimation.regression import Regression
 from ident.identification.identify import Identification
 from recordings.recording import Floats
 
@@ -59,27 +60,34 @@ class JointResidual:
 
 def fit_sentences(result: Identification) -> tuple[str, ...]:
     """Describe the residual of a fitted model on the validation data, or on the training data if there is none."""
-    training = joint_residuals(result.train, [result.fit.torque(dataset) for dataset in result.train])
+    training = _of_regressions(result.train, result.fit.parameters)
     if result.validation is None:
         return sentences(training)
-    return sentences(joint_residuals([result.validation], [result.fit.torque(result.validation)]), training)
+    return sentences(_of_regressions([result.validation], result.fit.parameters), training)
 
 
-def joint_residuals(datasets: Sequence[Dataset], computed: Sequence[Floats]) -> tuple[JointResidual, ...]:
-    """Residual of each joint over all `datasets`, given the computed torque (m, dof) [N m] of each data set."""
-    residual = np.concatenate([dataset.torque - torque for dataset, torque in zip(datasets, computed, strict=True)])
-    torque = np.concatenate([dataset.torque for dataset in datasets])
-    phase = np.concatenate([phases(dataset) for dataset in datasets])
+def _of_regressions(regressions: Sequence[Regression], parameters: Floats) -> tuple[JointResidual, ...]:
+    prepared = [regression.prepared for regression in regressions]
+    return joint_residuals(prepared, [regression.predicted_torque(parameters) for regression in regressions])
+
+
+def joint_residuals(recordings: Sequence[PreparedRecording], computed: Sequence[Floats]) -> tuple[JointResidual, ...]:
+    """Residual of each joint over all `recordings`, given the computed torque (m, dof) [N m] of each."""
+    residual = np.concatenate(
+        [prepared.torque - torque for prepared, torque in zip(recordings, computed, strict=True)]
+    )
+    torque = np.concatenate([prepared.torque for prepared in recordings])
+    phase = np.concatenate([phases(prepared) for prepared in recordings])
     return tuple(_joint(i + 1, residual[:, i], torque[:, i], phase[:, i]) for i in range(residual.shape[1]))
 
 
-def phases(dataset: Dataset) -> NDArray[np.str_]:
+def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
     """(m, dof) phase of each joint's motion: near a reversal, standstill, acceleration, or else cruise."""
     from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
-    velocity, acceleration = (np.nan_to_num(x) for x in (dataset.motion.velocity, dataset.motion.acceleration))
+    velocity, acceleration = (np.nan_to_num(x) for x in (prepared.motion.velocity, prepared.motion.acceleration))
     slow = SLOW_SHARE * np.sqrt(np.mean(velocity**2, axis=0))
-    window = 2 * max(1, round(REVERSAL_PERIODS / dataset.bandwidth * dataset.rate)) + 1
+    window = 2 * max(1, round(REVERSAL_PERIODS / prepared.bandwidth * prepared.rate)) + 1
     fastest, slowest = maximum_filter1d(velocity, window, axis=0), minimum_filter1d(velocity, window, axis=0)
     names: NDArray[np.str_] = np.select(
         [

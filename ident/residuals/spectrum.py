@@ -30,23 +30,23 @@ class Spectrum:
 
 def spectrum(predictions: Sequence[Prediction], joint: int) -> Spectrum:
     """Average over all stretches without gaps of all recordings, weighted by their length."""
-    dataset = predictions[0].dataset
-    torques = [stretch for prediction in predictions for stretch in _stretches(prediction.dataset.torque[:, joint])]
+    prepared = predictions[0].prepared
+    torques = [stretch for prediction in predictions for stretch in _stretches(prediction.prepared.torque[:, joint])]
     residuals = [stretch for prediction in predictions for stretch in _stretches(prediction.residual[:, joint])]
     noises = list(_noise(predictions, joint))
     longest = min(max(map(len, signals)) for signals in (torques, residuals, noises) if signals)
-    segment = min(round(dataset.rate / RESOLUTION), longest)
-    frequency = np.arange(segment // 2 + 1) * dataset.rate / segment
-    shown = frequency <= dataset.bandwidth
-    residual, torque = (_mean_density(signals, dataset.rate, segment)[shown] for signals in (residuals, torques))
-    noise = _mean_density(noises, dataset.rate, segment)[shown] if noises else None
+    segment = min(round(prepared.rate / RESOLUTION), longest)
+    frequency = np.arange(segment // 2 + 1) * prepared.rate / segment
+    shown = frequency <= prepared.bandwidth
+    residual, torque = (_mean_density(signals, prepared.rate, segment)[shown] for signals in (residuals, torques))
+    noise = _mean_density(noises, prepared.rate, segment)[shown] if noises else None
     return Spectrum(frequency[shown], residual, torque, noise)
 
 
 def _noise(predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
     """Yield the differences between repetitions without gaps, scaled to the noise of a single repetition."""
     for prediction in predictions:
-        table = cycle_statistics.by_cycle(prediction.dataset, prediction.residual[:, [joint]])[:, :, 0]
+        table = cycle_statistics.by_cycle(prediction.prepared, prediction.residual[:, [joint]])[:, :, 0]
         known = np.isfinite(table).sum(axis=0)
         if (known < 2).all():
             continue

@@ -55,23 +55,23 @@ def worst_windows(predictions: Sequence[Prediction], count: int) -> tuple[Window
 
 
 def _joint_windows(prediction: Prediction, joint: int, overall: float, count: int) -> list[Window]:
-    dataset, residual = prediction.dataset, prediction.residual[:, joint]
-    length = max(1, round(DURATION * dataset.rate))
+    prepared, residual = prediction.prepared, prediction.residual[:, joint]
+    length = max(1, round(DURATION * prepared.rate))
     rms = _moving_rms(residual, length)
-    phase = phases(dataset)[:, joint]
+    phase = phases(prepared)[:, joint]
     windows: list[Window] = []
     while len(windows) < count and np.isfinite(rms).any():
         first = int(np.nanargmax(rms))
         inside = slice(first, first + length)
         known = np.isfinite(residual[inside])
         names, counts = np.unique(phase[inside][known], return_counts=True)
-        repeat = int(dataset.repeat[inside][length // 2])
+        repeat = int(prepared.repeat[inside][length // 2])
         windows.append(
             Window(
-                recording=dataset.recording.path.name,
+                recording=prepared.recording.path.name,
                 joint=joint + 1,
-                start=float(dataset.time[first]),
-                end=float(dataset.time[first]) + length / dataset.rate,
+                start=float(prepared.time[first]),
+                end=float(prepared.time[first]) + length / prepared.rate,
                 rms=float(rms[first]),
                 mean=float(residual[inside][known].mean()),
                 times_overall=float(rms[first]) / overall,
@@ -80,7 +80,7 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
             )
         )
         rms[max(0, first - length + 1) : first + length] = np.nan
-        rms[np.abs(dataset.phase[: len(rms)] - dataset.phase[first]) < DURATION] = np.nan
+        rms[np.abs(prepared.phase[: len(rms)] - prepared.phase[first]) < DURATION] = np.nan
     return windows
 
 

@@ -7,11 +7,12 @@ from typing import Literal
 import numpy as np
 
 from ident.data import cycle_statistics, noise
-from ident.data.dataset import Dataset
 from ident.data.samples import holds_torque
-from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
+from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
+from ident.estimation.regression import Regression
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
 from ident.uncertainty.identifiability import Identifiability, Status, identifiability
@@ -126,26 +127,27 @@ class Assessment(ConfigSection):
 
 
 def assess(
-    datasets: Sequence[Dataset],
+    regressions: Sequence[Regression],
     fit: Fit,
-    mechanism: Mechanism,
+    structure: ModelStructure,
     method: str,
     parameter_changes: sensitivity.Sensitivity,
     relative: bool,
     interval_method: IntervalMethod = "stationary",
 ) -> tuple[Assessment, tuple[ParameterUncertainty, ...]]:
-    """Assess the `fit` of `datasets` by the estimator `method`: as a whole, and parameter by parameter.
+    """Assess the `fit` of `structure` by the estimator `method`: as a whole, and parameter by parameter.
 
     parameter_changes: changes of the parameters under other assumptions.
     relative: the parameters are known up to one common factor.
     """
-    residuals = [dataset.torque - fit.torque(dataset) for dataset in datasets]
-    joint_noise = noise.estimate(datasets, residuals)
+    prepared = [regression.prepared for regression in regressions]
+    residuals = [regression.residual(fit.parameters) for regression in regressions]
+    joint_noise = noise.estimate(prepared, residuals)
     loss = loss_of(fit, method)
-    conditioning = identifiability(_gram(datasets), mechanism.parameters)
+    conditioning = identifiability(_gram(regressions), structure.linear_parameters)
     free = np.array([s != "not" and not b for s, b in zip(conditioning.status, fit.at_bound, strict=True)])
-    error = uncertainty_of(datasets, residuals, joint_noise, loss, interval_method, free)
-    gain = 0.0 if relative else _gain_uncertainty(datasets[0].recording)
+    error = uncertainty_of(regressions, residuals, joint_noise, loss, interval_method, free)
+    gain = 0.0 if relative else _gain_uncertainty(prepared[0].recording)
     intervals = error.interval(fit.parameters, gain)
     assessment = Assessment(
         source=interval_method,
@@ -158,13 +160,13 @@ def assess(
         inseparable=tuple(
             Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in conditioning.combinations
         ),
-        noise=_noise(joint_noise, datasets[0].recording),
-        floor=_floor(cycle_statistics.of_residuals(datasets, residuals)),
+        noise=_noise(joint_noise, prepared[0].recording),
+        floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         doubts=tuple(
             ImplausibleParameter(name=d.name, significant=d.significant, sentence=d.sentence)
-            for d in physical_consistency.violations(mechanism.parameters, fit.parameters, intervals)
+            for d in physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals)
         ),
-        coupling=_coupling(mechanism, datasets, fit.parameters),
+        coupling=_coupling(structure, prepared[0].motion, fit.parameters),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
     return assessment, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
@@ -188,13 +190,13 @@ def loss_of(fit: Fit, method: str) -> Loss:
     return "weighted squares" if estimators.weighted(method) else "squares"
 
 
-def _gram(datasets: Sequence[Dataset]) -> Floats:
-    gram: Floats = np.sum([rows.T @ rows for rows in (dataset.rows()[0] for dataset in datasets)], axis=0)
+def _gram(regressions: Sequence[Regression]) -> Floats:
+    gram: Floats = np.sum([rows.T @ rows for rows in (regression.rows()[0] for regression in regressions)], axis=0)
     return gram
 
 
 def uncertainty_of(
-    datasets: Sequence[Dataset],
+    regressions: Sequence[Regression],
     residuals: Sequence[Floats],
     joint_noise: Sequence[noise.Noise],
     loss: Loss,
@@ -203,11 +205,12 @@ def uncertainty_of(
 ) -> Uncertainty:
     """Uncertainty of the `free` parameters (k,), given the `residuals` of the fit; NaN for the others."""
     blocks, cycles = [], 0
-    for dataset, residual in zip(datasets, residuals, strict=True):
-        std = noise.residual_std(dataset, residual, joint_noise)
-        cycle = np.where(dataset.repeat >= 0, dataset.repeat + cycles, -1)
+    for regression, residual in zip(regressions, residuals, strict=True):
+        std = noise.residual_std(regression.prepared, residual, joint_noise)
+        repeat = regression.prepared.repeat
+        cycle = np.where(repeat >= 0, repeat + cycles, -1)
         cycles = int(cycle.max()) + 1
-        regressor = dataset.regressor[:, :, free]
+        regressor = regression.regressor[:, :, free]
         if loss == "absolute deviations":
             blocks.append(covariance.least_absolute(regressor, residual, std, cycle))
         else:
@@ -252,8 +255,9 @@ def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[J
     )
 
 
-def _coupling(mechanism: Mechanism, datasets: Sequence[Dataset], parameters: Floats) -> JointCoupling | None:
-    coupling = physical_consistency.coupling(mechanism, datasets[0].motion, parameters)
+def _coupling(structure: ModelStructure, motion: Motion, parameters: Floats) -> JointCoupling | None:
+    mechanism = structure.mechanism
+    coupling = physical_consistency.coupling(mechanism, motion, parameters[: len(mechanism.parameters)])
     return None if coupling is None else JointCoupling(**asdict(coupling))
 
 

@@ -4,24 +4,21 @@ Refits are by least squares, whatever the estimator, because only changes of the
 minute of long recordings is used.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ident.data.dataset import build
-from ident.dynamics.mechanisms import Mechanism
+from ident import slicing
+from ident.data.prepared_recording import prepare
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
-from recordings.rig import Rig
 
 LENGTH_STEP = 0.01
 """Change of the rods' length [m]."""
 CUTOFF_FACTORS = (0.5, 2.0)
 _MAX_DURATION = 60.0
 """Used duration of each recording [s]."""
-
-MechanismFactory = Callable[[Rig], Mechanism]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,23 +31,19 @@ class Sensitivity:
     """Other cut-offs [Hz] with the change (k,) of each, in its unit; empty if the preprocessing has no cut-off."""
 
 
-def sensitivity(
-    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None
-) -> Sensitivity:
+def sensitivity(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Sensitivity:
     """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: no cut-off), with other assumptions."""
     short = [_first_minute(recording) for recording in recordings]
-    at_cutoff = tuple(_with_other_cutoffs(short, create, method, cutoff)) if cutoff else ()
-    return Sensitivity(_with_other_lengths(short, create, method, cutoff), at_cutoff)
+    at_cutoff = tuple(_with_other_cutoffs(short, method, cutoff)) if cutoff else ()
+    return Sensitivity(_with_other_lengths(short, method, cutoff), at_cutoff)
 
 
-def _with_other_lengths(
-    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None
-) -> Floats | None:
+def _with_other_lengths(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Floats | None:
     if recordings[0].rig.mechanism != "delta":
         return None
     try:
         shorter, longer = (
-            _refit([with_longer_rods(recording, step) for recording in recordings], create, method, cutoff)
+            _refit([with_longer_rods(recording, step) for recording in recordings], method, cutoff)
             for step in (-LENGTH_STEP, LENGTH_STEP)
         )
     except BadInput:  # with the changed length, the mechanism cannot reach the recorded positions
@@ -67,20 +60,20 @@ def with_longer_rods(recording: Recording, step: float) -> Recording:
 
 
 def _with_other_cutoffs(
-    recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float
+    recordings: Sequence[Recording], method: str, cutoff: float
 ) -> Iterator[tuple[float, Floats]]:
-    reference = _refit(recordings, create, method, cutoff)
+    reference = _refit(recordings, method, cutoff)
     highest = min(recording.run.rate for recording in recordings) / 5
     for factor in CUTOFF_FACTORS:
         changed = min(factor * cutoff, highest)
         if changed != cutoff:
-            yield changed, _refit(recordings, create, method, changed) - reference
+            yield changed, _refit(recordings, method, changed) - reference
 
 
-def _refit(recordings: Sequence[Recording], create: MechanismFactory, method: str, cutoff: float | None) -> Floats:
-    mechanism = create(recordings[0].rig)
-    rows = [build(recording, mechanism, method, cutoff).rows() for recording in recordings]
-    regressor, torque = (np.concatenate(arrays) for arrays in zip(*rows, strict=True))
+def _refit(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Floats:
+    prepared = [prepare(recording, method, cutoff) for recording in recordings]
+    regressor = np.concatenate([each.regressor[each.usable] for each in prepared])
+    torque = np.concatenate([each.torque[each.usable] for each in prepared])
     parameters: Floats = np.linalg.lstsq(regressor, torque, rcond=None)[0]
     return parameters
 
@@ -89,11 +82,4 @@ def _first_minute(recording: Recording) -> Recording:
     """`recording` up to the end of the first minute of the repeated motion."""
     repeated = recording.time[recording.repeat >= 0] if (recording.repeat >= 0).any() else recording.time
     selected = recording.time <= repeated[0] + _MAX_DURATION
-    if selected.all():
-        return recording
-    arrays = {
-        field.name: value[selected]
-        for field in fields(Recording)
-        if isinstance(value := getattr(recording, field.name), np.ndarray) and len(value) == len(selected)
-    }
-    return replace(recording, **arrays)
+    return recording if selected.all() else slicing.along_time(recording, selected)

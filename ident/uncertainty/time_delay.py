@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data.dataset import Dataset
+from ident.estimation.regression import Regression
 from ident.filters import first_derivative
 from ident.uncertainty import covariance
 from recordings.recording import Floats
@@ -31,37 +31,37 @@ class Delay:
         return f"{1e3 * self.seconds:+.2f} ± {1e3 * self.half_width:.2g} ms"
 
 
-def delays(datasets: Sequence[Dataset], parameters: Floats) -> tuple[Delay, ...] | None:
-    """Delay of each joint, given the `parameters` (k,) fitted to `datasets`.
+def delays(regressions: Sequence[Regression], parameters: Floats) -> tuple[Delay, ...] | None:
+    """Delay of each joint, given the `parameters` (k,) fitted to `regressions`.
 
     Exact to first order: for delays that are short compared with the periods of the torque. None if the motion does
     not distinguish delays from the model's parameters.
     """
-    slopes = [_slopes(dataset, parameters) for dataset in datasets]
+    slopes = [_slopes(regression, parameters) for regression in regressions]
     residuals = [
-        np.where(np.isfinite(slope).all(axis=2), dataset.torque - dataset.predicted_torque(parameters), np.nan)
-        for dataset, slope in zip(datasets, slopes, strict=True)
+        np.where(np.isfinite(slope).all(axis=2), regression.residual(parameters), np.nan)
+        for regression, slope in zip(regressions, slopes, strict=True)
     ]
     # The parameters absorb what they can explain of the new columns; only the independent part contains delays.
-    absorbed = _explained(datasets, slopes, residuals)
-    columns = [slope - dataset.regressor @ absorbed for dataset, slope in zip(datasets, slopes, strict=True)]
+    absorbed = _explained(regressions, slopes, residuals)
+    columns = [slope - regression.regressor @ absorbed for regression, slope in zip(regressions, slopes, strict=True)]
     independent, whole = _stacked(columns, residuals), _stacked(slopes, residuals)
     if ((independent**2).sum(axis=0) <= _MIN_UNEXPLAINED * (whole**2).sum(axis=0)).any():
         return None
     seconds: Floats = np.linalg.lstsq(independent, _stacked(residuals, residuals), rcond=None)[0].astype(np.float64)
-    return _with_intervals(datasets, columns, residuals, seconds)
+    return _with_intervals(regressions, columns, residuals, seconds)
 
 
-def _slopes(dataset: Dataset, parameters: Floats) -> Floats:
+def _slopes(regression: Regression, parameters: Floats) -> Floats:
     """(m, dof, dof) time derivative of each joint's computed torque, one column for each joint."""
-    slope = first_derivative(dataset.predicted_torque(parameters), dataset.rate)
+    slope = first_derivative(regression.predicted_torque(parameters), regression.prepared.rate)
     columns: Floats = slope[:, :, None] * np.eye(slope.shape[1])
     return np.where(np.isfinite(slope)[:, :, None], columns, np.nan)
 
 
-def _explained(datasets: Sequence[Dataset], slopes: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:
+def _explained(regressions: Sequence[Regression], slopes: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:
     """(k, dof) parameters with which the model approximates the columns `slopes` (m, dof, dof) best."""
-    regressor = _stacked([dataset.regressor for dataset in datasets], residuals)
+    regressor = _stacked([regression.regressor for regression in regressions], residuals)
     # By normal equations: the solver would copy the columns themselves, which are large for long recordings.
     products = regressor.T @ regressor, regressor.T @ _stacked(slopes, residuals)
     return np.linalg.lstsq(*products, rcond=None)[0].astype(np.float64)
@@ -73,12 +73,12 @@ def _stacked(arrays: Sequence[Floats], residuals: Sequence[Floats]) -> Floats:
 
 
 def _with_intervals(
-    datasets: Sequence[Dataset], columns: Sequence[Floats], residuals: Sequence[Floats], seconds: Floats
+    regressions: Sequence[Regression], columns: Sequence[Floats], residuals: Sequence[Floats], seconds: Floats
 ) -> tuple[Delay, ...]:
     blocks = []
-    for dataset, column, residual in zip(datasets, columns, residuals, strict=True):
+    for regression, column, residual in zip(regressions, columns, residuals, strict=True):
         remaining = residual - column @ seconds
         std = np.broadcast_to(np.sqrt(np.nanmean(remaining**2, axis=0)), remaining.shape)
-        blocks.append(covariance.least_squares(column, remaining, std, dataset.repeat))
+        blocks.append(covariance.least_squares(column, remaining, std, regression.prepared.repeat))
     widths = covariance.estimate(blocks).half_width()
     return tuple(Delay(float(delay), float(width)) for delay, width in zip(seconds, widths, strict=True))

@@ -200,12 +200,12 @@ class Engine:
 
     def _residual_view(self, selection: SelectionState) -> views.ResidualView:
         solution = selection.model.solution
-        bandwidth = selection.inputs.split.datasets[0].bandwidth
+        bandwidth = selection.inputs.split.recordings[0].bandwidth
         return residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
 
     def _ladder_view(self, selection: SelectionState) -> views.LadderView:
         split, (train, validate) = selection.inputs.split, selection.files
-        recording = split.datasets[0].recording
+        recording = split.recordings[0].recording
         return views.LadderView(
             train=train.name,
             validate=validate.name if validate else None,
@@ -216,8 +216,8 @@ class Engine:
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
-            simulated=any(data.recording.run.simulated for data in split.datasets),
-            bandwidth=split.datasets[0].bandwidth,
+            simulated=any(data.recording.run.simulated for data in split.recordings),
+            bandwidth=split.recordings[0].bandwidth,
             held_out=verdict.describe_test_data(split),
             excerpt=selection.inputs.excerpt_share,
             mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
@@ -277,5 +277,5 @@ def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
             cycle=data.repeat + 1,
             scored=train | test,
         )
-        for data, residual, train, test in zip(split.datasets, residuals, split.train, split.test, strict=True)
+        for data, residual, train, test in zip(split.recordings, residuals, split.train, split.test, strict=True)
     )

@@ -35,14 +35,14 @@ def residual_view(
 def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
     """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
     indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
-    predictions = [Prediction(split.datasets[i], split.datasets[i].torque - model.residuals[i]) for i in indices]
+    predictions = [Prediction(split.recordings[i], split.recordings[i].torque - model.residuals[i]) for i in indices]
     return _residual_view(None, analysis.analyse(None, predictions))
 
 
 def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
     return ResidualView(
         model=model,
-        recordings=tuple(dict.fromkeys(item.dataset.recording.path.name for item in analysed.predictions)),
+        recordings=tuple(dict.fromkeys(item.prepared.recording.path.name for item in analysed.predictions)),
         unit=analysed.joints[0].unit,
         sentences=analysed.sentences,
         windows=analysed.windows,

@@ -56,11 +56,6 @@ class Lagrange14:
         """The 14 parameters of Eq. (38)."""
         return PARAMETERS
 
-    @property
-    def pointwise(self) -> bool:
-        """The columns have no memory."""
-        return True
-
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, 3, 14) of Eq. (40)."""
         theta = motion.position

@@ -41,13 +41,11 @@ class Mechanism(Protocol):
         """The k parameters, in the order of the columns."""
         ...
 
-    @property
-    def pointwise(self) -> bool:
-        """True if the columns at an instant depend on the motion at that instant alone."""
-        ...
-
     def regressor(self, motion: Motion) -> Floats:
-        """Compute the columns (n, dof, k), in N m per unit of the parameter; NaN where the motion is NaN."""
+        """Compute the columns (n, dof, k), in N m per unit of the parameter; NaN where the motion is NaN.
+
+        The columns at an instant depend on the motion at that instant alone.
+        """
         ...
 
     def nominal_torque(self, motion: Motion) -> Floats | None:

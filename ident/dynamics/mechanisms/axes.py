@@ -47,11 +47,6 @@ class Axes:
             *(weight for i, axis in numbered if axis.gravity for weight in _weights(i, axis)),
         )
 
-    @property
-    def pointwise(self) -> bool:
-        """The columns have no memory."""
-        return True
-
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, dof, k), in the order of `parameters`."""
         dof = len(self.axes)

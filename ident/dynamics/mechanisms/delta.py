@@ -16,12 +16,10 @@ import numpy as np
 
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
-from ident.dynamics.platform import platform
+from ident.dynamics.platform import Platform, platform
+from ident.dynamics.rods import GRAVITY
 from recordings.recording import Floats
 from recordings.rig import Geometry, Nominal, Rig
-
-GRAVITY = 9.81
-"""[m/s^2], downwards."""
 
 PARAMETERS = (
     Parameter("m_p", "kg", "mass moved with the platform: platform and forearms", nonnegative=True),
@@ -53,18 +51,11 @@ class Delta:
         """The 11 parameters of Eq. (30)."""
         return PARAMETERS
 
-    @property
-    def pointwise(self) -> bool:
-        """The columns have no memory."""
-        return True
-
     def regressor(self, motion: Motion) -> Floats:
         """Compute the columns (n, 3, 11) of Eq. (26): the derivatives of (27)-(29) by the parameters of (30)."""
         platform_motion = platform(self.geometry, motion)
         columns = np.zeros((*motion.position.shape, len(PARAMETERS)))
-        columns[:, :, 0] = np.einsum(
-            "nji,nj->ni", platform_motion.jacobian, _minus_gravity(platform_motion.acceleration)
-        )
+        columns[:, :, 0] = platform_motion.torque_per_mass
         columns[:, :, 1] = np.cos(motion.position)
         per_joint = (motion.acceleration, motion.velocity, motion.direction)
         for first, signal in zip((2, 5, 8), per_joint, strict=True):
@@ -87,26 +78,20 @@ class Delta:
         along = P[:, :1] * np.cos(phi) + P[:, 1:2] * np.sin(phi) + geometry.r - geometry.R
         lever = along * np.sin(theta) - P[:, 2:] * np.cos(theta)
         torque: Floats = inertia * motion.acceleration + first_moment * GRAVITY * np.cos(theta)
-        torque -= 2 * geometry.L1 * self._multipliers(theta, P, platform_motion.acceleration) * lever
+        torque -= 2 * geometry.L1 * self._multipliers(theta, platform_motion) * lever
         return torque
 
-    def _multipliers(self, theta: Floats, P: Floats, P_ddot: Floats) -> Floats:
+    def _multipliers(self, theta: Floats, platform_motion: Platform) -> Floats:
         """The Lagrangian multipliers lambda (n, 3) [N/m], Eq. (2)."""
         geometry = self.geometry
         out = geometry.R - geometry.r + geometry.L1 * np.cos(theta)
         elbows = np.stack(
             [out * np.cos(geometry.phi), out * np.sin(geometry.phi), geometry.L1 * np.sin(theta)], axis=1
         )
-        force = (self.nominal.m_p + 3 * self.nominal.m_d) / 2 * _minus_gravity(P_ddot)
+        force = (self.nominal.m_p + 3 * self.nominal.m_d) / 2 * platform_motion.lift
         # Solve at known instants only.
         known = np.isfinite(force).all(axis=1)
         multipliers = np.full_like(theta, np.nan)
-        matrix = P[known, :, None] - elbows[known]
+        matrix = platform_motion.position[known, :, None] - elbows[known]
         multipliers[known] = np.linalg.solve(matrix, force[known, :, None])[:, :, 0]
         return multipliers
-
-
-def _minus_gravity(P_ddot: Floats) -> Floats:
-    """Acceleration (n, 3) minus that of gravity."""
-    difference: Floats = P_ddot + np.array([0.0, 0.0, GRAVITY])
-    return difference

@@ -6,12 +6,13 @@ from rich.console import Console
 from rich.table import Table
 
 from ident.dynamics.effects.base import is_infinite
-from ident.estimation.linearized_model import LinearizedModel
+from ident.dynamics.structure import ModelStructure
 from ident.identification.identify import Identification
 from ident.identification.model_file import Agreement, JointGoodnessOfFit, ModelFile
 from ident.output.console import assessment
 from ident.residuals.phases import fit_sentences
 from ident.uncertainty.time_delay import Delay
+from recordings.recording import Floats
 
 
 def show(result: Identification, console: Console, details: bool = False) -> None:
@@ -20,9 +21,8 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     for line in warnings(result):
         console.print(line, style="bold yellow", highlight=False)
     console.print(_parameter_table(model))
-    if isinstance(result.mechanism, LinearizedModel):
-        for line in shape_parameter_lines(result.mechanism):
-            console.print(line, highlight=False)
+    for line in shape_parameter_lines(result.structure, result.x):
+        console.print(line, highlight=False)
     for line in _method_lines(model):
         console.print(line, highlight=False)
     console.print(_agreement_table(model))
@@ -43,8 +43,9 @@ def warnings(result: Identification) -> list[str]:
     model = result.model
     agreements = [model.train, *([model.validate_] if model.validate_ else [])]
     simulated = [source.name for agreement in agreements for source in agreement.recordings if source.simulated]
-    datasets = [*result.train, *([result.validation] if result.validation else [])]
-    incomplete = [dataset.recording.path.name for dataset in datasets if not dataset.recording.complete]
+    regressions = [*result.train, *([result.validation] if result.validation else [])]
+    recordings = [regression.prepared.recording for regression in regressions]
+    incomplete = [recording.path.name for recording in recordings if not recording.complete]
     at_bound = [parameter.name for parameter in model.parameters if parameter.at_bound]
     lines = []
     if simulated:
@@ -59,11 +60,21 @@ def warnings(result: Identification) -> list[str]:
         lines.append(
             f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}."
         )
-    if isinstance(result.mechanism, LinearizedModel):
-        lines += result.mechanism.out_of_range(result.fit.parameters)
+    lines += _out_of_range(result)
     if at_bound:
         lines.append(f"At a bound of the search range, so not determined by the data: {', '.join(at_bound)}.")
     return lines
+
+
+def _out_of_range(result: Identification) -> Iterator[str]:
+    """Yield the fitted coefficients of effects that are outside of their physical range."""
+    entries = [entry for entry in result.structure.parameters if entry.linear]
+    for entry, value in zip(entries, result.fit.parameters, strict=True):
+        if entry.term >= 0 and not entry.lower <= value <= entry.upper:
+            yield (
+                f"{entry.name} = {value:.4g} {entry.unit} is outside of its physical range "
+                f"({entry.lower:g} to {entry.upper:g}): evidence against {entry.name.partition('.')[0]}."
+            )
 
 
 def _parameter_table(model: ModelFile) -> Table:
@@ -93,12 +104,11 @@ def _parameter_table(model: ModelFile) -> Table:
     return table
 
 
-def shape_parameter_lines(mechanism: LinearizedModel) -> Iterator[str]:
-    """Yield the values of the shape parameters, which a search has fixed before the linear fit."""
-    structure = mechanism.structure
+def shape_parameter_lines(structure: ModelStructure, x: Floats) -> Iterator[str]:
+    """Yield the values of the shape parameters in `x` (K,), which a search has fixed before the linear fit."""
     values = [
         f"{entry.name} {'never' if is_infinite(value, entry.unit) else f'= {value:.4g} {entry.unit}'.rstrip()}"
-        for entry, value in zip(structure.parameters, mechanism.x.tolist(), strict=True)
+        for entry, value in zip(structure.parameters, x.tolist(), strict=True)
         if not entry.linear
     ]
     if values:

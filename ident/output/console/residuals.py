@@ -9,15 +9,15 @@ from ident.residuals.phases import PHASES
 
 def show(analysis: ResidualAnalysis, console: Console) -> None:
     """Print the residual per joint and phase, its dependence, the worst windows, and a summary in sentences."""
-    datasets = [prediction.dataset for prediction in analysis.predictions]
-    names = ", ".join(dataset.recording.path.name for dataset in datasets)
-    if any(dataset.recording.run.simulated for dataset in datasets):
+    recordings = [prediction.prepared for prediction in analysis.predictions]
+    names = ", ".join(prepared.recording.path.name for prepared in recordings)
+    if any(prepared.recording.run.simulated for prepared in recordings):
         console.print("SIMULATED data.", style="bold yellow")
     if analysis.model and analysis.model.relative:
         console.print(
             "The torque gain is assumed: torques are RELATIVE, known up to one factor.", style="bold yellow"
         )
-    console.print(f"Model against {names}, {datasets[0].bandwidth:g} Hz bandwidth", highlight=False)
+    console.print(f"Model against {names}, {recordings[0].bandwidth:g} Hz bandwidth", highlight=False)
     console.print(_joint_table(analysis))
     console.print(_phase_table(analysis))
     console.print(_dependence_table(analysis))

@@ -19,12 +19,12 @@ MAX_SAMPLES = 700
 
 def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     """Draw the samples and their mean in bins for each joint that has the effect of `finding`."""
-    datasets, joints = diagnosis.split.datasets, finding.term.joints
-    unit = datasets[0].recording.rig.effort_units
+    recordings, joints = diagnosis.split.recordings, finding.term.joints
+    unit = recordings[0].recording.rig.effort_units
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = axis_values(finding.term.effect.axis, datasets, diagnosis.selection.computed, joint)
+        x, label = axis_values(finding.term.effect.axis, recordings, diagnosis.selection.computed, joint)
         theme.noise_band(figure, float(diagnosis.selection.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
         for residuals, line_colour, name in (
@@ -65,14 +65,14 @@ def effect_contribution(
 
     contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m].
     """
-    datasets = split_data.datasets
-    computed = [data.torque - residual for data, residual in zip(datasets, model.residuals, strict=True)]
-    rig = datasets[0].recording.rig
+    recordings = split_data.recordings
+    computed = [data.torque - residual for data, residual in zip(recordings, model.residuals, strict=True)]
+    rig = recordings[0].recording.rig
     figure = theme.subplots(
         1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
     )
     for joint in range(rig.dof):
-        x, label = axis_values(term.effect.axis, datasets, computed, joint)
+        x, label = axis_values(term.effect.axis, recordings, computed, joint)
         theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)

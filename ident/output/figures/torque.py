@@ -5,7 +5,6 @@ from collections.abc import Mapping
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.data.dataset import first_cycle
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
@@ -26,7 +25,7 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
     of the first repetition and `points` of the whole recording.
     """
     first, *_ = analyses.values()
-    dataset = first.predictions[index].dataset
+    prepared = first.predictions[index].prepared
     dof = len(first.joints)
     figure = theme.subplots(
         2 * dof,
@@ -38,7 +37,7 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
     )
     for joint, joint_residual in enumerate(first.joints):
         row = 2 * joint + 1
-        time, measured = theme.thinned(dataset.time, dataset.torque[:, joint], points, first_cycle(dataset))
+        time, measured = theme.thinned(prepared.time, prepared.torque[:, joint], points, prepared.first_cycle)
         thick = {"color": theme.MEASURED, "width": 3.5}
         _line(figure, time, measured, row, "measured", joint == 0, thick)
         for number, (name, analysis) in enumerate(analyses.items()):
@@ -51,7 +50,7 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
             title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(joint_residual.unit)}", row=row, col=1
         )
         figure.update_yaxes(title_text=f"residual<br>[{joint_residual.unit}]", nticks=4, row=row + 1, col=1)
-    visible = dataset.time[first_cycle(dataset)]
+    visible = prepared.time[prepared.first_cycle]
     figure.update_xaxes(range=[float(visible[0]), float(visible[-1])])
     figure.update_xaxes(title_text="time [s]", row=2 * dof, col=1)
     figure.update_layout(hovermode="x unified", hoversubplots="axis")
@@ -59,15 +58,15 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
 
 
 def _draw_model(figure: go.Figure, prediction: Prediction, joint: int, number: int, label: str, points: int) -> None:
-    dataset = prediction.dataset
-    kept = first_cycle(dataset)
-    finite = np.isfinite(dataset.torque[:, joint])
+    prepared = prediction.prepared
+    kept = prepared.first_cycle
+    finite = np.isfinite(prepared.torque[:, joint])
     line = {"color": theme.joint_colour(joint), "width": 1.5, "dash": theme.DASHES[number % len(theme.DASHES)]}
     computed = np.where(finite, prediction.computed[:, joint], np.nan)
     row = 2 * joint + 1
-    _line(figure, *theme.thinned(dataset.time, computed, points, kept), row, label, joint == 0, line)
+    _line(figure, *theme.thinned(prepared.time, computed, points, kept), row, label, joint == 0, line)
     thin = line | {"width": 1.1}
-    residual = theme.thinned(dataset.time, prediction.residual[:, joint], points, kept)
+    residual = theme.thinned(prepared.time, prediction.residual[:, joint], points, kept)
     _line(figure, *residual, row + 1, f"{label}: residual", False, thin)
 
 
@@ -113,11 +112,11 @@ def _draw_window(
     prediction = next(
         prediction
         for prediction in analysis.predictions  # a long recording may consist of several parts
-        if prediction.dataset.recording.path.name == window.recording and prediction.dataset.time[-1] > window.start
+        if prediction.prepared.recording.path.name == window.recording and prediction.prepared.time[-1] > window.start
     )
-    dataset, joint = prediction.dataset, window.joint - 1
-    rows = (dataset.time > window.start - WINDOW_MARGIN) & (dataset.time < window.end + WINDOW_MARGIN)
-    time, measured = dataset.time[rows], dataset.torque[rows, joint]
+    prepared, joint = prediction.prepared, window.joint - 1
+    rows = (prepared.time > window.start - WINDOW_MARGIN) & (prepared.time < window.end + WINDOW_MARGIN)
+    time, measured = prepared.time[rows], prepared.torque[rows, joint]
     computed = np.where(np.isfinite(measured), prediction.computed[rows, joint], np.nan)
     traces = [
         ("measured", measured, {"color": theme.MEASURED, "width": 3.5}),

@@ -42,8 +42,8 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
 
 def residual_curves(diagnosis: Diagnosis, document: Document) -> go.Figure:
     """Draw the residual of the last model over each quantity."""
-    pairs = zip(diagnosis.split.datasets, diagnosis.selection.computed, strict=True)
-    predictions = [Prediction(dataset, computed) for dataset, computed in pairs]
+    pairs = zip(diagnosis.split.recordings, diagnosis.selection.computed, strict=True)
+    predictions = [Prediction(prepared, computed) for prepared, computed in pairs]
     per_joint = [binned_curves(predictions, joint) for joint in range(len(document.joints))]
     return curve_grid(
         {"final model": per_joint},

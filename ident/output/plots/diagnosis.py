@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis import binned_residual
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document
@@ -64,7 +64,7 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
 
     Over position and load the directions of motion are separate, as friction changes its sign with them.
     """
-    datasets = diagnosis.split.datasets
+    recordings = diagnosis.split.recordings
     joints = finding.term.joints
     axis_name = finding.term.effect.axis
     with figure(
@@ -72,9 +72,9 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
     ) as canvas:
         axes = canvas.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
-            unit = datasets[0].recording.rig.effort_units[joint]
-            x, label = binned_residual.axis_values(axis_name, datasets, diagnosis.selection.computed, joint)
-            forwards = np.concatenate([data.motion.velocity[:, joint] for data in datasets]) > 0
+            unit = recordings[0].recording.rig.effort_units[joint]
+            x, label = binned_residual.axis_values(axis_name, recordings, diagnosis.selection.computed, joint)
+            forwards = np.concatenate([data.motion.velocity[:, joint] for data in recordings]) > 0
             for residuals, colour, name in (
                 (finding.residuals_without, NOMINAL, "without"),
                 (finding.residuals_with, COMPUTED, "with"),
@@ -95,7 +95,7 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
 
 def unexplained_residual(folder: Path, recordings: str, diagnosis: Diagnosis) -> None:
     """Draw the residual of the last model over each quantity, and its spectrum if it depends on frequency."""
-    pairs = zip(diagnosis.split.datasets, diagnosis.selection.computed, strict=True)
+    pairs = zip(diagnosis.split.recordings, diagnosis.selection.computed, strict=True)
     analysis = analyse(None, [Prediction(data, computed) for data, computed in pairs])
     title = f"What no effect explains: mean, its 95 % band, ± RMS (dotted) and floor (green): {recordings}"
     curves(folder / "remains.png", title, analysis, diagnosis.selection.noise_floor.rms.tolist())
@@ -120,17 +120,17 @@ def learned_curves(path: Path, recordings: str, diagnosis: Diagnosis, fit: Nonpa
 
 def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, curve: LearnedCurve) -> None:
     """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
-    datasets, joint = diagnosis.split.datasets, curve.joint - 1
+    recordings, joint = diagnosis.split.recordings, curve.joint - 1
     predictions = [
-        Prediction(data, computed) for data, computed in zip(datasets, diagnosis.selection.computed, strict=True)
+        Prediction(data, computed) for data, computed in zip(recordings, diagnosis.selection.computed, strict=True)
     ]
     x, label = _curve_variable(diagnosis, curve)
-    factor = _curve_factor(datasets, curve)
+    factor = _curve_factor(recordings, curve)
     divisor = np.where(np.abs(factor) > _MIN_SPEED_SHARE * np.nanmax(np.abs(factor)), factor, np.nan)
     siblings = [sibling for sibling in fit.curves if sibling.joint == curve.joint and sibling is not curve]
     sibling_torque = sum(
         np.interp(_curve_variable(diagnosis, sibling)[0], sibling.knots, sibling.values)
-        * _curve_factor(datasets, sibling)
+        * _curve_factor(recordings, sibling)
         for sibling in siblings
     )
     before, after = (
@@ -149,7 +149,7 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
     if curve.multiplier != "velocity":
         floor = diagnosis.selection.noise_floor.rms[joint]
         axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0, label="± noise floor")
-    rig = datasets[0].recording.rig
+    rig = recordings[0].recording.rig
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
     quantity = {"one": "residual", "direction": "residual × direction", "velocity": "residual / velocity"}[
         curve.multiplier
@@ -161,13 +161,13 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
 def _curve_variable(diagnosis: Diagnosis, curve: LearnedCurve) -> tuple[Floats, str]:
     """Return the curve's variable in all rows (m,), and its name with its unit."""
     return binned_residual.axis_values(
-        curve.variable, diagnosis.split.datasets, diagnosis.selection.computed, curve.variable_joint - 1
+        curve.variable, diagnosis.split.recordings, diagnosis.selection.computed, curve.variable_joint - 1
     )
 
 
-def _curve_factor(datasets: Sequence[Dataset], curve: LearnedCurve) -> Floats:
+def _curve_factor(recordings: Sequence[PreparedRecording], curve: LearnedCurve) -> Floats:
     """Return the factor of the curve in all rows (m,)."""
-    velocity: Floats = np.concatenate([data.motion.velocity[:, curve.joint - 1] for data in datasets])
+    velocity: Floats = np.concatenate([data.motion.velocity[:, curve.joint - 1] for data in recordings])
     if curve.multiplier == "velocity":
         return velocity
     return np.ones_like(velocity) if curve.multiplier == "one" else np.sign(velocity)

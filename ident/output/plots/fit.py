@@ -11,7 +11,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from ident.data.dataset import Dataset, first_cycle
+from ident.data.prepared_recording import PreparedRecording
 from ident.estimation.lad_certificate import Certificate
 from ident.identification.identify import Identification
 from recordings.recording import Floats
@@ -33,32 +33,32 @@ STYLE: Any = {
 def draw(result: Identification, folder: Path) -> None:
     """Draw torque and residual of every recording, named by its role, and the convergence into `folder`."""
     model = result.model
-    roles = [(f"train_{i}", dataset) for i, dataset in enumerate(result.train, start=1)]
+    roles = [(f"train_{i}", regression) for i, regression in enumerate(result.train, start=1)]
     if result.validation:
         roles.append(("validate", result.validation))
-    for role, dataset in roles:
-        computed = result.fit.torque(dataset)
-        title = f"{role.partition('_')[0]}: {dataset.recording.path.name}, {dataset.bandwidth:g} Hz bandwidth"
-        if dataset.recording.run.simulated:
+    for role, regression in roles:
+        prepared, computed = regression.prepared, regression.predicted_torque(result.fit.parameters)
+        title = f"{role.partition('_')[0]}: {prepared.recording.path.name}, {prepared.bandwidth:g} Hz bandwidth"
+        if prepared.recording.run.simulated:
             title += ", SIMULATED"
-        torque(folder / f"{role}_torque.png", title, dataset, computed)
-        residual(folder / f"{role}_residual.png", title, dataset, computed)
+        torque(folder / f"{role}_torque.png", title, prepared, computed)
+        residual(folder / f"{role}_residual.png", title, prepared, computed)
     estimate = result.fit.estimate
     if len(estimate.history) > 1 and estimate.certificate:
         ended = f"{model.method.name}, seed {model.method.seed}: objective ended at {estimate.objective:.6g}"
         convergence(folder / "convergence.png", ended, estimate.history, estimate.certificate)
 
 
-def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
+def torque(path: Path, title: str, prepared: PreparedRecording, computed: Floats) -> None:
     """Draw the first repetition: measured torque, the model's `computed` (m, dof) [N m], the manufacturer's model."""
-    with _figure(path, title, dataset.torque.shape[1]) as axes:
-        rows = first_cycle(dataset)
-        time, units = dataset.time[rows], dataset.recording.rig.effort_units
+    with _figure(path, title, prepared.torque.shape[1]) as axes:
+        rows = prepared.first_cycle
+        time, units = prepared.time[rows], prepared.recording.rig.effort_units
         for joint, axis in enumerate(axes):
-            if dataset.nominal is not None:
-                nominal = dataset.nominal[rows, joint]
+            if prepared.nominal is not None:
+                nominal = prepared.nominal[rows, joint]
                 axis.plot(time, nominal, color=NOMINAL, lw=1.2, ls="--", label="Table 1 in Eq. (1)")
-            axis.plot(time, dataset.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+            axis.plot(time, prepared.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
             axis.plot(time, computed[rows, joint], color=COMPUTED, lw=1.2, label="fitted model")
             axis.margins(x=0)
             axis.set_ylabel(f"joint {joint + 1}\n{_effort_label(units[joint])}")
@@ -66,15 +66,15 @@ def torque(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
         axes[0].legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=3, frameon=False)
 
 
-def residual(path: Path, title: str, dataset: Dataset, computed: Floats) -> None:
+def residual(path: Path, title: str, prepared: PreparedRecording, computed: Floats) -> None:
     """Draw measured minus computed torque (m, dof) [N m] over the whole recording, with its RMS."""
-    error = dataset.torque - computed
+    error = prepared.torque - computed
     limit = 1.1 * float(np.nanmax(np.abs(error)))
-    units = dataset.recording.rig.effort_units
+    units = prepared.recording.rig.effort_units
     with _figure(path, title, error.shape[1]) as axes:
         for joint, axis in enumerate(axes):
             rms = float(np.sqrt(np.nanmean(error[:, joint] ** 2)))
-            axis.plot(dataset.time, error[:, joint], color=COMPUTED, lw=0.6)
+            axis.plot(prepared.time, error[:, joint], color=COMPUTED, lw=0.6)
             label = f"± RMS, {rms:.3g} {units[joint]}"
             axis.axhspan(-rms, rms, color=NOMINAL, alpha=0.35, lw=0, zorder=3, label=label)
             axis.set(ylim=(-limit, limit), ylabel=f"joint {joint + 1}\nresidual [{units[joint]}]")

@@ -24,8 +24,8 @@ WINDOW_MARGIN = 0.5
 
 def draw(analysis: ResidualAnalysis, folder: Path) -> None:
     """Draw all pictures into `folder`."""
-    first = analysis.predictions[0].dataset
-    names = ", ".join(prediction.dataset.recording.path.name for prediction in analysis.predictions)
+    first = analysis.predictions[0].prepared
+    names = ", ".join(prediction.prepared.recording.path.name for prediction in analysis.predictions)
     recordings = f"{names}, {first.bandwidth:g} Hz bandwidth{', SIMULATED' if first.recording.run.simulated else ''}"
     phases(
         folder / "phases.png",
@@ -41,7 +41,7 @@ def draw(analysis: ResidualAnalysis, folder: Path) -> None:
     worst_windows(folder / "worst.png", f"The worst stretches: {recordings}", analysis)
     for number, prediction in enumerate(analysis.predictions, start=1):
         fit.residual(
-            folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.dataset, prediction.computed
+            folder / f"residual_{number}.png", f"Residual: {recordings}", prediction.prepared, prediction.computed
         )
 
 
@@ -127,7 +127,7 @@ def worst_windows(path: Path, title: str, analysis: ResidualAnalysis) -> None:
     """Draw measured and computed torque around each of the worst windows."""
     if not analysis.windows:
         return
-    by_name = {prediction.dataset.recording.path.name: prediction for prediction in analysis.predictions}
+    by_name = {prediction.prepared.recording.path.name: prediction for prediction in analysis.predictions}
     rows = -(-len(analysis.windows) // 2)
     with figure(path, title, 11.0, 1.0 + 2.4 * rows) as canvas:
         axes = canvas.subplots(rows, 2, squeeze=False).ravel()
@@ -139,14 +139,14 @@ def worst_windows(path: Path, title: str, analysis: ResidualAnalysis) -> None:
 
 
 def _window(axis: Any, window: Window, prediction: Prediction) -> None:
-    dataset, joint = prediction.dataset, window.joint - 1
-    rows = (dataset.time >= window.start - WINDOW_MARGIN) & (dataset.time <= window.end + WINDOW_MARGIN)
-    time = dataset.time[rows]
+    prepared, joint = prediction.prepared, window.joint - 1
+    rows = (prepared.time >= window.start - WINDOW_MARGIN) & (prepared.time <= window.end + WINDOW_MARGIN)
+    time = prepared.time[rows]
     axis.axvspan(window.start, window.end, color=NOMINAL, alpha=0.3, lw=0)
-    axis.plot(time, dataset.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
+    axis.plot(time, prepared.torque[rows, joint], color=MEASURED, lw=3, alpha=0.35, label="measured")
     axis.plot(time, prediction.computed[rows, joint], color=COMPUTED, lw=1.3, label="model")
     axis.margins(x=0)
     axis.set_xlabel("time [s]")
-    axis.set_ylabel(f"joint {window.joint} [{dataset.recording.rig.effort_units[joint]}]")
+    axis.set_ylabel(f"joint {window.joint} [{prepared.recording.rig.effort_units[joint]}]")
     cycle = f", cycle {window.cycle}" if window.cycle else ""
     axis.set_title(f"{window.recording}: {window.phase}{cycle}, {window.times_overall:.1f} times overall", fontsize=9)

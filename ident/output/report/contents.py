@@ -56,7 +56,7 @@ class ReportContents:
     @property
     def recordings(self) -> tuple[Recording, ...]:
         """All recordings, those held out last."""
-        return tuple(prediction.dataset.recording for _, _, prediction in self.predictions)
+        return tuple(prediction.prepared.recording for _, _, prediction in self.predictions)
 
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, ResidualAnalysis], int, prediction.Prediction], ...]:
@@ -108,7 +108,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         diagnosis = diagnose(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
     groups = [analyses, *([held_out] if held_out else [])]
     recordings = [
-        predicted.dataset.recording for group in groups for predicted in next(iter(group.values())).predictions
+        predicted.prepared.recording for group in groups for predicted in next(iter(group.values())).predictions
     ]
     return ReportContents(
         request=request,

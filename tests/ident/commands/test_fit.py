@@ -14,8 +14,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from ident.cli import program
-from ident.data.dataset import build
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import prepare
 from ident.identification import model_file
 from ident.identification.goodness_of_fit import goodness_of_fit
 from recordings.errors import BadInput
@@ -103,10 +102,10 @@ def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, metho
     loaded = model_file.load(folder / "a.model.json")
     assert loaded.form == "lagrange14"
     assert [parameter.name for parameter in loaded.parameters] == [f"theta_{i}" for i in range(1, 15)]
-    dataset = build(read(folder / "b.mcap"), mechanisms.create(simulated_rig(), loaded.form), "parallel", None)
-    predicted = dataset.regressor @ np.array([parameter.value for parameter in loaded.parameters])
+    prepared = prepare(read(folder / "b.mcap"), "parallel", None, form=loaded.form)
+    predicted = prepared.regressor @ np.array([parameter.value for parameter in loaded.parameters])
     assert loaded.validate_ is not None
-    assert goodness_of_fit(dataset.torque, predicted).rms == pytest.approx(loaded.validate_.fitted.rms)
+    assert goodness_of_fit(prepared.torque, predicted).rms == pytest.approx(loaded.validate_.fitted.rms)
 
 
 def test_the_same_seed_gives_the_same_bytes(folder: Path) -> None:

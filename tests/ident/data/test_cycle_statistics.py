@@ -11,8 +11,7 @@ from numpy.random import Generator
 from scipy.signal import lfilter
 
 from ident.data.cycle_statistics import by_cycle, of_cycles, of_residuals, pooled
-from ident.data.dataset import Dataset, build
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import PreparedRecording, prepare
 from recordings.recording import Floats, Recording
 
 PHASES = 500
@@ -108,17 +107,17 @@ def test_without_noise_there_is_no_significant_trend() -> None:
     assert not joint.trend.significant
 
 
-def build_dataset(recording: Recording, cutoff: float) -> Dataset:
-    return build(recording, mechanisms.create(recording.rig), "parallel", cutoff)
+def prepare_parallel(recording: Recording, cutoff: float) -> PreparedRecording:
+    return prepare(recording, "parallel", cutoff)
 
 
 @pytest.mark.parametrize("cutoff", [30, 37, 24])  # 4, 3, 5 samples to a row; 2000 to a cycle
 def test_rows_of_equal_phase_are_aligned(make: Callable[..., Recording], cutoff: float) -> None:
-    dataset = build_dataset(make(cycles=4), cutoff)
-    table = by_cycle(dataset, dataset.torque)
-    period = dataset.recording.run.period
+    prepared = prepare_parallel(make(cycles=4), cutoff)
+    table = by_cycle(prepared, prepared.torque)
+    period = prepared.recording.run.period
     assert table.shape[0] == 4
-    assert abs(table.shape[1] - period * dataset.rate) < 1
+    assert abs(table.shape[1] - period * prepared.rate) < 1
     spread = np.nanstd(table, axis=0)
     assert np.isfinite(table).mean() > 0.99
     assert np.nanmax(spread) < 2e-3 * np.nanstd(table)
@@ -127,8 +126,8 @@ def test_rows_of_equal_phase_are_aligned(make: Callable[..., Recording], cutoff:
 def test_gaps_remain_gaps(make: Callable[..., Recording]) -> None:
     recording = make(cycles=3)
     recording.voltage[2600:2640, 1] = np.nan
-    dataset = build_dataset(recording, 30)
-    table = by_cycle(dataset, dataset.torque)
+    prepared = prepare_parallel(recording, 30)
+    table = by_cycle(prepared, prepared.torque)
     assert np.isnan(table).any(axis=(0, 1)).tolist() == [False, True, False]
     np.testing.assert_allclose(table[1][np.isfinite(table[1])], table[0][np.isfinite(table[1])], atol=1e-3)
 
@@ -137,8 +136,8 @@ def test_cycles_are_aligned_when_the_motion_pauses(make: Callable[..., Recording
     recording = make(cycles=3)
     after_pause = np.arange(len(recording.time)) >= 3100
     paused = replace(recording, time=recording.time + 7 * after_pause / recording.run.rate)
-    dataset = build_dataset(paused, 30)
-    table = by_cycle(dataset, dataset.torque)
+    prepared = prepare_parallel(paused, 30)
+    table = by_cycle(prepared, prepared.torque)
     assert np.nanmax(np.nanstd(table, axis=0)) < 2e-3 * np.nanstd(table)
 
 
@@ -148,16 +147,16 @@ def test_cycles_are_aligned_when_samples_are_lost(make: Callable[..., Recording]
     shorter = replace(
         recording, **{name: getattr(recording, name)[received] for name in ("time", "position", "voltage", "repeat")}
     )
-    dataset = build_dataset(shorter, 30)
-    table = by_cycle(dataset, dataset.torque)
+    prepared = prepare_parallel(shorter, 30)
+    table = by_cycle(prepared, prepared.torque)
     assert np.nanmax(np.nanstd(table, axis=0)) < 2e-3 * np.nanstd(table)
 
 
 def test_simulated_voltage_noise_is_recovered(make: Callable[..., Recording], truth: Floats) -> None:
-    dataset = build_dataset(make(cycles=4, noise=0.02), 30)
-    exact = build_dataset(make(cycles=4), 30)
-    added = dataset.torque - exact.torque
-    statistics = of_residuals([dataset], [dataset.torque - dataset.regressor @ truth])
+    prepared = prepare_parallel(make(cycles=4, noise=0.02), 30)
+    exact = prepare_parallel(make(cycles=4), 30)
+    added = prepared.torque - exact.torque
+    statistics = of_residuals([prepared], [prepared.torque - prepared.regressor @ truth])
     assert statistics is not None
     for joint, rms in zip(statistics, np.sqrt(np.nanmean(added**2, axis=0)), strict=True):
         assert joint.noise_rms == pytest.approx(rms, rel=0.08)
@@ -166,5 +165,5 @@ def test_simulated_voltage_noise_is_recovered(make: Callable[..., Recording], tr
 
 def test_a_motion_without_cycles_gives_no_statistics(make: Callable[..., Recording]) -> None:
     recording = make(cycles=2)
-    dataset = build_dataset(replace(recording, repeat=np.full_like(recording.repeat, -1)), 30)
-    assert of_residuals([dataset], [dataset.torque]) is None
+    prepared = prepare_parallel(replace(recording, repeat=np.full_like(recording.repeat, -1)), 30)
+    assert of_residuals([prepared], [prepared.torque]) is None

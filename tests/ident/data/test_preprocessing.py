@@ -5,9 +5,8 @@ import numpy as np
 import pytest
 
 from ident.data import preprocessing
-from ident.data.dataset import build
+from ident.data.prepared_recording import prepare
 from ident.data.samples import Samples
-from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints, Recording
 
@@ -24,7 +23,8 @@ def samples(position: Floats, torque: Floats, rate: float, repeat: Ints | None =
 
 
 def relative_residual(recording: Recording, parameters: Floats, method: str, cutoff: float | None = None) -> float:
-    regressor, torque = build(recording, mechanisms.create(recording.rig), method, cutoff).rows()
+    prepared = prepare(recording, method, cutoff)
+    regressor, torque = prepared.regressor[prepared.usable], prepared.torque[prepared.usable]
     return float(np.sqrt(np.mean((torque - regressor @ parameters) ** 2)) / torque.std())
 
 
@@ -67,8 +67,7 @@ def test_a_gap_affects_only_samples_within_the_filters_length(
     values = getattr(recording, signal).copy()
     values[gap, 1] = np.nan
     gapped = replace(recording, **{signal: values})
-    mechanism = mechanisms.create(recording.rig)
-    expected, result = (build(source, mechanism, method, None) for source in (recording, gapped))
+    expected, result = (prepare(source, method, None) for source in (recording, gapped))
     lost = np.isfinite(expected.torque) & np.isnan(result.torque)
     # At most, parallel at 30 Hz: 25 samples to either side, 9 more of the light filter and 4 of the derivatives.
     lost_time = expected.time[lost.any(axis=1)]
@@ -82,12 +81,12 @@ def test_a_gap_affects_only_samples_within_the_filters_length(
 @pytest.mark.parametrize("cutoff", [0, -5, 101, np.nan])
 def test_an_invalid_cutoff_is_refused(recording: Recording, cutoff: float) -> None:
     with pytest.raises(BadInput, match="cut-off"):
-        build(recording, mechanisms.create(recording.rig), "parallel", cutoff)
+        prepare(recording, "parallel", cutoff)
 
 
 def test_central_differences_take_no_cutoff(recording: Recording) -> None:
     with pytest.raises(BadInput, match="no cut-off"):
-        build(recording, mechanisms.create(recording.rig), "central", 30.0)
+        prepare(recording, "central", 30.0)
 
 
 def test_the_error_for_an_unknown_method_lists_the_known_methods() -> None:

@@ -17,7 +17,7 @@ BANDWIDTH = 20.0
 def inputs(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
     prepared = prepare(recording, "parallel", BANDWIDTH)
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 def _inside(inputs: EffectInputs, x: Floats) -> Floats:

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from ident import plugins
-from ident.data.dataset import build
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import prepare
 from ident.dynamics.mechanisms import Parameter
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit, search_region
 from ident.estimation.problem import Estimate
+from ident.estimation.regression import Regression
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -19,21 +19,33 @@ def test_parameters_of_eq_36_are_estimated_within_one_percent(
     make: Callable[..., Recording], truth: Floats, preprocessing: str
 ) -> None:
     recording = make(cycles=3, noise=0.02)
-    mechanism = mechanisms.create(recording.rig)
-    dataset = build(recording, mechanism, preprocessing, None)
+    regression = Regression.of_mechanism(prepare(recording, preprocessing, None))
     settings = estimators.settings("pso", {"iterations": 300})
-    result = fit([dataset], mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
+    result = fit(
+        [regression],
+        regression.prepared.mechanism.parameters,
+        "pso",
+        settings,
+        np.random.default_rng(0),
+        lambda *_: None,
+    )
     np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
     assert not any(result.at_bound)
 
 
 def test_recordings_are_fitted_together(make: Callable[..., Recording], truth: Floats) -> None:
     recordings = [make("fig5a", cycles=1), make("fig5b", cycles=1)]
-    mechanism = mechanisms.create(recordings[0].rig)
-    datasets = [build(recording, mechanism, "parallel", None) for recording in recordings]
+    regressions = [Regression.of_mechanism(prepare(recording, "parallel", None)) for recording in recordings]
     settings = estimators.settings("pso", {"iterations": 300})
-    result = fit(datasets, mechanism, "pso", settings, np.random.default_rng(0), lambda *_: None)
-    assert result.rows == sum(len(dataset.rows()[1]) for dataset in datasets)
+    result = fit(
+        regressions,
+        regressions[0].prepared.mechanism.parameters,
+        "pso",
+        settings,
+        np.random.default_rng(0),
+        lambda *_: None,
+    )
+    assert result.rows == sum(len(regression.rows()[1]) for regression in regressions)
     np.testing.assert_allclose(result.parameters, truth, rtol=0.01)
 
 

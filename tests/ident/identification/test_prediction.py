@@ -34,7 +34,7 @@ def model(file: Path, request: pytest.FixtureRequest) -> ModelFile:
 
 def test_the_model_explains_its_own_recording(model: ModelFile, file: Path) -> None:
     (prediction,) = predict(model, [file], library())
-    assert prediction.dataset.bandwidth == 20
+    assert prediction.prepared.bandwidth == 20
     rms = np.sqrt(np.nanmean(prediction.residual**2, axis=0))
     np.testing.assert_allclose(rms, model.train.fitted.rms, rtol=1e-9)
 

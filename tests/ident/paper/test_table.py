@@ -45,9 +45,9 @@ def test_recordings_of_a_real_robot_are_not_called_simulated(
     assert "SIMULATED" in printed(comparison, capsys)
     real = [
         replace(
-            dataset,
-            recording=replace(dataset.recording, run=dataset.recording.run.model_copy(update={"simulated": False})),
+            prepared,
+            recording=replace(prepared.recording, run=prepared.recording.run.model_copy(update={"simulated": False})),
         )
-        for dataset in comparison.datasets
+        for prepared in comparison.prepared
     ]
-    assert "SIMULATED" not in printed(replace(comparison, datasets=(real[0], real[1])), capsys)
+    assert "SIMULATED" not in printed(replace(comparison, prepared=(real[0], real[1])), capsys)

@@ -4,8 +4,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.data.dataset import Dataset, build
-from ident.dynamics import mechanisms
+from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Recording
 
@@ -13,19 +12,19 @@ Planted = Callable[[Floats], Prediction]
 
 
 @pytest.fixture(scope="session")
-def dataset(make: Callable[..., Recording]) -> Dataset:
+def prepared(make: Callable[..., Recording]) -> PreparedRecording:
     """Four cycles of fig5a."""
     recording = make(cycles=4)
-    return build(recording, mechanisms.create(recording.rig), "parallel", None)
+    return prepare(recording, "parallel", None)
 
 
 @pytest.fixture(scope="session")
-def planted(dataset: Dataset) -> Planted:
+def planted(prepared: PreparedRecording) -> Planted:
     """Return a function that makes a prediction with a given residual (m, dof)."""
-    return lambda residual: Prediction(replace(dataset, torque=dataset.torque + residual), dataset.torque)
+    return lambda residual: Prediction(replace(prepared, torque=prepared.torque + residual), prepared.torque)
 
 
 @pytest.fixture
-def noise(dataset: Dataset) -> Floats:
+def noise(prepared: PreparedRecording) -> Floats:
     """White noise of 0.1 N m."""
-    return 0.1 * np.random.default_rng(0).normal(size=dataset.torque.shape)
+    return 0.1 * np.random.default_rng(0).normal(size=prepared.torque.shape)

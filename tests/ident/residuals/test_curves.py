@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ident.data.dataset import Dataset
+from ident.data.prepared_recording import PreparedRecording
 from ident.identification.prediction import Prediction
 from ident.residuals.curves import BinnedCurve, binned_curves
 from recordings.recording import Floats
@@ -15,13 +15,15 @@ def curve(axis: str, *predictions: Prediction, joint: int = 0) -> BinnedCurve:
     return result
 
 
-def test_a_residual_that_depends_on_velocity_is_reproduced(planted: Planted, dataset: Dataset, noise: Floats) -> None:
-    stribeck = 0.5 * np.exp(-((dataset.motion.velocity / 0.4) ** 2)) * dataset.motion.direction
+def test_a_residual_that_depends_on_velocity_is_reproduced(
+    planted: Planted, prepared: PreparedRecording, noise: Floats
+) -> None:
+    stribeck = 0.5 * np.exp(-((prepared.motion.velocity / 0.4) ** 2)) * prepared.motion.direction
     binned = curve("velocity", planted(stribeck + noise))
     expected = 0.5 * np.exp(-((binned.centre / 0.4) ** 2)) * np.sign(binned.centre)
     away = abs(binned.centre) > 0.3
     np.testing.assert_allclose(binned.mean[away], expected[away], atol=0.08)
-    usable = np.isfinite(dataset.torque[:, 0])
+    usable = np.isfinite(prepared.torque[:, 0])
     share = np.mean(stribeck[usable, 0] ** 2) / np.mean((stribeck + noise)[usable, 0] ** 2)
     # In the bin in which the velocity changes sign, the residual changes sign too.
     assert 0.6 * share < binned.explained < share
@@ -29,11 +31,13 @@ def test_a_residual_that_depends_on_velocity_is_reproduced(planted: Planted, dat
     assert binned.unit == "rad/s"
 
 
-def test_bands_cover_the_mean_of_noise_and_nothing_is_explained(planted: Planted, dataset: Dataset) -> None:
+def test_bands_cover_the_mean_of_noise_and_nothing_is_explained(
+    planted: Planted, prepared: PreparedRecording
+) -> None:
     rng = np.random.default_rng(1)
     inside, explained = [], []
     for _ in range(10):
-        for binned in binned_curves([planted(rng.normal(size=dataset.torque.shape))], 1):
+        for binned in binned_curves([planted(rng.normal(size=prepared.torque.shape))], 1):
             explained.append(binned.explained)
             known = np.isfinite(binned.half_width)
             inside.append(abs(binned.mean[known]) <= binned.half_width[known])
@@ -41,17 +45,19 @@ def test_bands_cover_the_mean_of_noise_and_nothing_is_explained(planted: Planted
     assert np.mean(explained) < 0.01
 
 
-def test_correlation_within_a_visit_of_a_bin_widens_the_band(planted: Planted, dataset: Dataset) -> None:
+def test_correlation_within_a_visit_of_a_bin_widens_the_band(planted: Planted, prepared: PreparedRecording) -> None:
     rng = np.random.default_rng(2)
-    slow = np.repeat(rng.normal(size=(len(dataset.time) // 50 + 1, 3)), 50, axis=0)[: len(dataset.time)]
+    slow = np.repeat(rng.normal(size=(len(prepared.time) // 50 + 1, 3)), 50, axis=0)[: len(prepared.time)]
     white = rng.normal(size=slow.shape)
     of_slow, of_white = (np.nanmedian(curve("position", planted(x)).half_width) for x in (slow, white))
     # If samples were treated as independent, both bands would be equal.
     assert of_slow > 1.5 * of_white
 
 
-def test_a_change_between_cycles_shows_over_cycle_and_time(planted: Planted, dataset: Dataset, noise: Floats) -> None:
-    drift = 0.3 * dataset.repeat[:, None] + noise
+def test_a_change_between_cycles_shows_over_cycle_and_time(
+    planted: Planted, prepared: PreparedRecording, noise: Floats
+) -> None:
+    drift = 0.3 * prepared.repeat[:, None] + noise
     over_cycle = curve("cycle", planted(drift))
     np.testing.assert_array_equal(over_cycle.centre, [1, 2, 3, 4])
     np.testing.assert_allclose(over_cycle.mean, [0, 0.3, 0.6, 0.9], atol=0.03)
@@ -65,13 +71,13 @@ def test_cycles_are_numbered_across_recordings(planted: Planted, noise: Floats) 
     assert curve("velocity", prediction, prediction).samples.sum() == 2 * curve("velocity", prediction).samples.sum()
 
 
-def test_the_load_is_the_computed_torque(planted: Planted, dataset: Dataset) -> None:
-    binned = curve("load", planted(0.1 * np.nan_to_num(dataset.torque)))
+def test_the_load_is_the_computed_torque(planted: Planted, prepared: PreparedRecording) -> None:
+    binned = curve("load", planted(0.1 * np.nan_to_num(prepared.torque)))
     slope = np.polyfit(binned.centre, binned.mean, 1)[0]
     assert slope == pytest.approx(0.1, rel=0.02)
 
 
-def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, dataset: Dataset, noise: Floats) -> None:
+def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, prepared: PreparedRecording, noise: Floats) -> None:
     binned = curve("time", not_repeated(planted(noise)))
     assert len(binned.centre) == 24
     # Each bin of time is one visit of less than half a second.
@@ -80,6 +86,6 @@ def test_a_bin_with_too_few_visits_has_no_band(planted: Planted, dataset: Datase
 
 def not_repeated(prediction: Prediction) -> Prediction:
     """`prediction` with a motion that does not repeat, so that bins of time may be short."""
-    recording = prediction.dataset.recording
+    recording = prediction.prepared.recording
     once = replace(recording, run=recording.run.model_copy(update={"period": 0.0}))
-    return replace(prediction, dataset=replace(prediction.dataset, recording=once))
+    return replace(prediction, prepared=replace(prediction.prepared, recording=once))

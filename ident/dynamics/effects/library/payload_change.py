@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ident.dynamics.effect_inputs import GRAVITY, EffectInputs
+from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import INFINITE_TIME, Additive, Quantity, Shapes
 from recordings.recording import Floats, Ints
 
@@ -22,13 +22,13 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     # At least one sample long, so that the derivative by the instants does not vanish.
     length = np.hypot(shapes["t_r"], 1 / inputs.rate)
     since, until = (np.clip((inputs.time - shapes[name]) / length + 0.5, 0.0, 1.0) for name in ("t_c", "t_e"))
-    torque: Floats = ((since - until)[:, None] * _per_mass(inputs))[:, :, None]
+    torque: Floats = ((since - until)[:, None] * inputs.platform.torque_per_mass)[:, :, None]
     return torque
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """Suggest the step and the interval of added mass that explain most of the `residual` (n, dof)."""
-    per_mass = _per_mass(inputs)
+    per_mass = inputs.platform.torque_per_mass
     known = np.isfinite(residual) & np.isfinite(per_mass)
     # Cumulative sums up to each instant (n + 1,).
     product, square = (
@@ -65,13 +65,6 @@ def _cost_reductions(product: Floats, square: Floats, first: Ints | int, second:
     excess = product[second] - product[first] - share * product[-1]
     reductions: Floats = excess**2 / np.maximum(square[-1] * share * (1 - share), _MIN_SHARE * square[-1] + _TINY)
     return reductions
-
-
-def _per_mass(inputs: EffectInputs) -> Floats:
-    """J' (P'' - g) (n, dof)."""
-    lifted = inputs.platform.acceleration + np.array([0.0, 0.0, GRAVITY])
-    torque: Floats = np.einsum("nij,ni->nj", inputs.platform.jacobian, lifted)
-    return torque
 
 
 effect = Additive(

@@ -17,21 +17,21 @@ def section(contents: ReportContents) -> ReportSection:
     points = _points(contents)
     blocks: list[ReportBlock] = []
     for number, (group, index, prediction) in enumerate(contents.predictions):
-        dataset = prediction.dataset
+        prepared = prediction.prepared
         caption = (
-            f"Measured and computed torque, and below it the residual, low-pass {dataset.bandwidth:g} Hz. Drag to "
-            f"zoom (all joints follow), double click for the whole recording. {_detail(len(dataset.time), points)}"
+            f"Measured and computed torque, and below it the residual, low-pass {prepared.bandwidth:g} Hz. Drag to "
+            f"zoom (all joints follow), double click for the whole recording. {_detail(len(prepared.time), points)}"
         )
         plot = Plot(f"torque-{number + 1}", torque.over_time(group, index, points), caption)
         suffix = ", held out" if group is contents.held_out_analyses else ""
-        blocks.append(Fold(f"{dataset.recording.path.name}{suffix}", (plot,), open=number == open_index))
+        blocks.append(Fold(f"{prepared.recording.path.name}{suffix}", (plot,), open=number == open_index))
     return ReportSection("torque", "Torque: measured against model", tuple(blocks))
 
 
 def _points(contents: ReportContents) -> int:
     """Return the number of points per trace at which all traces keep to the budget."""
     traces = sum(
-        len(prediction.dataset.torque[0]) * (1 + 2 * len(group)) for group, _, prediction in contents.predictions
+        len(prediction.prepared.torque[0]) * (1 + 2 * len(group)) for group, _, prediction in contents.predictions
     )
     return max(theme.MAX_POINTS, int(BUDGET / _POINT / traces))
 

@@ -35,7 +35,7 @@ def prepared(make: object) -> PreparedRecording:
 
 @pytest.fixture(scope="module")
 def inputs(prepared: PreparedRecording, truth: Floats) -> EffectInputs:
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 def test_the_library_is_complete() -> None:
@@ -140,7 +140,7 @@ def test_planted_parameters_are_recovered(name: str, prepared: PreparedRecording
     x[len(truth) :] = [*local, *shapes.values()]
     predictor = TorquePredictor(prepared)
     planted = predictor.torque(structure, x)
-    object.__setattr__(prepared.dataset, "torque", np.where(prepared.usable, planted, np.nan))
+    object.__setattr__(prepared, "torque", np.where(prepared.usable, planted, np.nan))
     start = x.copy()
     start[len(truth) :] *= np.where([entry.free for entry in structure.parameters[len(truth) :]], 1.15, 1.0)
     solution = nonlinear_least_squares([predictor], structure, start, [np.where(prepared.usable, 1.0, 0.0)])

@@ -66,7 +66,7 @@ assert is_never(effect.shapes[0].starts[0], "s")
 def inputs(make: object, truth: np.ndarray) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=100.0)  # type: ignore[operator]
     prepared = prepare(recording, "parallel", 20.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 def written(folder: Path, text: str) -> Path:

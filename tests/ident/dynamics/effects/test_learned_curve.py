@@ -20,7 +20,7 @@ SPRING = LearnedCurve(2, "position", 3, "one", (-1.0, 0.0, 1.0), (-4.0, 0.0, 8.0
 def inputs(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=100.0)  # type: ignore[operator]
     prepared: PreparedRecording = prepare(recording, "parallel", 20.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 def test_a_curve_is_linear_between_knots_and_acts_on_its_joint_only(inputs: EffectInputs) -> None:

@@ -18,7 +18,7 @@ TRANSITION = 1e-3
 def inputs(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=4, rate=250.0)  # type: ignore[operator]
     prepared = prepare(recording, "parallel", 30.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 @pytest.mark.parametrize(("start", "stop"), [(3.3, None), (3.3, 5.9)])

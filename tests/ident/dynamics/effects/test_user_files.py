@@ -32,7 +32,7 @@ effect = Additive(**TEXT, coefficients=(Quantity(name="a", unit="1", meaning="it
 def inputs(make: object, truth: Floats) -> EffectInputs:
     recording: Recording = make(cycles=1, rate=250.0)  # type: ignore[operator]
     prepared = prepare(recording, "parallel", 30.0)
-    return TorquePredictor(prepared).effect_inputs(prepared.as_recorded, truth)
+    return TorquePredictor(prepared).effect_inputs(prepared.base_structure, truth)
 
 
 @pytest.mark.parametrize(

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from ident import plugins
-from ident.data.dataset import build
+from ident.data.prepared_recording import prepare
 from ident.dynamics import mechanisms
 from ident.dynamics.motion import Motion
 from ident.estimation import estimators
 from ident.estimation.linear_fit import fit
+from ident.estimation.regression import Regression
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Axis, Rig, simulated_rig
@@ -46,12 +47,14 @@ def test_is_eq_37_term_by_term() -> None:
 def test_planted_parameters_are_recovered(make: Callable[..., Recording], method: str) -> None:
     """The torque fits the model exactly; svd is used without truncation."""
     recording = make("excitation", cycles=1)
-    form = mechanisms.create(recording.rig, "lagrange14")
-    dataset = build(recording, form, "parallel", None)
-    object.__setattr__(dataset, "torque", np.where(np.isnan(dataset.torque), np.nan, dataset.regressor @ THETA_HAT))
+    prepared = prepare(recording, "parallel", None, form="lagrange14")
+    exact = np.where(prepared.usable, prepared.regressor @ THETA_HAT, np.nan)
+    regression = Regression(prepared, prepared.regressor, exact)
     arguments = {"svd": {"threshold": 1e-6}, "dls": {"damping": 1e-6}}.get(method, {})
     settings = estimators.settings(method, arguments)
-    estimate = fit([dataset], form, method, settings, np.random.default_rng(0), lambda *_: None)
+    estimate = fit(
+        [regression], prepared.mechanism.parameters, method, settings, np.random.default_rng(0), lambda *_: None
+    )
     np.testing.assert_allclose(estimate.parameters, THETA_HAT, rtol=1e-3)
 
 

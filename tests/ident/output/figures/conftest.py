@@ -46,5 +46,5 @@ def analysis(model: ModelFile, late: Recording) -> ResidualAnalysis:
 
 
 def _renamed(predicted: prediction.Prediction) -> prediction.Prediction:
-    recording = replace(predicted.dataset.recording, path=Path(HOSTILE))
-    return replace(predicted, dataset=replace(predicted.dataset, recording=recording))
+    recording = replace(predicted.prepared.recording, path=Path(HOSTILE))
+    return replace(predicted, prepared=replace(predicted.prepared, recording=recording))

@@ -6,7 +6,6 @@ import numpy as np
 import plotly.graph_objects as go
 import pytest
 
-from ident.data.dataset import first_cycle
 from ident.identification.model_file import ModelFile
 from ident.output.figures import parameters, quality, residuals, spectrum, theme, torque
 from ident.residuals.analysis import ResidualAnalysis
@@ -55,16 +54,16 @@ def test_torque_and_residual_share_one_time_axis(
 def test_detail_follows_the_number_of_points(
     analyses: dict[str, ResidualAnalysis], analysis: ResidualAnalysis
 ) -> None:
-    dataset = analysis.predictions[0].dataset
-    rows, first = len(dataset.time), first_cycle(dataset)
+    prepared = analysis.predictions[0].prepared
+    rows, first = len(prepared.time), prepared.first_cycle
     complete, decimated = (
         [trace for trace in torque.over_time(analyses, 0, points).data if trace.name == "measured"]
         for points in (rows, 100)
     )
     assert [len(trace.x) for trace in complete] == [rows] * 3
-    for trace, torques in zip(decimated, dataset.torque.T, strict=True):
+    for trace, torques in zip(decimated, prepared.torque.T, strict=True):
         assert len(trace.x) < rows
-        assert np.isin(dataset.time[first].astype(np.float32), trace.x).all()
+        assert np.isin(prepared.time[first].astype(np.float32), trace.x).all()
         assert np.nanmax(np.abs(trace.y)) == np.float32(np.nanmax(np.abs(torques))), "no peak is lost"
 
 

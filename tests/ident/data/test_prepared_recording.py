@@ -5,15 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.data import dataset as dataset_module
-from ident.data.dataset import Dataset, build, build_all
-from ident.dynamics import mechanisms
+from ident.data import prepared_recording
+from ident.data.prepared_recording import PreparedRecording, prepare, prepare_all
 from recordings.errors import BadInput
 from recordings.recording import Recording
 
 
-def build_dataset(recording: Recording) -> Dataset:
-    return build(recording, mechanisms.create(recording.rig), "parallel", None)
+def prepare_parallel(recording: Recording) -> PreparedRecording:
+    return prepare(recording, "parallel", None)
 
 
 def with_column(recording: Recording, signal: str, joint: int, value: float) -> Recording:
@@ -23,31 +22,29 @@ def with_column(recording: Recording, signal: str, joint: int, value: float) -> 
 
 
 def test_rows_are_the_repeated_motion_only(recording: Recording) -> None:
-    dataset = build_dataset(recording)
-    usable = np.isfinite(dataset.torque).all(axis=1)
+    prepared = prepare_parallel(recording)
+    usable = np.isfinite(prepared.torque).all(axis=1)
     repeated = recording.time[recording.repeat >= 0]
-    assert dataset.time[usable][0] == pytest.approx(repeated[0], abs=1 / dataset.rate)
-    assert dataset.time[usable][-1] == pytest.approx(repeated[-1], abs=1 / dataset.rate)
-    regressor, torque = dataset.rows()
-    assert regressor.shape == (3 * usable.sum(), 11)
-    assert np.isfinite(regressor).all()
-    assert np.isfinite(torque).all()
+    assert prepared.time[usable][0] == pytest.approx(repeated[0], abs=1 / prepared.rate)
+    assert prepared.time[usable][-1] == pytest.approx(repeated[-1], abs=1 / prepared.rate)
+    assert prepared.regressor[usable].shape == (usable.sum(), 3, 11)
+    assert np.isfinite(prepared.regressor[usable]).all()
 
 
 def test_without_cycles_all_samples_are_used(recording: Recording) -> None:
     everything = replace(recording, repeat=np.full_like(recording.repeat, -1))
-    assert len(build_dataset(everything).rows()[1]) > len(build_dataset(recording).rows()[1])
+    assert prepare_parallel(everything).usable.sum() > prepare_parallel(recording).usable.sum()
 
 
 def test_an_unanswered_sync_is_a_gap(recording: Recording) -> None:
     answered = np.delete(np.arange(len(recording.time)), [900, 901])
     signals = ("time", "position", "voltage", "repeat")
     shorter = replace(recording, **{name: getattr(recording, name)[answered] for name in signals})
-    dataset, expected = build_dataset(shorter), build_dataset(recording)
-    assert dataset.time[-1] == expected.time[-1]
-    lost = np.isnan(dataset.torque) & np.isfinite(expected.torque)
+    prepared, expected = prepare_parallel(shorter), prepare_parallel(recording)
+    assert prepared.time[-1] == expected.time[-1]
+    lost = np.isnan(prepared.torque) & np.isfinite(expected.torque)
     assert lost.any()
-    np.testing.assert_array_equal(dataset.torque[~lost], expected.torque[~lost])
+    np.testing.assert_array_equal(prepared.torque[~lost], expected.torque[~lost])
 
 
 def interrupted_before_motion(recording: Recording) -> Recording:
@@ -71,7 +68,7 @@ def test_too_few_samples_are_refused(recording: Recording, n: int, method: str) 
     few = replace(recording, **{name: getattr(recording, name)[1000 : 1000 + n] for name in signals})
     few = replace(few, time=few.time - few.time[0])
     with pytest.raises(BadInput, match=r"expected|constant"):
-        build(few, mechanisms.create(few.rig), method, None)
+        prepare(few, method, None)
 
 
 def with_impossible_angles(recording: Recording) -> Recording:
@@ -96,7 +93,7 @@ UNUSABLE: list[tuple[str, Callable[[Recording], Recording]]] = [
 @pytest.mark.parametrize(("message", "corrupt"), UNUSABLE, ids=[message for message, _ in UNUSABLE])
 def test_an_unusable_recording_is_refused(recording: Recording, message: str, corrupt: Any) -> None:
     with pytest.raises(BadInput, match=message):
-        build_dataset(corrupt(recording))
+        prepare_parallel(corrupt(recording))
 
 
 @pytest.mark.parametrize("method", ["parallel", "central", "savgol"])
@@ -106,10 +103,9 @@ def test_blocks_give_the_same_regressor_as_the_whole(
     gapped_position = recording.position.copy()
     gapped_position[1000:1003] = np.nan
     gapped = replace(recording, position=gapped_position)
-    mechanism = mechanisms.create(gapped.rig)
-    expected = build(gapped, mechanism, method, None)
-    monkeypatch.setattr(dataset_module, "BLOCK", 97)
-    blocks = build(gapped, mechanism, method, None)
+    expected = prepare(gapped, method, None)
+    monkeypatch.setattr(prepared_recording, "BLOCK", 97)
+    blocks = prepare(gapped, method, None)
     np.testing.assert_array_equal(blocks.regressor, expected.regressor)
     np.testing.assert_array_equal(blocks.nominal, expected.nominal)
 
@@ -118,17 +114,8 @@ def test_several_recordings_get_a_common_bandwidth(make: Callable[..., Recording
     fine = make(cycles=1, noise=0.01)
     counts = 2**12 / (2 * np.pi)
     coarse = replace(fine, position=np.round(fine.position * counts) / counts)
-    mechanism = mechanisms.create(fine.rig)
-    both = build_all([fine, coarse], mechanism, "parallel", None)
-    alone = build(coarse, mechanism, "parallel", None)
-    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < build_dataset(fine).bandwidth
+    both = prepare_all([fine, coarse], "parallel", None)
+    alone = prepare(coarse, "parallel", None)
+    assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < prepare_parallel(fine).bandwidth
     assert both[0].rate == both[1].rate
     assert both[0].cutoff == both[1].cutoff
-
-
-def test_rows_do_not_keep_the_motion_at_full_rate_in_memory(recording: Recording) -> None:
-    dataset = build_dataset(recording)
-    assert len(dataset.motion.position) < len(recording.time)
-    assert all(
-        signal.base is None or len(signal.base) <= len(dataset.time) for signal in vars(dataset.motion).values()
-    )

@@ -7,10 +7,10 @@ import pytest
 
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.dynamics.effects.library import library
+from ident.dynamics.inverse_dynamics import InverseDynamics
 from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.identification.inverse_dynamics import InverseDynamics
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -50,7 +50,7 @@ def test_torque_is_that_which_is_predicted_for_a_recording(
     structure, x = structure_with(prepared, names, truth)
     dynamics = InverseDynamics(structure, x)
     motion = prepared.as_recorded.motion
-    inputs = dynamics.inputs(motion, dt=1 / prepared.samples.rate, t=prepared.time)
+    inputs = dynamics.inputs(motion, dt=1 / prepared.samples.rate, t=prepared.instant_time)
     expected = TorquePredictor(prepared).unfiltered(structure, x)
     known = np.isfinite(expected)
     assert known.mean() > 0.9
@@ -71,7 +71,7 @@ def test_what_an_effect_needs_and_is_not_given_is_refused_by_name(
 ) -> None:
     structure, x = structure_with(prepared, (name,), truth)
     dynamics = InverseDynamics(structure, x)
-    values = {"dt": 1 / prepared.samples.rate, "t": prepared.time}
+    values = {"dt": 1 / prepared.samples.rate, "t": prepared.instant_time}
     inputs = dynamics.inputs(prepared.as_recorded.motion, **{key: values[key] for key in given})
     with pytest.raises(BadInput, match=f"effect {name} needs {needed}"):
         dynamics.reported(inputs)

@@ -1,0 +1,45 @@
+"""A mechanism in a motion: the columns of its parameters, and what effects are computed from."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ident.dynamics import rods
+from ident.dynamics.effect_inputs import EffectInputs
+from ident.dynamics.mechanisms import Mechanism
+from ident.dynamics.motion import Motion
+from recordings.recording import Floats
+from recordings.rig import Rig
+
+
+@dataclass(frozen=True, eq=False)
+class MechanismMotion:
+    """A mechanism of `rig` in a motion of n instants, after correction of encoder and geometry errors."""
+
+    rig: Rig
+    motion: Motion
+    mechanism: Mechanism
+
+    @cached_property
+    def regressor(self) -> Floats:
+        """(n, dof, k) columns of the mechanism's own parameters."""
+        return self.mechanism.regressor(self.motion)
+
+    def effect_inputs(self, rate: float, time: Floats, bandwidth: float, load_parameters: Floats) -> EffectInputs:
+        """Inputs of effects.
+
+        rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
+        load_parameters: (k or k + 1,) of a model structure.
+        """
+        known = self.mechanism.parameters
+        parameters, m_d = load_parameters[: len(known)], float(load_parameters[len(known) :].sum())
+        rigid_parameters = np.where([parameter.friction for parameter in known], 0.0, parameters)
+
+        def rigid_at(motion: Motion) -> Floats:
+            regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
+            torque: Floats = regressor @ rigid_parameters
+            return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
+
+        by_name = {parameter.name: float(x) for parameter, x in zip(known, parameters, strict=True)}
+        return EffectInputs(self.rig, rate, time, self.motion, rigid_at, bandwidth, {**by_name, "m_d": m_d})

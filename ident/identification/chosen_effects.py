@@ -1,0 +1,52 @@
+"""Effects that the user chooses by name."""
+
+from collections.abc import Mapping, Sequence
+
+from ident.data.samples import holds_torque
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import Term
+from recordings.errors import BadInput
+from recordings.recording import Recording
+
+
+def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
+    """Convert the effects chosen by the user, NAME (all joints) or NAME:1,3 (some joints), to terms.
+
+    Raises:
+        BadInput: the effect does not exist, is named twice or is not observable in such a recording, or one of its
+            joints does not exist.
+    """
+    terms: list[Term] = []
+    for choice in choices:
+        term = _parse_term(choice, library, recording)
+        if any(term.name == previous.name for previous in terms):
+            raise BadInput(f"every effect once expected, '{term.name}' found twice; leave one out")
+        terms.append(term)
+    return tuple(terms)
+
+
+def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
+    rig = recording.rig
+    name, _, joints = choice.partition(":")
+    if name not in library:
+        raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; see `ident effects`")
+    effect = library[name]
+    if rig.mechanism not in effect.mechanisms:
+        raise BadInput(
+            f"effect {name}: mechanism {' or '.join(effect.mechanisms)} expected, {rig.mechanism} found; leave it out"
+        )
+    reason = effect.unobservable(rig, holds_torque(recording))
+    if reason:
+        raise BadInput(f"effect {name} cannot be seen in such a recording: {reason} Leave it out")
+    return Term(name, effect, _parse_joints(name, joints, rig.dof))
+
+
+def _parse_joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
+    if not joints:
+        return tuple(range(dof))
+    numbers = joints.split(",")
+    if not all(number.isdigit() and 1 <= int(number) <= dof for number in numbers) or len(set(numbers)) < len(
+        numbers
+    ):
+        raise BadInput(f"effect {name}: joints 1 to {dof}, such as {name}:1,2, expected, '{joints}' found")
+    return tuple(int(number) - 1 for number in numbers)
