@@ -25,8 +25,6 @@ from ident.identification.model_file import (
     CertifiedMinimum,
     FitMethod,
     FittedParameter,
-    JointDelay,
-    JointGoodnessOfFit,
     ModelFile,
     Preprocessing,
     recording_source,
@@ -140,7 +138,7 @@ def identify(
             bandwidth=train[0].prepared.bandwidth,
             rate=train[0].prepared.rate,
             cutoff=cutoff.sentence() if cutoff else None,
-            delays=_delays(train, result) if form is None else None,
+            delays=delays(train, result.parameters) if form is None else None,
         ),
         train=_agreement(train, result),
         validate=_agreement([validation], result) if validation else None,
@@ -184,13 +182,6 @@ def _parameters(
     )
 
 
-def _delays(train: Sequence[Regression], result: Fit) -> tuple[JointDelay, ...] | None:
-    estimates = delays(train, result.parameters)
-    if estimates is None:
-        return None
-    return tuple(JointDelay(seconds=delay.seconds, half_width=delay.half_width) for delay in estimates)
-
-
 def _certified(result: Fit) -> CertifiedMinimum | None:
     estimate = result.estimate
     if estimate.certificate is None:
@@ -210,6 +201,6 @@ def _agreement(regressions: Sequence[Regression], result: Fit) -> Agreement:
     nominal = [each.nominal for each in prepared if each.nominal is not None]
     return Agreement(
         recordings=tuple(recording_source(each.recording) for each in prepared),
-        fitted=JointGoodnessOfFit.of(goodness_of_fit(measured, computed)),
-        nominal=JointGoodnessOfFit.of(goodness_of_fit(measured, np.concatenate(nominal))) if nominal else None,
+        fitted=goodness_of_fit(measured, computed),
+        nominal=goodness_of_fit(measured, np.concatenate(nominal)) if nominal else None,
     )

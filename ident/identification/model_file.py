@@ -14,6 +14,7 @@ from pydantic import Field
 
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
+from ident.uncertainty.time_delay import Delay
 from recordings.config import ConfigSection, validated
 from recordings.errors import BadInput
 from recordings.recording import Recording
@@ -61,14 +62,6 @@ class FitMethod(ConfigSection):
     """Further results of the estimator, such as a rank."""
 
 
-class JointDelay(ConfigSection):
-    """Time delay between torque and motion of one joint; positive if the torque follows the voltage."""
-
-    seconds: float
-    half_width: float
-    """Half width of the 95 % interval [s]."""
-
-
 class Preprocessing(ConfigSection):
     """Conversion of measured signals to rows of the regression."""
 
@@ -79,7 +72,7 @@ class Preprocessing(ConfigSection):
     """Rows per second and joint [Hz]."""
     cutoff: str | None = None
     """Reason for the bandwidth; None if the preprocessing has a fixed one."""
-    delays: tuple[JointDelay, ...] | None = None
+    delays: tuple[Delay, ...] | None = None
     """Estimated, not applied; None if the training data do not determine them."""
 
 
@@ -91,27 +84,12 @@ class RecordingSource(ConfigSection):
     simulated: bool
 
 
-class JointGoodnessOfFit(ConfigSection):
-    """Agreement with the measured torque, one number per joint."""
-
-    nrmse: tuple[float, ...]
-    """Eq. (41)."""
-    rms: tuple[float, ...]
-    """[N m]"""
-    r2: tuple[float, ...]
-
-    @classmethod
-    def of(cls, goodness: GoodnessOfFit) -> "JointGoodnessOfFit":
-        """Convert `goodness` to the section of the file."""
-        return cls(nrmse=goodness.nrmse, rms=goodness.rms, r2=goodness.r2)
-
-
 class Agreement(ConfigSection):
     """Goodness of fit on some recordings, of the model and of the manufacturer's model."""
 
     recordings: tuple[RecordingSource, ...]
-    fitted: JointGoodnessOfFit
-    nominal: JointGoodnessOfFit | None
+    fitted: GoodnessOfFit
+    nominal: GoodnessOfFit | None
     """None if there is no manufacturer's model."""
 
 

@@ -7,15 +7,16 @@ from typing import Literal
 import numpy as np
 
 from ident.data import cycle_statistics, noise
+from ident.data.cycle_statistics import Trend
 from ident.data.samples import holds_torque
-from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
 from ident.estimation.regression import Regression
 from ident.uncertainty import covariance, physical_consistency, sensitivity
 from ident.uncertainty.covariance import IntervalMethod, Uncertainty
-from ident.uncertainty.identifiability import Identifiability, Status, identifiability
+from ident.uncertainty.identifiability import Combination, Identifiability, Status, identifiability
+from ident.uncertainty.physical_consistency import Coupling, Violation
 from recordings.config import ConfigSection
 from recordings.recording import Bools, Floats, Recording
 
@@ -52,14 +53,6 @@ class JointNoise(ConfigSection):
     source: Literal["repetition", "band above the signal"]
 
 
-class JointTrend(ConfigSection):
-    """Trend of one joint's residual over the repetitions."""
-
-    pattern: str
-    p_value: float
-    mean_square: float
-
-
 class JointFloor(ConfigSection):
     """Mean square of one joint's residual [(N m)^2], split into noise and the part that repeats with the motion."""
 
@@ -72,32 +65,8 @@ class JointFloor(ConfigSection):
     repeating_p: float
     above_noise: float
     """Share of the mean square that is not noise."""
-    trend: JointTrend | None
+    trend: Trend | None
     """None if not significant."""
-
-
-class Inseparable(ConfigSection):
-    """Parameters that the motion does not distinguish."""
-
-    names: tuple[str, ...]
-    status: Literal["weak", "not"]
-    sentence: str
-
-
-class JointCoupling(ConfigSection):
-    """The inertia matrix D of Eq. (27) along the recording."""
-
-    off_diagonal: tuple[tuple[float, ...], ...]
-    share: float
-    positive: bool
-
-
-class ImplausibleParameter(ConfigSection):
-    """A parameter value that is physically impossible."""
-
-    name: str
-    significant: bool
-    sentence: str
 
 
 class Assessment(ConfigSection):
@@ -116,12 +85,12 @@ class Assessment(ConfigSection):
     """Correlation matrix of the parameter errors."""
     condition_number: float
     singular_values: tuple[float, ...]
-    inseparable: tuple[Inseparable, ...]
+    inseparable: tuple[Combination, ...]
     noise: tuple[JointNoise, ...]
     floor: tuple[JointFloor, ...] | None
     """None where the motion is not repeated."""
-    doubts: tuple[ImplausibleParameter, ...]
-    coupling: JointCoupling | None
+    doubts: tuple[Violation, ...]
+    coupling: Coupling | None
     cutoffs: tuple[float, ...]
     """Other cut-offs for which the fit was repeated [Hz]."""
 
@@ -157,16 +126,11 @@ def assess(
         correlation=tuple(tuple(_number(x) for x in row) for row in error.correlation),
         condition_number=conditioning.condition,
         singular_values=conditioning.singular_values,
-        inseparable=tuple(
-            Inseparable(names=c.names, status=c.status, sentence=c.sentence) for c in conditioning.combinations
-        ),
+        inseparable=conditioning.combinations,
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
-        doubts=tuple(
-            ImplausibleParameter(name=d.name, significant=d.significant, sentence=d.sentence)
-            for d in physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals)
-        ),
-        coupling=_coupling(structure, prepared[0].motion, fit.parameters),
+        doubts=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
+        coupling=physical_consistency.coupling(structure.mechanism, prepared[0].motion, fit.parameters),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
     return assessment, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
@@ -249,16 +213,10 @@ def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[J
             repeating=split.repeating,
             repeating_p=split.repeating_p,
             above_noise=split.above_noise,
-            trend=JointTrend(**asdict(split.trend)) if split.trend and split.trend.significant else None,
+            trend=split.trend if split.trend and split.trend.significant else None,
         )
         for split in splits
     )
-
-
-def _coupling(structure: ModelStructure, motion: Motion, parameters: Floats) -> JointCoupling | None:
-    mechanism = structure.mechanism
-    coupling = physical_consistency.coupling(mechanism, motion, parameters[: len(mechanism.parameters)])
-    return None if coupling is None else JointCoupling(**asdict(coupling))
 
 
 def _number(x: float) -> OptionalFloat:

@@ -35,8 +35,6 @@ class Combination:
     names: tuple[str, ...]
     """In descending order of contribution."""
     status: Literal["weak", "not"]
-    share: float
-    """Change of the torque along the combination, relative to the change by the first parameter alone."""
     sentence: str
 
 
@@ -97,4 +95,4 @@ def _combination(
     effect = "next to nothing" if share < _ROUNDING else f"only {100 * share:.2g} % of what {names[0]} alone would do"
     known = "cannot be told apart" if status == "not" else "can hardly be told apart"
     sentence = f"{', '.join(names)} {known} by this motion: {' and '.join(changes)} together do {effect}"
-    return Combination(names, status, share, sentence)
+    return Combination(names, status, sentence)

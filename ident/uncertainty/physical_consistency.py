@@ -18,7 +18,6 @@ class Violation:
     """A parameter value that is physically impossible."""
 
     name: str
-    value: float
     significant: bool
     """True if the whole 95 % interval is impossible."""
     sentence: str
@@ -45,16 +44,19 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
             reason = "friction would drive the motion" if parameter.friction else "it must be positive for any body"
             certainty = "" if significant else "; its interval reaches above zero, so this may be chance"
             sentence = f"{parameter.name} = {value:.4g} {parameter.unit} ({parameter.meaning}): {reason}{certainty}"
-            result.append(Violation(parameter.name, float(value), significant, sentence))
+            result.append(Violation(parameter.name, significant, sentence))
     return tuple(result)
 
 
 def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling | None:
-    """Coupling of the joints' inertias along `motion`, for parameters (k,); None for a single joint."""
+    """Coupling of the joints' inertias along `motion`, for `values` (k or more,); None for a single joint.
+
+    values: parameters of the mechanism; those of effects may follow.
+    """
     known = np.isfinite(motion.position).all(axis=1)
     position = motion.position[known]
     position = position[:: max(1, len(position) // _MAX_SAMPLES)]
-    D = inertia_matrix(mechanism, position, values)
+    D = inertia_matrix(mechanism, position, values[: len(mechanism.parameters)])
     diagonal = np.diagonal(D, axis1=1, axis2=2)
     dof = diagonal.shape[1]
     if dof == 1:

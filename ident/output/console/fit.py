@@ -7,11 +7,11 @@ from rich.table import Table
 
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import ModelStructure
+from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.identification.identify import Identification
-from ident.identification.model_file import Agreement, JointGoodnessOfFit, ModelFile
+from ident.identification.model_file import Agreement, ModelFile
 from ident.output.console import assessment
 from ident.residuals.phases import fit_sentences
-from ident.uncertainty.time_delay import Delay
 from recordings.recording import Floats
 
 
@@ -30,7 +30,7 @@ def show(result: Identification, console: Console, details: bool = False) -> Non
     if model.preprocessing.cutoff:
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
     if model.preprocessing.delays:
-        delays = ", ".join(str(Delay(joint.seconds, joint.half_width)) for joint in model.preprocessing.delays)
+        delays = ", ".join(map(str, model.preprocessing.delays))
         console.print(f"Delay of the torque behind the reported motion: {delays}; not compensated.", highlight=False)
     role = "validation" if result.validation else "training"
     console.print(f"Where the model fails ({role} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
@@ -159,5 +159,5 @@ def _agreement_cells(agreement: Agreement, joint: int) -> list[str]:
     return [f"{cell} | {nominal_cell}" for cell, nominal_cell in zip(cells, _measures(nominal, joint), strict=True)]
 
 
-def _measures(fitness: JointGoodnessOfFit, joint: int) -> list[str]:
+def _measures(fitness: GoodnessOfFit, joint: int) -> list[str]:
     return [f"{fitness.nrmse[joint]:.4f}", f"{fitness.rms[joint]:.3f}", f"{fitness.r2[joint]:.4f}"]
