@@ -40,7 +40,7 @@ def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion
 
 def fit_command(diagnosis: Diagnosis, path: Path, joints: Sequence[int]) -> str:
     """The command that fits the final model with the learned curves in the effect file `path`."""
-    split, terms = diagnosis.split, diagnosis.selection.steps[-1].model.terms
+    split, terms = diagnosis.split, diagnosis.model.terms
     specified = [
         term.name if term.effect.whole_robot else f"{term.name}:{_joined(joint + 1 for joint in term.joints)}"
         for term in terms

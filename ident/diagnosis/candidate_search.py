@@ -60,8 +60,7 @@ class CandidateSearch:
 
     def fit(self, structure: ModelStructure, x: Floats) -> FittedModel:
         """Fit the model `structure` starting from `x` (K,)."""
-        solution = self._split.fit(structure, x)
-        return FittedModel(solution, self._split.residuals(solution))
+        return FittedModel(self._split, self._split.fit(structure, x))
 
     def chance_reduction(self, loss: float) -> float:
         """Reduction of the loss that one more parameter gains by fitting noise."""
@@ -161,8 +160,7 @@ class CandidateSearch:
         return sorted(models, key=lambda refined: refined.solution.loss)
 
     def _best_fit(self, model: FittedModel, candidate: Candidate) -> FittedModel:
-        best = min(self._fits(model, candidate), key=lambda solution: solution.loss)
-        return FittedModel(best, self._split.residuals(best))
+        return FittedModel(self._split, min(self._fits(model, candidate), key=lambda solution: solution.loss))
 
     def _fits(self, model: FittedModel, candidate: Candidate) -> Iterator[Solution]:
         """Fit `model` with the `candidate` from one initial guess after the other.

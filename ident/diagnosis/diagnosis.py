@@ -16,7 +16,7 @@ from ident.data.samples import holds_torque, sample
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.split_data import SplitData, split_recordings
-from ident.diagnosis.steps import Selection
+from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
 from ident.dynamics.effects.base import Effect
@@ -95,6 +95,11 @@ class Diagnosis:
     forced: bool = False
     """Whether the user chose the effects and no others were tried."""
 
+    @property
+    def model(self) -> FittedModel:
+        """The final model."""
+        return self.selection.model
+
 
 def diagnose(
     files: Sequence[Path],
@@ -119,18 +124,18 @@ def diagnose(
     split, selector = inputs.split, Selector(inputs.split, inputs.observable, progress)
     start = inputs.initial_model(library, initial_model)
     selection = _select(selector, start, options)
-    reduced = split.without_saturated_rows(selection.steps[-1].model.solution, selection.noise_floor.rms)
+    reduced = split.without_saturated_rows(selection.model.solution, selection.model.noise_floor.rms)
     if reduced is not split:
         split, selector = reduced, Selector(reduced, inputs.observable, progress)
         selection = _select(selector, start, options)
     progress("analysing the unexplained residual")
-    unexplained = estimate_unexplained(split, selection.steps[-1].model, selection.noise_floor)
+    unexplained = estimate_unexplained(selection.model)
     learned = None
     if unexplained.significant:
-        selection = selection if options.only else remove_imitations(split, selector, selection)
-        learned = fit_curves(split, selection.steps[-1].model)
+        selection = selection if options.only else remove_imitations(selector, selection)
+        learned = fit_curves(selection.model)
         dependences = learned.dependences if learned and learned.supported else None
-        unexplained = estimate_unexplained(split, selection.steps[-1].model, selection.noise_floor, dependences)
+        unexplained = estimate_unexplained(selection.model, dependences)
     return Diagnosis(
         split, library, inputs.unobservable, selection, unexplained, learned, inputs.excerpt_share, bool(options.only)
     )

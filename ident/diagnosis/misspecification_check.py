@@ -5,38 +5,32 @@ less on the test rows, these effects are removed.
 """
 
 from ident.diagnosis.confirmation import is_supported
-from ident.diagnosis.improvement import measure_improvement
+from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.nonparametric_fit import fit_curves
-from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
 
 
-def remove_imitations(split: SplitData, selector: Selector, selection: Selection) -> Selection:
+def remove_imitations(selector: Selector, selection: Selection) -> Selection:
     """Truncate the `selection` before the effects that learned curves replace with an improvement."""
-    final = selection.steps[-1].model
+    final = selection.model
+
+    def improvement(before: FittedModel, after: FittedModel) -> Improvement:
+        return measure_improvement(final.split, before.residuals, after.residuals, final.noise_floor.rms)
+
     first = max(
         i for i, step in enumerate(selection.steps) if all(term.effect.mandatory for term in step.model.terms)
     )
     if first == len(selection.steps) - 1:
         return selection
-    with_curves = [_fit_with_curves(split, step.model) for step in selection.steps[first:]]
-    best = min(with_curves, key=lambda model: _test_loss(split, model, selection))
+    with_curves = [_fit_with_curves(step.model) for step in selection.steps[first:]]
+    best = min(with_curves, key=lambda model: improvement(model, model).remaining)
     for number, model in enumerate(with_curves[:-1], start=first):
-        if _is_better(split, final, model, selection) and not _is_better(split, model, best, selection):
+        if is_supported(improvement(final, model)) and not is_supported(improvement(model, best)):
             return selector.truncated(selection, number)
     return selection
 
 
-def _fit_with_curves(split: SplitData, model: FittedModel) -> FittedModel:
-    learned = fit_curves(split, model)
+def _fit_with_curves(model: FittedModel) -> FittedModel:
+    learned = fit_curves(model)
     return learned.model if learned else model
-
-
-def _test_loss(split: SplitData, model: FittedModel, selection: Selection) -> float:
-    zeros = [data.torque * 0.0 for data in split.recordings]
-    return -measure_improvement(split, zeros, model.residuals, selection.noise_floor.rms).reduction
-
-
-def _is_better(split: SplitData, before: FittedModel, after: FittedModel, selection: Selection) -> bool:
-    return is_supported(measure_improvement(split, before.residuals, after.residuals, selection.noise_floor.rms))

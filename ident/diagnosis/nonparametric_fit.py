@@ -7,13 +7,12 @@ import numpy as np
 
 from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
-from ident.diagnosis.noise_floor import estimate_noise_floor
 from ident.diagnosis.residual_dependence import ResidualDependence
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.unexplained_residual import estimate_unexplained
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.learned_curve import LearnedCurve, learned_effect
+from ident.dynamics.effects.learned_curve import LearnedCurve, hat_functions, learned_effect
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
@@ -83,18 +82,18 @@ class _Rows:
         return total
 
 
-def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
+def fit_curves(final: FittedModel) -> NonparametricFit | None:
     """Fit curves to the residual of the `final` model; None if it depends on no variable of a curve.
 
     One joint is added at a time: first those that change with time, then the one with the largest unexplained
     residual. The residuals of the other joints are meaningful only after that.
     """
-    noise_floor = estimate_noise_floor(split, final.solution, final.residuals)
+    split = final.split
     used: list[ResidualDependence] = []
     curves: list[LearnedCurve] = []
     model = final
     for _ in range(final.residuals[0].shape[1]):
-        unexplained = estimate_unexplained(split, model, estimate_noise_floor(split, model.solution, model.residuals))
+        unexplained = estimate_unexplained(model)
         share = unexplained.rms / split.torque_rms
         candidates = [
             dependence
@@ -107,19 +106,19 @@ def fit_curves(split: SplitData, final: FittedModel) -> NonparametricFit | None:
         curves = _fit_values(
             split, final.solution, [curve for dependence in used for curve in _empty_curves(dependence)]
         )
-        model = _fit_with_curves(split, final, curves)
+        model = _fit_with_curves(final, curves)
     if not curves:
         return None
-    improvement = measure_improvement(split, final.residuals, model.residuals, noise_floor.rms)
+    improvement = measure_improvement(split, final.residuals, model.residuals, final.noise_floor.rms)
     return NonparametricFit(tuple(curves), tuple(used), model, improvement)
 
 
-def _fit_with_curves(split: SplitData, final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:
+def _fit_with_curves(final: FittedModel, curves: Sequence[LearnedCurve]) -> FittedModel:
     """Refit the model `final` together with `curves`."""
     joints = tuple(sorted({curve.joint - 1 for curve in curves}))
     structure = final.solution.structure.with_term(Term("stand_in", learned_effect(curves), joints))
-    solution = split.fit(structure, np.concatenate([final.solution.x, np.ones(len(joints))]))
-    return FittedModel(solution, split.residuals(solution))
+    start = np.concatenate([final.solution.x, np.ones(len(joints))])
+    return FittedModel(final.split, final.split.fit(structure, start))
 
 
 def _empty_curves(dependence: ResidualDependence) -> list[LearnedCurve]:
@@ -170,7 +169,7 @@ def _rows(
     blocks = []
     pairs = zip(split.train_indices, all_inputs, solution.derivatives, solution.residuals, strict=True)
     for index, inputs, derivatives, residual in pairs:
-        hats = split.predictors[index].prepared.condition(_hat_functions(curves, inputs))
+        hats = split.predictors[index].prepared.condition(_columns(curves, inputs))
         train = split.train[index] & np.isfinite(residual)
         train &= np.isfinite(hats).all(axis=2) & np.isfinite(derivatives).all(axis=2)
         first_half = np.floor(split.recordings[index].time / BLOCK_SECONDS) % 2 == 0
@@ -182,14 +181,12 @@ def _rows(
     return _Rows(hats, regressor[:, size > 0] / size[size > 0], residual, first_half, slope_changes)
 
 
-def _hat_functions(curves: Sequence[LearnedCurve], inputs: EffectInputs) -> Floats:
+def _columns(curves: Sequence[LearnedCurve], inputs: EffectInputs) -> Floats:
     """(n, dof, curves * KNOTS) torque per unit of the value at each knot."""
     n, dof = inputs.motion.velocity.shape
     hats = np.zeros((n, dof, len(curves), KNOTS))
     for number, curve in enumerate(curves):
         signal = curve.variable_values(inputs)
-        position = np.interp(np.nan_to_num(signal), curve.knots, np.arange(KNOTS))
         weight = np.where(np.isfinite(signal), curve.factor(inputs), np.nan)
-        hats[:, curve.joint - 1, number] = np.maximum(1 - np.abs(position[:, None] - np.arange(KNOTS)), 0.0)
-        hats[:, curve.joint - 1, number] *= weight[:, None]
+        hats[:, curve.joint - 1, number] = hat_functions(signal, curve.knots) * weight[:, None]
     return hats.reshape(n, dof, -1)

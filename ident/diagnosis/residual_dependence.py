@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.split_data import SplitData
-from ident.dynamics.effects.learned_curve import Multiplier, Variable
+from ident.dynamics.effects.learned_curve import Multiplier, Variable, hat_functions
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Bools, Floats
 
@@ -139,20 +139,16 @@ def _variable_names(joint: int, inputs: Sequence[CurveInput]) -> tuple[str, ...]
 def _columns(rows: _Rows, joint: int, inputs: Sequence[CurveInput]) -> Floats:
     """(m, c) columns of one curve over each of the `inputs`."""
     curves = [
-        _hat_functions(rows.signals[curve_input.variable][:, curve_input.joint], rows.train[:, joint])
+        _hats(rows.signals[curve_input.variable][:, curve_input.joint], rows.train[:, joint])
         * rows.factors[curve_input.multiplier][:, joint, None]
         for curve_input in inputs
     ]
     return np.concatenate(curves, axis=1)
 
 
-def _hat_functions(x: Floats, train: Bools) -> Floats:
-    """(m, KNOTS + 1) piecewise linear functions of `x` (m,) that add up to one; knots from the `train` rows."""
-    inside = x[train]
-    knots = np.unique(np.quantile(inside, np.linspace(0, 1, KNOTS + 1)))
-    position = np.interp(np.nan_to_num(x), knots, np.arange(len(knots)))
-    hats: Floats = np.maximum(1 - np.abs(position[:, None] - np.arange(len(knots))), 0.0)
-    return hats
+def _hats(x: Floats, train: Bools) -> Floats:
+    """(m, KNOTS + 1) hat functions of `x` (m,), with knots from the `train` rows."""
+    return hat_functions(x, np.unique(np.quantile(x[train], np.linspace(0, 1, KNOTS + 1))))
 
 
 def _explained_share(rows: _Rows, joint: int, columns: Floats) -> float:

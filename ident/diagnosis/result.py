@@ -46,7 +46,7 @@ class DiagnosisResult:
         Raises:
             BadInput: a recording cannot be read any more.
         """
-        solution = self.diagnosis.selection.steps[-1].model.solution
+        solution = self.diagnosis.model.solution
         bandwidth = self.diagnosis.split.recordings[0].bandwidth
         options = FitOptions("ls", estimators.settings("ls", {}), 0, self.options.preprocessing, bandwidth)
         held_out = self.validate[0] if self.validate else None

@@ -1,14 +1,16 @@
 """Data of a stepwise selection: models, their extensions, steps and findings."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
-from ident.diagnosis.improvement import Improvement
-from ident.diagnosis.noise_floor import NoiseFloor
+from ident.diagnosis.improvement import Improvement, measure_improvement
+from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
+from ident.diagnosis.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
-from recordings.recording import Floats
+from recordings.recording import Bools, Floats
 
 Exclusion = Literal["collinear", "sign"]
 """collinear: other parameters reproduce its torque; sign: its coefficient would need an impossible sign."""
@@ -16,16 +18,35 @@ Exclusion = Literal["collinear", "sign"]
 
 @dataclass(frozen=True, eq=False)
 class FittedModel:
-    """A fitted model with its residuals."""
+    """A model that was fitted to the training rows, and is judged on all rows."""
 
+    split: SplitData
     solution: Solution
-    residuals: tuple[Floats, ...]
-    """(m, dof) of every recording."""
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """Its effects."""
         return self.solution.structure.terms
+
+    @cached_property
+    def computed(self) -> tuple[Floats, ...]:
+        """(m, dof) torque on each recording [N m]."""
+        pairs = zip(self.split.recordings, self.residuals, strict=True)
+        return tuple(recording.torque - residual for recording, residual in pairs)
+
+    @cached_property
+    def residuals(self) -> tuple[Floats, ...]:
+        """(m, dof) measured minus computed torque of each recording [N m]."""
+        return self.split.residuals(self.solution)
+
+    @cached_property
+    def noise_floor(self) -> NoiseFloor:
+        """The error that this model would leave if it were right."""
+        return estimate_noise_floor(self.split, self.solution, self.residuals)
+
+    def improvement_over(self, before: "FittedModel", rows: Sequence[Bools] | None = None) -> Improvement:
+        """Improvement over the model `before`, on test rows or on `rows` (m, dof) of each recording."""
+        return measure_improvement(self.split, before.residuals, self.residuals, self.noise_floor.rms, rows)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +94,8 @@ class Selection:
     """Extensions of the base model."""
     last_extensions: Extensions
     """Extensions of the final model."""
-    noise_floor: NoiseFloor
-    computed: tuple[Floats, ...]
-    """(m, dof) torque of the final model on each recording [N m]."""
+
+    @property
+    def model(self) -> FittedModel:
+        """The final model."""
+        return self.steps[-1].model

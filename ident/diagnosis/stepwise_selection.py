@@ -1,14 +1,11 @@
 """Stepwise selection: add the effect that explains most, refit all parameters, and repeat until nothing is left."""
 
 from collections.abc import Callable, Mapping, Sequence
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key, is_physical
 from ident.diagnosis.confirmation import is_decisive, is_supported
-from ident.diagnosis.improvement import Improvement, measure_improvement
-from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
 from ident.dynamics.effects.base import Effect
@@ -42,18 +39,17 @@ class Selector:
     def __init__(self, split: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._split, self._library, self._progress = split, library, progress
         self.search = CandidateSearch(split, library)
-        self._floors: WeakKeyDictionary[FittedModel, NoiseFloor] = WeakKeyDictionary()
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
         """Select effects step by step, starting from `structure` with the parameters `x` (K,)."""
         model, steps = self.start(structure, x)
         extensions = self.search.extensions(model)
         selection = self._select_from(model, list(steps), extensions)
-        final = selection.steps[-1].model
+        final = selection.model
         extension = self._alternative_start(model, extensions, final) if self._excess(final) > LARGE_EXCESS else None
         if extension is None:
             return selection
-        steps.append(SelectionStep(extension.terms[-1].name, extension, self.improvement(steps[-1].model, extension)))
+        steps.append(SelectionStep(extension.terms[-1].name, extension, extension.improvement_over(steps[-1].model)))
         alternative = self._select_from(extension, steps, extensions)
         return alternative if self._is_far_better(alternative.steps[-1].model, final) else selection
 
@@ -66,11 +62,9 @@ class Selector:
             if better is None:
                 break
             model = self._pruned(better)
-            steps.append(SelectionStep(better.terms[-1].name, model, self.improvement(steps[-1].model, model)))
+            steps.append(SelectionStep(better.terms[-1].name, model, model.improvement_over(steps[-1].model)))
         findings = tuple(finding for finding, _ in reviews)
-        return Selection(
-            tuple(steps), findings, first_extensions, extensions, self.noise_floor(model), self._computed(model)
-        )
+        return Selection(tuple(steps), findings, first_extensions, extensions)
 
     def _alternative_start(
         self, model: FittedModel, extensions: Extensions, final: FittedModel
@@ -106,7 +100,7 @@ class Selector:
 
     def _excess(self, model: FittedModel) -> float:
         """Mean square of the test residual of `model` above the noise floor, in units of the squared floor."""
-        return self.improvement(model, model).remaining
+        return model.improvement_over(model).remaining
 
     def start(self, structure: ModelStructure, x: Floats) -> tuple[FittedModel, list[SelectionStep]]:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
@@ -132,12 +126,10 @@ class Selector:
                     f"effect: one of {', '.join(sorted(by_name))} expected; '{name}' {reason}; leave it out"
                 )
             model = self.search.add(model, by_name[name])
-            steps.append(SelectionStep(name, model, self.improvement(steps[-1].model, model)))
+            steps.append(SelectionStep(name, model, model.improvement_over(steps[-1].model)))
         extensions = Extensions((), *self.search.screen(model)[1:])
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
-        return Selection(
-            tuple(steps), findings, extensions, extensions, self.noise_floor(model), self._computed(model)
-        )
+        return Selection(tuple(steps), findings, extensions, extensions)
 
     def truncated(self, selection: Selection, number: int) -> Selection:
         """The `selection` up to step `number`."""
@@ -145,9 +137,7 @@ class Selector:
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         extensions = self.search.extensions(model)
         steps = selection.steps[: number + 1]
-        return Selection(
-            steps, findings, selection.first_extensions, extensions, self.noise_floor(model), self._computed(model)
-        )
+        return Selection(steps, findings, selection.first_extensions, extensions)
 
     def _add_effects(self, model: FittedModel, steps: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
         """Add effects until no extension is accepted; returns the model and its remaining extensions."""
@@ -161,18 +151,8 @@ class Selector:
             if effect_key(model) in visited:  # the added effect was pruned again
                 return model, extensions
             visited.add(effect_key(model))
-            steps.append(SelectionStep(extension.terms[-1].name, model, self.improvement(steps[-1].model, model)))
+            steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
             self._progress(f"{steps[-1].added} added; searching for more")
-
-    def noise_floor(self, model: FittedModel) -> NoiseFloor:
-        """The noise floor of `model`."""
-        if model not in self._floors:
-            self._floors[model] = estimate_noise_floor(self._split, model.solution, model.residuals)
-        return self._floors[model]
-
-    def _computed(self, model: FittedModel) -> tuple[Floats, ...]:
-        pairs = zip(self._split.recordings, model.residuals, strict=True)
-        return tuple(data.torque - residual for data, residual in pairs)
 
     def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
         """Add the mandatory effects, whatever their coefficients: other effects may still bias these."""
@@ -185,13 +165,13 @@ class Selector:
             zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
             extended = self.search.fit(structure, np.concatenate([model.solution.x, zeros]))
             if self._is_confirmed(model, extended):
-                steps.append(SelectionStep(name, extended, self.improvement(model, extended)))
+                steps.append(SelectionStep(name, extended, extended.improvement_over(model)))
             model = extended
         return model
 
     def _next_model(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The next extension. The best one may not be supported before a smaller effect is included."""
-        train_rms, floor = rms(model.residuals, self._split.train), self.noise_floor(model).rms
+        train_rms, floor = rms(model.residuals, self._split.train), model.noise_floor.rms
         # A correct model reaches the noise floor. A lower error means that quantization errors are fitted.
         if self._excess(model) <= 0 or (train_rms <= floor).all():
             return None
@@ -232,7 +212,7 @@ class Selector:
         return (
             self.search.is_significant(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MIN_TORQUE_SHARE * self._split.torque_rms).any())
-            and is_supported(self.improvement(before, after))
+            and is_supported(after.improvement_over(before))
         )
 
     def _is_minor(self, before: FittedModel, after: FittedModel) -> bool:
@@ -240,12 +220,8 @@ class Selector:
 
         Many such small effects together can imitate any effect that is not in the library.
         """
-        improvement = self.improvement(before, after)
+        improvement = after.improvement_over(before)
         return improvement.share < MIN_ADDED_SHARE and improvement.remaining > LARGE_EXCESS
-
-    def improvement(self, before: FittedModel, after: FittedModel) -> Improvement:
-        """Improvement of `after` over `before` on the test rows."""
-        return measure_improvement(self._split, before.residuals, after.residuals, self.noise_floor(after).rms)
 
     def _pruned(self, model: FittedModel) -> FittedModel:
         """Remove effects that later effects made unnecessary, the last one first."""
@@ -253,7 +229,7 @@ class Selector:
             if model.terms[index].effect.mandatory:
                 continue
             reduced = self.without_effect(model, index)
-            if self.improvement(reduced, model).share < MIN_KEPT_SHARE and not self._is_confirmed(reduced, model):
+            if model.improvement_over(reduced).share < MIN_KEPT_SHARE and not self._is_confirmed(reduced, model):
                 model = reduced
         return model
 
@@ -269,21 +245,18 @@ class Selector:
         Either the test rows are decisive, or all rows are, because the discriminating motion may be in the training
         rows. In the latter case the improvement must exceed what extra parameters gain by fitting noise.
         """
-        if is_decisive(self.improvement(alternative, model)):
+        if is_decisive(model.improvement_over(alternative)):
             return True
         parameters = max(len(model.solution.x) - len(alternative.solution.x), 1)
         if not self.search.is_significant(alternative.solution.loss, model.solution.loss, parameters):
             return False
-        improvement = measure_improvement(
-            self._split, alternative.residuals, model.residuals, self.noise_floor(model).rms, self._split.scored
-        )
-        return is_decisive(improvement)
+        return is_decisive(model.improvement_over(alternative, self._split.scored))
 
     def _review_effect(self, model: FittedModel, index: int) -> tuple[Finding, FittedModel]:
         """The contribution and the alternatives of the effect `index`; and the best of all these models."""
         reduced = self.without_effect(model, index)
         term = model.terms[index]
-        improvement = self.improvement(reduced, model)
+        improvement = model.improvement_over(reduced)
         lines = sum(present.name == term.name for present in model.terms)
         if term.effect.mandatory or lines > 1:  # a single line of a spectrum has no alternative
             return Finding(term, improvement, (), reduced.residuals, model.residuals), model

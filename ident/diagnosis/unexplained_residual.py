@@ -44,13 +44,13 @@ class UnexplainedResidual:
 
 
 def estimate_unexplained(
-    split: SplitData, model: FittedModel, floor: NoiseFloor, known: Sequence[ResidualDependence] | None = None
+    model: FittedModel, known: Sequence[ResidualDependence] | None = None
 ) -> UnexplainedResidual:
-    """The residual of `model` above its noise `floor`.
+    """The residual of `model` above its noise floor.
 
     known: its dependences, if known; None: they are searched, joint by joint.
     """
-    residuals = model.residuals
+    split, residuals, floor = model.split, model.residuals, model.noise_floor
     total = rms_of(residuals, split.scored)
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0

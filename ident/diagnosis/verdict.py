@@ -45,7 +45,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         verdict=verdict,
         sentence=_sentence(diagnosis, verdict),
         bandwidth_hz=split.recordings[0].bandwidth,
-        noise_rms=_numbers(selection.noise_floor.rms),
+        noise_rms=_numbers(selection.model.noise_floor.rms),
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
@@ -64,7 +64,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         cautions=(
             *_bias_caution(diagnosis),
             *data_warnings(
-                split, selection.steps[-1].model, selection.noise_floor, diagnosis.library.get("torque_offset")
+                split, selection.model, selection.model.noise_floor, diagnosis.library.get("torque_offset")
             ),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),

@@ -162,7 +162,7 @@ class Engine:
             if step is None:
                 structure = replace(base_structure, terms=tuple(self._term(*term) for term in terms))
                 model = selection.selector.search.fit(structure, np.array(x))
-                improvement = selection.selector.improvement(previous.step.model, model) if previous else None
+                improvement = model.improvement_over(previous.step.model) if previous else None
                 step = LabelledStep(
                     label, SelectionStep(terms[-1][0] if label.startswith("+") else None, model, improvement)
                 )
@@ -180,7 +180,7 @@ class Engine:
         yield self._candidate_list(selection)
         self._progress("drawing the candidate previews")
         yield candidate_previews(
-            selection.inputs.split, selection.model, self._candidates, selection.selector.noise_floor(selection.model)
+            selection.inputs.split, selection.model, self._candidates, selection.model.noise_floor
         )
         self._progress("analysing the residual")
         if selection.inputs.excerpt_share is None:
@@ -210,7 +210,7 @@ class Engine:
             train=train.name,
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),
-            noise_rms=tuple(selection.selector.noise_floor(selection.model).rms.tolist()),
+            noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
             torque_rms=tuple(split.torque_rms.tolist()),
             joints=recording.rig.joint_names,
             units=recording.rig.effort_units,

@@ -61,5 +61,5 @@ class SelectionState:
         """Append `model` as a step; `added`: name of the added effect, None for a removal."""
         self.set_steps(
             *self.steps,
-            LabelledStep(label, SelectionStep(added, model, self.selector.improvement(self.model, model))),
+            LabelledStep(label, SelectionStep(added, model, model.improvement_over(self.model))),
         )

@@ -51,9 +51,20 @@ class LearnedCurve:
     def torque(self, inputs: EffectInputs) -> Floats:
         """Compute the torque (n,) [N m]."""
         variable = self.variable_values(inputs)
-        level = np.interp(np.nan_to_num(variable), self.knots, self.values)
+        level = hat_functions(variable, self.knots) @ np.array(self.values)
         torque: Floats = np.where(np.isfinite(variable), level, np.nan) * self.factor(inputs)
         return torque
+
+
+def hat_functions(x: Floats, knots: Sequence[float] | Floats) -> Floats:
+    """(n, k) piecewise linear functions of `x` (n,): each is 1 at its knot and 0 at the others; they add up to 1.
+
+    They are constant beyond the outer knots, and arbitrary where `x` is NaN.
+    """
+    numbers = np.arange(len(knots))
+    position = np.interp(np.nan_to_num(x), knots, numbers)
+    hats: Floats = np.maximum(1 - np.abs(position[:, None] - numbers), 0.0)
+    return hats
 
 
 def learned_effect(curves: Sequence[LearnedCurve]) -> Additive:

@@ -24,8 +24,8 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = axis_values(finding.term.effect.axis, recordings, diagnosis.selection.computed, joint)
-        theme.noise_band(figure, float(diagnosis.selection.noise_floor.rms[joint]), 1, column, False)
+        x, label = axis_values(finding.term.effect.axis, recordings, diagnosis.model.computed, joint)
+        theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), 1, column, False)
         colour = theme.joint_colour(joint)
         for residuals, line_colour, name in (
             (finding.residuals_without, theme.MEASURED, "without"),

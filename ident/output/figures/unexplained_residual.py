@@ -12,7 +12,7 @@ from ident.residuals.curves import binned_curves
 
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     """Draw per joint noise, effect of encoder steps, and structured residual beside the held-out error [N m RMS]."""
-    floor = diagnosis.selection.noise_floor
+    floor = diagnosis.model.noise_floor
     last = document.rungs[-1].validate_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
@@ -42,11 +42,11 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
 
 def residual_curves(diagnosis: Diagnosis, document: Document) -> go.Figure:
     """Draw the residual of the last model over each quantity."""
-    pairs = zip(diagnosis.split.recordings, diagnosis.selection.computed, strict=True)
+    pairs = zip(diagnosis.split.recordings, diagnosis.model.computed, strict=True)
     predictions = [Prediction(prepared, computed) for prepared, computed in pairs]
     per_joint = [binned_curves(predictions, joint) for joint in range(len(document.joints))]
     return curve_grid(
         {"final model": per_joint},
         document.effort_units,
-        [float(value) for value in diagnosis.selection.noise_floor.rms],
+        [float(value) for value in diagnosis.model.noise_floor.rms],
     )

@@ -73,7 +73,7 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
         axes = canvas.subplots(1, len(joints), squeeze=False, sharey=True)[0]
         for axis, joint in zip(axes, joints, strict=True):
             unit = recordings[0].recording.rig.effort_units[joint]
-            x, label = binned_residual.axis_values(axis_name, recordings, diagnosis.selection.computed, joint)
+            x, label = binned_residual.axis_values(axis_name, recordings, diagnosis.model.computed, joint)
             forwards = np.concatenate([data.motion.velocity[:, joint] for data in recordings]) > 0
             for residuals, colour, name in (
                 (finding.residuals_without, NOMINAL, "without"),
@@ -85,7 +85,7 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
                     _draw_bin_means(axis, np.where(forwards, np.nan, x), residual, colour, f"{name}, backwards", "--")
                 else:
                     _draw_bin_means(axis, x, residual, colour, name)
-            floor = diagnosis.selection.noise_floor.rms[joint]
+            floor = diagnosis.model.noise_floor.rms[joint]
             axis.axhspan(-floor, floor, color=NOISE, alpha=0.2, lw=0, label="± noise floor")
             axis.axhline(0, color=MEASURED, lw=0.8)
             axis.set(title=f"joint {joint + 1}", xlabel=label)
@@ -95,10 +95,10 @@ def finding_residual(path: Path, diagnosis: Diagnosis, finding: Finding) -> None
 
 def unexplained_residual(folder: Path, recordings: str, diagnosis: Diagnosis) -> None:
     """Draw the residual of the last model over each quantity, and its spectrum if it depends on frequency."""
-    pairs = zip(diagnosis.split.recordings, diagnosis.selection.computed, strict=True)
+    pairs = zip(diagnosis.split.recordings, diagnosis.model.computed, strict=True)
     analysis = analyse(None, [Prediction(data, computed) for data, computed in pairs])
     title = f"What no effect explains: mean, its 95 % band, ± RMS (dotted) and floor (green): {recordings}"
-    curves(folder / "remains.png", title, analysis, diagnosis.selection.noise_floor.rms.tolist())
+    curves(folder / "remains.png", title, analysis, diagnosis.model.noise_floor.rms.tolist())
     if "frequency" in diagnosis.unexplained.variables:
         spectra(folder / "remains_spectrum.png", f"What no effect explains, by frequency: {recordings}", analysis)
 
@@ -122,7 +122,7 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
     """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
     recordings, joint = diagnosis.split.recordings, curve.joint - 1
     predictions = [
-        Prediction(data, computed) for data, computed in zip(recordings, diagnosis.selection.computed, strict=True)
+        Prediction(data, computed) for data, computed in zip(recordings, diagnosis.model.computed, strict=True)
     ]
     x, label = _curve_variable(diagnosis, curve)
     factor = _curve_factor(recordings, curve)
@@ -134,8 +134,7 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
         for sibling in siblings
     )
     before, after = (
-        np.concatenate([array[:, joint] for array in model.residuals])
-        for model in (diagnosis.selection.steps[-1].model, fit.model)
+        np.concatenate([array[:, joint] for array in model.residuals]) for model in (diagnosis.model, fit.model)
     )
     for residual, colour, name in (
         (before - sibling_torque, NOMINAL, "without curves"),
@@ -147,7 +146,7 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
     axis.plot(curve.knots, curve.values, color=MEASURED, lw=1.2, ls="--", label="learned")
     axis.axhline(0, color=MEASURED, lw=0.8)
     if curve.multiplier != "velocity":
-        floor = diagnosis.selection.noise_floor.rms[joint]
+        floor = diagnosis.model.noise_floor.rms[joint]
         axis.axhspan(-floor, floor, color=NOISE, alpha=0.15, lw=0, label="± noise floor")
     rig = recordings[0].recording.rig
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
@@ -161,7 +160,7 @@ def _draw_learned_curve(axis: Any, diagnosis: Diagnosis, fit: NonparametricFit, 
 def _curve_variable(diagnosis: Diagnosis, curve: LearnedCurve) -> tuple[Floats, str]:
     """Return the curve's variable in all rows (m,), and its name with its unit."""
     return binned_residual.axis_values(
-        curve.variable, diagnosis.split.recordings, diagnosis.selection.computed, curve.variable_joint - 1
+        curve.variable, diagnosis.split.recordings, diagnosis.model.computed, curve.variable_joint - 1
     )
 
 
