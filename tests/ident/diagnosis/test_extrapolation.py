@@ -27,7 +27,7 @@ def _warnings(
         SimpleNamespace(velocity=np.roll(torque, 100, axis=0), position=np.roll(wave, 50, axis=0))
         for torque in torques
     ]
-    datasets = tuple(
+    recordings = tuple(
         SimpleNamespace(recording=recording, torque=torque, motion=motion, time=_TIME, rate=500.0, bandwidth=50.0)
         for torque, motion in zip(torques, motions, strict=True)
     )
@@ -39,7 +39,7 @@ def _warnings(
     failed = residual.copy()
     failed[large_error(torques[1][:, 1]), 1] *= 5.0
     split: Any = SimpleNamespace(
-        datasets=datasets, other_motion=other_motion, train=(train, ~rows), test=(~rows, rows), train_indices=(0,)
+        recordings=recordings, other_motion=other_motion, train=(train, ~rows), test=(~rows, rows), train_indices=(0,)
     )
     model: Any = SimpleNamespace(residuals=(residual, failed))
     noise_floor: Any = SimpleNamespace(rms=np.full(3, floor))

@@ -29,8 +29,8 @@ def _warnings(
         standstill_share=standstill_share,
         insensitive_share=insensitive_share,
         other_motion=False,
-        datasets=(data,),
-        predictors=(SimpleNamespace(prepared=SimpleNamespace(dataset=data)),),
+        recordings=(data,),
+        predictors=(SimpleNamespace(prepared=data),),
         train=(np.ones((10, 3), bool),),
         test=(np.zeros((10, 3), bool),),
     )
