@@ -1,6 +1,5 @@
 """Checks that recordings can be used together: different data, the same rig."""
 
-import hashlib
 from collections.abc import Sequence
 from itertools import combinations
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ident.data.samples import drive_signal, holds_torque
+from recordings.digest import sha256
 from recordings.errors import BadInput
 from recordings.recording import Recording
 
@@ -25,8 +25,7 @@ def check_not_repeated(files: Sequence[Path]) -> None:
     for path in files:
         if not path.is_file():
             continue  # the reader reports it better
-        with path.open("rb") as file:
-            digest = hashlib.file_digest(file, "sha256").hexdigest()
+        digest = sha256(path)
         if digest in paths:
             raise BadInput(f"{path} holds the same data as {paths[digest]}; give different recordings")
         paths[digest] = path

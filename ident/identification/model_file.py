@@ -3,7 +3,6 @@
 Deterministic: the same recordings, settings and seed give the same bytes.
 """
 
-import hashlib
 import json
 from collections.abc import Mapping
 from importlib.metadata import version
@@ -16,6 +15,7 @@ from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
 from recordings.config import ConfigSection, validated
+from recordings.digest import sha256
 from recordings.errors import BadInput
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
@@ -140,9 +140,7 @@ class ModelFile(ConfigSection):
 
 def recording_source(recording: Recording) -> RecordingSource:
     """Return name and digest of the file of `recording`."""
-    with recording.path.open("rb") as file:
-        digest = hashlib.file_digest(file, "sha256").hexdigest()
-    return RecordingSource(name=recording.path.name, sha256=digest, simulated=recording.run.simulated)
+    return RecordingSource(name=recording.path.name, sha256=sha256(recording.path), simulated=recording.run.simulated)
 
 
 def save(model: ModelFile, path: Path) -> None:

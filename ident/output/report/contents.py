@@ -1,6 +1,5 @@
 """Contents of a report: models, recordings, residual analyses and diagnosis."""
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +13,7 @@ from ident.identification import model_file, prediction
 from ident.identification.model_file import ModelFile, RecordingSource
 from ident.residuals import analysis
 from ident.residuals.analysis import ResidualAnalysis
+from recordings.digest import sha256
 from recordings.recording import Recording
 
 SCHEMA = 1
@@ -113,7 +113,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     return ReportContents(
         request=request,
         models=models,
-        digests={name: _digest(path) for name, path in paths.items()},
+        digests={name: sha256(path) for name, path in paths.items()},
         analyses=analyses,
         held_out_analyses=held_out,
         sources=tuple(model_file.recording_source(recording) for recording in recordings),
@@ -126,8 +126,3 @@ def _display_names(paths: Sequence[Path]) -> list[str]:
     """Return the names of the files, with their folders where names are equal."""
     names = [path.name for path in paths]
     return [str(path) if names.count(path.name) > 1 else path.name for path in paths]
-
-
-def _digest(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
