@@ -12,9 +12,8 @@ from recordings.recording import Floats
 from recordings.rig import Limits, Rig
 from trajectories.checks import torque_estimate
 from trajectories.trajectory import Trajectory
+from web.palette import JOINTS
 
-JOINT_COLOURS = ("#0072B2", "#D55E00", "#009E73")
-"""Palette of Okabe and Ito: distinguishable with any colour vision, and by lightness in print."""
 QUIET, SHADOW, RAMP, LIMIT = "#6A6A6A", "#CFCFCF", "#F0F0F0", "#B00020"
 SPEED_COLOURS = "viridis"
 
@@ -109,8 +108,8 @@ def _coloured(points: Floats, speed: Floats) -> LineCollection:
 
 
 def _draw_joints(axes: Axes, time: Floats, values: Floats, label: str, bounds: tuple[float, float]) -> None:
-    for joint, colour in enumerate(JOINT_COLOURS):
-        axes.plot(time, values[:, joint], color=colour, lw=1.4, label=f"joint {joint + 1}")
+    for joint, (colour, curve) in enumerate(zip(JOINTS, values.T, strict=False), start=1):
+        axes.plot(time, curve, color=colour, lw=1.4, label=f"joint {joint}")
     low, high = float(values.min()), float(values.max())
     bottom, top = low - 0.1 * (high - low), high + 0.1 * (high - low)
     axes.set(xlim=(time[0], time[-1]), ylim=(bottom, top))

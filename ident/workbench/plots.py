@@ -118,9 +118,9 @@ def swarm_convergence(view: SwarmProgress) -> Figure:
     figure = theme.subplots(1, 1, 360)
     steps = np.arange(1, len(view.excess) + 1)
     excess = np.where(np.array(view.excess) > 0, view.excess, np.nan)
-    line = {"color": theme.JOINTS[0], "width": 2}
+    line = {"color": theme.CATEGORIES[0], "width": 2}
     figure.add_trace(go.Scatter(x=steps, y=excess, mode="lines", name="best so far", line=line))
-    tolerance_line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
+    tolerance_line = {"color": theme.MEASURED, "width": 2, "dash": "dash"}
     figure.add_hline(y=view.tolerance, line=tolerance_line)
     theme.legend_entry(figure, "stopping tolerance", line=tolerance_line)
     figure.update_xaxes(title_text=f"step of at most {view.max_steps}", rangemode="tozero")

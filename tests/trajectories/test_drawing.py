@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 
 from recordings.rig import Limits, Rig, simulated_rig
 from trajectories import load
-from trajectories.drawing import JOINT_COLOURS, LIMIT, draw
+from trajectories.drawing import LIMIT, draw
+from web.palette import JOINTS
 
 RIG = simulated_rig()
 
@@ -30,7 +31,7 @@ def test_each_joint_is_drawn_from_lead_in_to_the_end_of_one_repetition(title: st
     trajectory = load("fig5a", RIG)
     axes = panel(draw(trajectory, RIG), title)
     lines = axes.get_lines()
-    assert [line.get_color() for line in lines] == list(JOINT_COLOURS)
+    assert [line.get_color() for line in lines] == list(JOINTS[:3])
     for joint, line in enumerate(lines):
         drawn = np.asarray(line.get_ydata())
         assert (drawn == getattr(trajectory, attribute)[: len(drawn), joint]).all()

@@ -76,7 +76,10 @@ def candidates(diagnosis: Diagnosis) -> go.Figure:
     added = {finding.term.name for finding in diagnosis.selection.findings}
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 24 * len(names))
     labels = [f"<b>{theme.escaped(name)}</b>" if name in added else theme.escaped(name) for name in names]
-    series = [("before the first step", first, theme.JOINTS[0]), ("after the last step", last, theme.JOINTS[3])]
+    series = [
+        ("before the first step", first, theme.CATEGORIES[1]),
+        ("after the last step", last, theme.CATEGORIES[0]),
+    ]
     for label, reductions, colour in series:
         shares = [100 * max(reductions.get(name, 0.0), 0.0) for name in names]
         dots = go.Scatter(

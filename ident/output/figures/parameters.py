@@ -10,7 +10,7 @@ from ident.output.figures import theme
 
 _IDENTIFIABLE = {"identifiable": "identifiable", "weak": "weakly identifiable", "not": "not identifiable"}
 _TICKS = [step * 10.0**exponent for exponent in range(-3, 5) for step in (1, 2, 5)]
-_COLOURS = {"identifiable": theme.JOINTS[0], "weak": theme.JOINTS[3], "not": theme.JOINTS[1]}
+_COLOURS = dict(zip(_IDENTIFIABLE, theme.CATEGORIES, strict=True))
 
 
 def precision(models: Mapping[str, ModelFile]) -> go.Figure:
@@ -56,7 +56,7 @@ def correlation(model: ModelFile) -> go.Figure:
     rows = model.trust.correlation if model.trust else ()
     values = np.array([[np.nan if rho is None else rho for rho in row] for row in rows])
     figure = theme.subplots(1, 1, max(22 * len(names), 88) + 56)
-    blue, orange = theme.JOINTS[:2]
+    positive, negative = theme.CATEGORIES[:2]
     figure.add_trace(
         go.Heatmap(
             z=np.round(values, 3),
@@ -64,7 +64,7 @@ def correlation(model: ModelFile) -> go.Figure:
             y=names,
             zmin=-1,
             zmax=1,
-            colorscale=[[0, orange], [0.5, theme.with_opacity(theme.MEASURED, 0.08)], [1, blue]],
+            colorscale=[[0, negative], [0.5, theme.with_opacity(theme.MEASURED, 0.08)], [1, positive]],
             colorbar={"thickness": 12, "tickvals": [-1, 0, 1]},
             hovertemplate="%{y} and %{x}: %{z:.2f}<extra></extra>",
         )

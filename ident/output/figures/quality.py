@@ -86,8 +86,8 @@ def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     """Draw the shares of the residual's mean square: noise, repeatable with the motion, steady change."""
     components: Mapping[str, tuple[str, str]] = {
         "noise": ("noise", theme.NOISE),
-        "repeating": ("repeats with the motion: a model could explain it", theme.JOINTS[0]),
-        "trend": ("changes from cycle to cycle", theme.JOINTS[3]),
+        "repeating": ("repeats with the motion: a model could explain it", theme.CATEGORIES[0]),
+        "trend": ("changes from cycle to cycle", theme.CATEGORIES[1]),
     }
     labels, squares = [], []
     for name, analysis in analyses.items():

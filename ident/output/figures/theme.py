@@ -10,7 +10,8 @@ import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
 from recordings.recording import Floats, Ints
-from web.palette import JOINTS as JOINTS
+from web.palette import CATEGORIES as CATEGORIES
+from web.palette import JOINTS
 from web.palette import MEASURED as MEASURED
 from web.palette import NOISE as NOISE
 
@@ -173,9 +174,13 @@ def noise_band(figure: go.Figure, half_width: float | None, row: int, column: in
     style = {"fillcolor": NOISE, "opacity": 0.22, "line_width": 0, "layer": "below"}
     figure.add_hrect(y0=-half_width, y1=half_width, **style, **place)
     if label:
-        legend_entry(
-            figure, "± noise floor", marker={"symbol": "square", "size": 12, "color": with_opacity(NOISE, 0.3)}
-        )
+        noise_legend(figure)
+
+
+def noise_legend(figure: go.Figure) -> None:
+    """Add a legend entry for the band of the noise floor."""
+    marker = {"symbol": "square", "size": 12, "color": with_opacity(NOISE, 0.3)}
+    legend_entry(figure, "± noise floor", marker=marker)
 
 
 def legend_entry(figure: go.Figure, name: str, **style: Any) -> None:

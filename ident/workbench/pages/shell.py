@@ -42,7 +42,7 @@ _STYLE = """
 .preview:empty { border: 0; }
 .body--dark .preview { background: #121212; }
 .chip { border: 1px solid rgba(128, 128, 128, 0.5); border-radius: 6px; padding: 0 8px; }
-:focus-visible { outline: 2px solid #0072B2; outline-offset: 2px; }
+:focus-visible { outline: 2px solid var(--q-primary); outline-offset: 2px; }
 """
 
 
@@ -52,7 +52,6 @@ def build(session: WorkbenchSession) -> None:
     ui.colors(
         primary="#0b5c8c",
         secondary="#4a5560",
-        accent="#D55E00",
         info="#4a5560",
         positive="#00805c",
         negative="#b3261e",
