@@ -46,7 +46,7 @@ def _fit_command(path: Path, folder: Path) -> list[str]:
 
 
 def _diagnose_command(folder: Path, path: Path, *more: str) -> list[str]:
-    return [program("ident"), "diagnose", str(path), *more, "--plots", str(folder / "diagnosed"), "--force"]
+    return [program("ident"), "diagnose", str(path), *more, "--report", str(folder / "diagnosed.html"), "--force"]
 
 
 def _measure(title: str, command: Sequence[str]) -> None:

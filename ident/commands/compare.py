@@ -20,14 +20,19 @@ FILE = click.Path(path_type=Path)
     metavar="PY",
     help="Python file with an effect of your own. It is executed.",
 )
-@click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .compare]")
-@click.option("--force", is_flag=True, help="Replace existing pictures.")
+@click.option(
+    "--report",
+    type=FILE,
+    metavar="HTML",
+    help="Page with figures.  [default: first FILE's name, .compare.html; none with --json]",
+)
+@click.option("--force", is_flag=True, help="Replace an existing page.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(
     model_path: Path,
     files: tuple[Path, ...],
     effect_files: tuple[Path, ...],
-    plots: Path | None,
+    report: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -42,16 +47,20 @@ def command(
 
     import ident
     from ident.output.console import residuals as console_table
-    from ident.output.plots import residuals as pictures
-    from ident.output.plots.folder import staged_folder
 
-    plots = plots or files[0].with_suffix(".compare")
-    refuse_existing(plots, force=force)
-    result = ident.compare(ident.load_model(model_path, effect_files), files)
-    with staged_folder(plots) as folder:
-        pictures.draw(result, folder)
+    report = report or (None if as_json else files[0].with_suffix(".compare.html"))
+    refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
+    model = ident.load_model(model_path, effect_files)
+    result = ident.compare(model, files)
+    if report:
+        from ident.output.report import contents, page
+
+        request = contents.ReportRequest((model_path,), files, (), effect_files, diagnose=False)
+        name = model_path.name
+        page.write(contents.assemble(request, {name: model.file}, {name: result}), report)
     if as_json:
         click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
     else:
         console_table.show(result, Console())
-    click.echo(f"pictures: {plots}", err=True)
+    if report:
+        click.echo(f"report: {report}", err=True)

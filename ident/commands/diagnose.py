@@ -65,12 +65,12 @@ FILE = click.Path(path_type=Path)
     help="Write curves for the unexplained residual as an effect file (.py), if held-out rows confirm them.",
 )
 @click.option(
-    "--plots",
+    "--report",
     type=FILE,
-    metavar="DIR",
-    help="Folder of pictures.  [default: first FILE's name, .diagnose; none with --json]",
+    metavar="HTML",
+    help="Page with figures.  [default: first FILE's name, .diagnose.html; none with --json]",
 )
-@click.option("--force", is_flag=True, help="Replace an existing model and pictures.")
+@click.option("--force", is_flag=True, help="Replace an existing model, page and effect file.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
 def command(
     files: tuple[Path, ...],
@@ -83,7 +83,7 @@ def command(
     apply: bool,
     out: Path | None,
     stand_in: Path | None,
-    plots: Path | None,
+    report: Path | None,
     force: bool,
     as_json: bool,
 ) -> None:
@@ -94,14 +94,14 @@ def command(
     explains the rest.
     """
     _check_options(apply, out, validate, stand_in)
-    out = out or files[0].with_suffix(".model.json")
-    plots = plots or (None if as_json else files[0].with_suffix(".diagnose"))
-    written = (plots, out if apply else None, stand_in)
+    out = (out or files[0].with_suffix(".model.json")) if apply else None
+    report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
-    _check_output_paths([path for path in written if path], force, [*files, *validate, *effect_files, *start_files])
-    _check_output_kinds(plots, [path for path in written[1:] if path])
+    read = [*files, *validate, *effect_files, *start_files]
+    _check_output_paths([path for path in (out, report, stand_in) if path], force, read)
 
     import json
+    from dataclasses import replace
 
     from rich.console import Console
 
@@ -109,8 +109,7 @@ def command(
     from ident.diagnosis import verdict
     from ident.output.console import diagnosis as console_table
     from ident.output.console.progress import spinner
-    from ident.output.plots import diagnosis as pictures
-    from ident.output.plots.folder import staged_folder
+    from ident.output.report import contents, page
 
     start = ident.load_model(model_path, effect_files) if model_path else None
     with spinner() as progress:
@@ -124,26 +123,24 @@ def command(
             only=only,
             progress=progress,
         )
-        document = result.document
-        if plots:
-            progress("drawing")
-            with staged_folder(plots, pictures.OPTIONAL_PICTURES) as folder:
-                pictures.draw(result.diagnosis, document, folder)
         if stand_in:
             progress("learning curves for the unexplained residual")
-            document = document.model_copy(
-                update={"stand_in": verdict.write_learned_curve(result.diagnosis, stand_in)}
-            )
-        if apply:
+            curves = verdict.write_learned_curve(result.diagnosis, stand_in)
+            result = replace(result, document=result.document.model_copy(update={"stand_in": curves}))
+        if out:
             progress("fitting the model with all effects found")
             result.apply().save(out)
+        if report:
+            progress("drawing")
+            request = contents.ReportRequest((), files, validate, effect_files, diagnose=True, base_model=model_path)
+            page.write(contents.assemble(request, diagnosis=result), report)
     if as_json:
-        click.echo(json.dumps(document.as_json(), indent=2, allow_nan=False))
+        click.echo(json.dumps(result.as_json(), indent=2, allow_nan=False))
     else:
-        console_table.show(document, Console())
-        if stand_in and not document.stand_in:
+        console_table.show(result.document, Console())
+        if stand_in and not result.document.stand_in:
             click.echo(f"{stand_in} not written: no curve explains the residual on rows that were not fitted.")
-    for label, written_path in (("model", out if apply else None), ("pictures", plots)):
+    for label, written_path in (("model", out), ("report", report)):
         if written_path:
             click.echo(f"{label}: {written_path}", err=True)
 
@@ -154,14 +151,8 @@ def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]
     for path in paths:
         if not path.parent.is_dir():
             raise BadInput(f"folder {path.parent} does not exist; create it, or choose another name than {path}")
-
-
-def _check_output_kinds(plots: Path | None, files: Sequence[Path]) -> None:
-    for path in files:
         if path.is_dir():
             raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
-    if plots and plots.is_file():
-        raise BadInput(f"{plots}: a folder's name expected, a file found; choose another name")
 
 
 def _check_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:

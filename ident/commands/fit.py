@@ -157,8 +157,7 @@ def _check_beside_paper(**given: object) -> None:
 
 def _write(model: Model, result: Identification, out: Path, plots: Path) -> None:
     """Write model and pictures, or nothing."""
-    from ident.output.plots.fit import draw
-    from ident.output.plots.folder import staged_folder
+    from ident.output.pictures import draw, staged_folder
 
     try:
         out.parent.mkdir(parents=True, exist_ok=True)

@@ -65,8 +65,7 @@ def command(
             contents.ReportRequest(models, recordings, held_out, effect_files, diagnose), progress
         )
         progress("drawing")
-        text = page.render(gathered)
-    _write(text, out)
+        page.write(gathered, out)
     click.echo(f"report: {out}", err=True)
 
 
@@ -87,15 +86,3 @@ def _check_not_repeated(inputs: tuple[Path, ...]) -> None:
     for path in inputs:
         if sum(path.resolve() == candidate.resolve() for candidate in inputs) > 1:
             raise BadInput(f"each file once expected, {path} found twice; leave one out")
-
-
-def _write(text: str, out: Path) -> None:
-    """Write the whole file, or nothing."""
-    partial = out.with_name(out.name + ".part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        partial.replace(out)
-    except OSError as error:
-        raise BadInput(f"{out} cannot be written: {error.strerror}; choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)

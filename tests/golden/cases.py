@@ -112,7 +112,7 @@ def documents(case: Case, code: Code, folder: Path) -> Documents:
         "fit": code.ident("fit", train, "--validate", validate, "-o", model, "--plots", folder / "fit")
     }
     results["model"] = json.loads(model.read_text(encoding="utf-8"))
-    results["compare"] = code.ident("compare", model, validate, "--plots", folder / "compare")
+    results["compare"] = code.ident("compare", model, validate)
     held_out = ["--validate", validate, "--apply", "-o", better, "--stand-in", curves]
     results["diagnose"] = code.ident("diagnose", train, *held_out)
     results["better_model"] = json.loads(better.read_text(encoding="utf-8"))

@@ -65,9 +65,8 @@ def slide(path: Path, seed: int) -> Path:
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in FAST else pytest.mark.slow) for n in RMS])
-def test_old_models_give_the_same_residual(ident: Runner, tmp_path: Path, name: str) -> None:
-    pictures = ["--plots", tmp_path / "pictures"]
-    result = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), *pictures, "--json")
+def test_old_models_give_the_same_residual(ident: Runner, name: str) -> None:
+    result = ident("compare", model(name), SAMPLES / "fig5b.mcap", *effect_file(name), "--json")
     assert result.code == 0, result.err
     assert [joint["rms"] for joint in json.loads(result.out)["joints"]] == pytest.approx(RMS[name], rel=CLOSE)
 

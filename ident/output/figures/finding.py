@@ -15,42 +15,41 @@ from recordings.recording import Floats
 
 MAX_SAMPLES = 700
 """Approximate number of samples per trace: a browser draws thousands slowly."""
+_WIDTH = 2.4
+"""Width of a line of means [px]."""
+_TWO_DIRECTIONS = ("position", "load")
+"""Axes on which the two directions of motion are averaged separately."""
 
 
 def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
-    """Draw the samples and their mean in bins for each joint that has the effect of `finding`."""
-    recordings, joints = diagnosis.split.recordings, finding.term.joints
-    unit = recordings[0].recording.rig.effort_units
+    """Draw the samples and their mean in bins for each joint that has the effect of `finding`.
+
+    Over position and load the means of the two directions are separate, as friction changes its sign with them.
+    """
+    recordings, joints, axis = diagnosis.split.recordings, finding.term.joints, finding.term.effect.axis
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = axis_values(finding.term.effect.axis, recordings, diagnosis.model.computed, joint)
+        x, label = axis_values(axis, recordings, diagnosis.model.computed, joint)
+        forwards = np.concatenate([data.motion.velocity[:, joint] for data in recordings]) > 0
+        directions = {"solid": forwards, "dash": ~forwards} if axis in _TWO_DIRECTIONS else {"solid": forwards | True}
         theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), 1, column, False)
-        colour = theme.joint_colour(joint)
-        for residuals, line_colour, name in (
+        for residuals, colour, name in (
             (finding.residuals_without, theme.MEASURED, "without"),
-            (finding.residuals_with, colour, "with"),
+            (finding.residuals_with, theme.joint_colour(joint), "with"),
         ):
-            bins = bin_means(x, np.concatenate([array[:, joint] for array in residuals]))
-            _samples(figure, bins.x, bins.y, line_colour, column)
-            mean = go.Scatter(
-                x=bins.centre,
-                y=bins.mean,
-                mode="lines",
-                name=name,
-                line={"color": line_colour, "width": 2.4},
-                showlegend=False,
-            )
-            figure.add_trace(mean, row=1, col=column)
+            residual = np.concatenate([array[:, joint] for array in residuals])
+            _samples(figure, x, residual, colour, column)
+            for dash, rows in directions.items():
+                _means(figure, np.where(rows, x, np.nan), residual, name, {"color": colour, "dash": dash}, column)
         figure.update_xaxes(title_text=label, row=1, col=column)
-    theme.legend_entry(figure, "without it", line={"color": theme.MEASURED, "width": 2.4})
-    theme.legend_entry(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": 2.4})
-    theme.legend_entry(
-        figure,
-        "± noise floor",
-        marker={"symbol": "square", "size": 12, "color": theme.with_opacity(theme.NOISE, 0.3)},
-    )
-    figure.update_yaxes(title_text=f"residual [{unit[joints[0]]}]", row=1, col=1)
+    theme.legend_entry(figure, "without it", line={"color": theme.MEASURED, "width": _WIDTH})
+    theme.legend_entry(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": _WIDTH})
+    if axis in _TWO_DIRECTIONS:
+        theme.legend_entry(figure, "dashed: backwards", line={"color": theme.MEASURED, "dash": "dash"})
+    theme.noise_legend(figure)
+    unit = recordings[0].recording.rig.effort_units[joints[0]]
+    figure.update_yaxes(title_text=f"residual [{unit}]", row=1, col=1)
     return figure
 
 
@@ -77,31 +76,36 @@ def effect_contribution(
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
         )
-        bins = bin_means(x, residual)
-        _samples(figure, bins.x, bins.y, theme.MEASURED, joint + 1)
-        finite = np.isfinite(residual)
-        for means, line_colour, name in (
-            (bins, theme.MEASURED, "residual"),
-            (bin_means(x[finite], explained[finite]), None, "explained"),
-        ):
-            line = {"color": line_colour or theme.joint_colour(joint), "width": 2.4}
-            mean = go.Scatter(x=means.centre, y=means.mean, mode="lines", name=name, line=line, showlegend=False)
-            figure.add_trace(mean, row=1, col=joint + 1)
+        _samples(figure, x, residual, theme.MEASURED, joint + 1)
+        _means(figure, x, residual, "residual", {"color": theme.MEASURED}, joint + 1)
+        known = np.where(np.isfinite(residual), explained, np.nan)
+        _means(figure, x, known, "explained", {"color": theme.joint_colour(joint)}, joint + 1)
         figure.update_xaxes(title_text=label, row=1, col=joint + 1)
-    theme.legend_entry(figure, "residual and its mean", line={"color": theme.MEASURED, "width": 2.4})
-    theme.legend_entry(figure, "part that the effect would explain", line={"color": theme.JOINTS[0], "width": 2.4})
+    theme.legend_entry(figure, "residual and its mean", line={"color": theme.MEASURED, "width": _WIDTH})
+    line = {"color": theme.joint_colour(0), "width": _WIDTH}
+    theme.legend_entry(figure, "part that the effect would explain", line=line)
     figure.update_yaxes(title_text=f"residual [{rig.effort_units[0]}]", row=1, col=1)
     return figure
 
 
 def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) -> None:
-    decimated = slice(None, None, max(1, len(x) // MAX_SAMPLES))
+    known = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
+    rows = known[:: max(1, len(known) // MAX_SAMPLES)]
     dots = go.Scatter(
-        x=x[decimated].astype(np.float32),
-        y=y[decimated].astype(np.float32),
+        x=x[rows].astype(np.float32),
+        y=y[rows].astype(np.float32),
         mode="markers",
         marker={"color": colour, "size": 3, "opacity": 0.4},
         hoverinfo="skip",
         showlegend=False,
     )
     figure.add_trace(dots, row=1, col=column)
+
+
+def _means(figure: go.Figure, x: Floats, y: Floats, name: str, line: dict[str, str], column: int) -> None:
+    """Draw the means of `y` in bins of `x`, if any of them is known."""
+    if (np.isfinite(x) & np.isfinite(y)).any():
+        bins = bin_means(x, y)
+        style = line | {"width": _WIDTH}
+        mean = go.Scatter(x=bins.centre, y=bins.mean, mode="lines", name=name, line=style, showlegend=False)
+        figure.add_trace(mean, row=1, col=column)

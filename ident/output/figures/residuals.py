@@ -104,7 +104,8 @@ def curve_grid(
     for joint in range(rows):
         for column, curve in enumerate(first[joint], start=1):
             theme.noise_band(figure, floor[joint], joint + 1, column, joint == 0 and column == 1)
-            _interval_band(figure, curve, joint, column)
+            interval = curve.centre, curve.mean, curve.half_width
+            interval_band(figure, *interval, theme.joint_colour(joint), joint + 1, column)
             for number, (name, per_joint) in enumerate(curves_by_model.items()):
                 label = theme.escaped(name) if len(curves_by_model) > 1 else "mean residual, with its 95 % band"
                 legend = joint == 0 and column == 1
@@ -131,24 +132,23 @@ def _axis_label(curve: BinnedCurve) -> str:
     return f"{name} [{curve.unit}]" if curve.unit else name
 
 
-def _interval_band(figure: go.Figure, curve: BinnedCurve, joint: int, column: int) -> None:
-    finite = np.isfinite(curve.half_width)
-    low, high = (curve.mean + side * curve.half_width for side in (-1, 1))
-    outline = np.concatenate([curve.centre[finite], curve.centre[finite][::-1]])
-    figure.add_trace(
-        go.Scatter(
-            x=outline,
-            y=np.concatenate([high[finite], low[finite][::-1]]),
-            fill="toself",
-            fillcolor=theme.with_opacity(theme.joint_colour(joint), 0.25),
-            mode="lines",
-            line_width=0,
-            hoverinfo="skip",
-            showlegend=False,
-        ),
-        row=joint + 1,
-        col=column,
+def interval_band(
+    figure: go.Figure, centre: Floats, mean: Floats, half_width: Floats, colour: str, row: int, column: int
+) -> None:
+    """Draw a band of `half_width` (b,) on both sides of `mean` (b,) over `centre` (b,), where it is known."""
+    finite = np.isfinite(half_width)
+    low, high = ((mean + side * half_width)[finite] for side in (-1, 1))
+    band = go.Scatter(
+        x=np.concatenate([centre[finite], centre[finite][::-1]]),
+        y=np.concatenate([high, low[::-1]]),
+        fill="toself",
+        fillcolor=theme.with_opacity(colour, 0.25),
+        mode="lines",
+        line_width=0,
+        hoverinfo="skip",
+        showlegend=False,
     )
+    figure.add_trace(band, row=row, col=column)
 
 
 def _mean_trace(

@@ -7,7 +7,7 @@ from ident.diagnosis.document import Document
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import curve_grid
-from ident.residuals.curves import binned_curves
+from ident.residuals.analysis import ResidualAnalysis, analyse
 
 
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
@@ -18,8 +18,8 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     figure = theme.subplots(1, 1, 280)
     components = [
         ("noise", floor.noise, theme.NOISE),
-        ("encoder steps", floor.encoder, theme.JOINTS[4]),
-        ("structured", document.remaining.structured_rms, theme.JOINTS[3]),
+        ("encoder steps", floor.encoder, theme.CATEGORIES[1]),
+        ("structured", document.remaining.structured_rms, theme.CATEGORIES[0]),
         ("held-out error", last, theme.MEASURED),
     ]
     texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in components for value in values]))
@@ -40,13 +40,16 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     return figure
 
 
-def residual_curves(diagnosis: Diagnosis, document: Document) -> go.Figure:
-    """Draw the residual of the last model over each quantity."""
+def last_residual(diagnosis: Diagnosis) -> ResidualAnalysis:
+    """Analyse the residual of the last model on all rows of the diagnosis."""
     pairs = zip(diagnosis.split.recordings, diagnosis.model.computed, strict=True)
-    predictions = [Prediction(prepared, computed) for prepared, computed in pairs]
-    per_joint = [binned_curves(predictions, joint) for joint in range(len(document.joints))]
+    return analyse(None, [Prediction(prepared, computed) for prepared, computed in pairs])
+
+
+def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figure:
+    """Draw the residual of the last model over each quantity, with the noise floor of the diagnosis."""
     return curve_grid(
-        {"final model": per_joint},
-        document.effort_units,
-        [float(value) for value in diagnosis.model.noise_floor.rms],
+        {"last model": [joint.curves for joint in analysis.joints]},
+        [joint.unit for joint in analysis.joints],
+        diagnosis.model.noise_floor.rms.tolist(),
     )

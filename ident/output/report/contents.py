@@ -1,13 +1,13 @@
-"""Contents of a report: models, recordings, residual analyses and diagnosis."""
+"""Contents of a report: models, recordings, residual analyses and diagnosis; of a diagnosis alone no models."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ident.diagnosis import verdict
-from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, diagnose
-from ident.diagnosis.document import Document
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
+from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
 from ident.identification import model_file, prediction
 from ident.identification.model_file import ModelFile, RecordingSource
@@ -28,6 +28,8 @@ class ReportRequest:
     held_out: tuple[Path, ...]
     effect_files: tuple[Path, ...]
     diagnose: bool
+    base_model: Path | None = None
+    """The model whose effects are the start of the diagnosis."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,21 +44,16 @@ class ReportContents:
     """By model, on the recordings given."""
     held_out_analyses: Mapping[str, ResidualAnalysis]
     """By model, on the recordings held out; empty if there are none."""
+    recordings: tuple[Recording, ...]
+    """All recordings, those held out last; in a diagnosis alone an excerpt of each long one."""
     sources: tuple[RecordingSource, ...]
-    """The recordings, those held out last."""
-    diagnosis: Diagnosis | None
-    document: Document | None
-    """The diagnosis as JSON."""
+    """Their files."""
+    diagnosis: DiagnosisResult | None
 
     @property
     def primary_analyses(self) -> Mapping[str, ResidualAnalysis]:
         """Comparisons that judge the models: on the recordings held out, if there are any."""
         return self.held_out_analyses or self.analyses
-
-    @property
-    def recordings(self) -> tuple[Recording, ...]:
-        """All recordings, those held out last."""
-        return tuple(prediction.prepared.recording for _, _, prediction in self.predictions)
 
     @property
     def predictions(self) -> tuple[tuple[Mapping[str, ResidualAnalysis], int, prediction.Prediction], ...]:
@@ -80,7 +77,7 @@ class ReportContents:
                 for held_out, group in groups
                 for name, result in group.items()
             ],
-            "diagnosis": self.document.as_json() if self.document else None,
+            "diagnosis": self.diagnosis.as_json() if self.diagnosis else None,
         }
 
 
@@ -91,8 +88,7 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         BadInput: a file cannot be used, or they are not of the same rig.
     """
     effects = library(request.effect_files)
-    paths = dict(zip(_display_names(request.models), request.models, strict=True))
-    models = {name: model_file.load(path) for name, path in paths.items()}
+    models = dict(zip(_display_names(request.models), map(model_file.load, request.models), strict=True))
 
     def compare_all(files: Sequence[Path]) -> dict[str, ResidualAnalysis]:
         results = {}
@@ -105,20 +101,35 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
     held_out = compare_all(request.held_out) if request.held_out else {}
     diagnosis = None
     if request.diagnose:
-        diagnosis = diagnose(request.recordings, request.held_out, effects, DiagnosisOptions(), progress)
-    groups = [analyses, *([held_out] if held_out else [])]
-    recordings = [
-        predicted.prepared.recording for group in groups for predicted in next(iter(group.values())).predictions
-    ]
+        options = DiagnosisOptions()
+        diagnosed = diagnose(request.recordings, request.held_out, effects, options, progress)
+        files = request.recordings, request.held_out
+        diagnosis = DiagnosisResult(to_document(diagnosed), diagnosed, *files, options)
+    return assemble(request, models, analyses, held_out, diagnosis)
+
+
+def assemble(
+    request: ReportRequest,
+    models: Mapping[str, ModelFile] = {},
+    analyses: Mapping[str, ResidualAnalysis] = {},
+    held_out_analyses: Mapping[str, ResidualAnalysis] = {},
+    diagnosis: DiagnosisResult | None = None,
+) -> ReportContents:
+    """Add the recordings and the digests of all files to results; models and their analyses by name."""
+    first_results = [next(iter(group.values())) for group in (analyses, held_out_analyses) if group]
+    prepared = [predicted.prepared for result in first_results for predicted in result.predictions]
+    if diagnosis and not prepared:
+        prepared = list(diagnosis.diagnosis.split.recordings)
+    recordings = {each.recording.path: each.recording for each in prepared}
     return ReportContents(
         request=request,
         models=models,
-        digests={name: sha256(path) for name, path in paths.items()},
+        digests=dict(zip(models, map(sha256, request.models), strict=True)),
         analyses=analyses,
-        held_out_analyses=held_out,
-        sources=tuple(model_file.recording_source(recording) for recording in recordings),
+        held_out_analyses=held_out_analyses,
+        recordings=tuple(recordings.values()),
+        sources=tuple(map(model_file.recording_source, recordings.values())),
         diagnosis=diagnosis,
-        document=verdict.to_document(diagnosis) if diagnosis else None,
     )
 
 

@@ -37,9 +37,9 @@ class Headline:
 
 def headline(contents: ReportContents) -> Headline:
     """Return title, sentences, key numbers and warnings."""
-    document = contents.document
     warnings = tuple(_warnings(contents))
-    if document:
+    if contents.diagnosis:
+        document = contents.diagnosis.document
         complete_models = tuple(_complete_models(contents, document))
         sentences = (*complete_models, document.sentence, *_error_reduction(document), *_next_motion(document))
         title = "Nothing more is missing" if complete_models else VERDICTS[document.verdict]
@@ -91,7 +91,7 @@ def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
         yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(analysis.joints)})."
     if len(contents.primary_analyses) == 1:
         yield from next(iter(contents.primary_analyses.values())).sentences[1:3]
-    yield "Missing effects were not searched for: leave out --no-diagnose to find them."
+    yield "Missing effects were not searched for: ident diagnose finds them."
 
 
 def _warnings(contents: ReportContents) -> Iterator[str]:
@@ -104,5 +104,6 @@ def _warnings(contents: ReportContents) -> Iterator[str]:
     relative = [name for name, model in contents.models.items() if model.relative]
     if relative:
         yield "The torque gain is assumed, not calibrated: torques and parameters are RELATIVE, up to one factor."
-    if contents.diagnosis and contents.diagnosis.excerpt_share is not None:
-        yield f"Long recordings: the diagnosis used excerpts, {percent(contents.diagnosis.excerpt_share)} of them."
+    share = contents.diagnosis.diagnosis.excerpt_share if contents.diagnosis else None
+    if share is not None:
+        yield f"Long recordings: the diagnosis used excerpts, {percent(share)} of them."

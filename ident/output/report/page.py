@@ -5,6 +5,7 @@ import hashlib
 import importlib.resources
 import json
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -27,9 +28,26 @@ from ident.output.report.sections import (
     torque,
     unexplained_residual,
 )
+from recordings.errors import BadInput
 
 _SCRIPT_ESCAPES = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029"}
 """Escapes for characters that could end or break a script element; JSON decodes them."""
+
+
+def write(contents: ReportContents, out: Path) -> None:
+    """Write the whole page to `out`, or nothing.
+
+    Raises:
+        BadInput: the file cannot be written.
+    """
+    partial = out.with_name(out.name + ".part")
+    try:
+        partial.write_text(render(contents), encoding="utf-8")
+        partial.replace(out)
+    except OSError as error:
+        raise BadInput(f"{out} cannot be written: {error.strerror}; choose another place") from None
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def render(contents: ReportContents) -> str:
@@ -40,7 +58,7 @@ def render(contents: ReportContents) -> str:
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True)
     template = environment.from_string((folder / "page.html").read_text(encoding="utf-8"))
     return template.render(
-        title=f"Report: {', '.join(contents.models)}",
+        title=f"Report: {', '.join(contents.models)}" if contents.models else "Diagnosis",
         files=[source.name for source in contents.sources],
         headline=headline(contents),
         sections=sections,
@@ -59,22 +77,21 @@ def render(contents: ReportContents) -> str:
 
 
 def _sections(contents: ReportContents) -> Iterator[ReportSection]:
-    makers = (
-        torque.section,
-        residuals.section,
-        findings.section,
-        selection.section,
-        parameters.section,
-        unexplained_residual.remaining,
-        unexplained_residual.next_recording,
-        quality.section,
-        rig.section,
-        reproduce.section,
-    )
-    for make in makers:
-        section = make(contents)
-        if section:
-            yield section
+    if contents.models:
+        yield torque.section(contents)
+        yield residuals.section(contents)
+    if contents.diagnosis:
+        yield findings.section(contents.diagnosis)
+        yield selection.section(contents.diagnosis)
+    if contents.models:
+        yield parameters.section(contents)
+    if contents.diagnosis:
+        yield unexplained_residual.remaining(contents.diagnosis)
+        yield unexplained_residual.next_recording(contents.diagnosis)
+    if contents.models:
+        yield quality.section(contents)
+        yield rig.section(contents)
+    yield reproduce.section(contents)
 
 
 def _templates() -> str:

@@ -1,6 +1,8 @@
 """`ident compare` as a user types it."""
 
 import json
+import re
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -29,8 +31,9 @@ def run(*arguments: object) -> Result:
     return CliRunner().invoke(program, [*map(str, arguments)], catch_exceptions=True)
 
 
-def test_tables_and_pictures(folder: Path) -> None:
-    result = run("compare", folder / "a.model.json", folder / "b.mcap", folder / "a.mcap", "--plots", folder / "both")
+def test_tables_and_page(folder: Path) -> None:
+    page = folder / "both.html"
+    result = run("compare", folder / "a.model.json", folder / "b.mcap", folder / "a.mcap", "--report", page)
     assert result.exit_code == 0, result.output
     for text in (
         "SIMULATED",
@@ -43,19 +46,14 @@ def test_tables_and_pictures(folder: Path) -> None:
         "b.mcap",
     ):
         assert text in result.stdout
-    assert sorted(path.name for path in (folder / "both").iterdir()) == [
-        "curves.png",
-        "phases.png",
-        "residual_1.png",
-        "residual_2.png",
-        "spectrum.png",
-        "worst.png",
-    ]
+    shown = set(re.findall(r'data-figure="plot-([a-z0-9-]+)"', page.read_text(encoding="utf-8")))
+    assert {"torque-1", "torque-2", "phases", "curves", "spectrum", "worst-1"} <= shown
 
 
 def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     result = run("compare", folder / "a.model.json", folder / "b.mcap", "--json")
     document = json.loads(result.stdout)
+    assert not (folder / "b.compare.html").exists(), "none unless it is asked for"
     assert document["schema"] == 1
     assert document["recordings"] == ["b.mcap"]
     assert document["bandwidth_hz"] == 30
@@ -71,9 +69,11 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     assert document["where"]
 
 
-def test_pictures_are_kept_unless_forced(folder: Path) -> None:
-    arguments = ("compare", folder / "a.model.json", folder / "a.mcap", "--plots", folder / "kept")
+def test_a_page_is_kept_unless_forced(folder: Path, tmp_path: Path) -> None:
+    shutil.copy(folder / "a.mcap", tmp_path)
+    arguments = ("compare", folder / "a.model.json", tmp_path / "a.mcap")
     assert run(*arguments).exit_code == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.compare.html", "a.mcap"]
     refused = run(*arguments)
     assert isinstance(refused.exception, BadInput)
     assert "--force" in str(refused.exception)
@@ -91,18 +91,24 @@ def test_pictures_are_kept_unless_forced(folder: Path) -> None:
 def test_invalid_model_files_are_explained(folder: Path, tmp_path: Path, model: str, message: str) -> None:
     path = tmp_path / "odd.model.json"
     path.write_text(model)
-    result = run("compare", path, folder / "a.mcap", "--plots", tmp_path / "pictures")
+    result = run("compare", path, folder / "a.mcap", "--report", tmp_path / "page.html")
     assert isinstance(result.exception, BadInput)
     assert message in str(result.exception)
-    assert not (tmp_path / "pictures").exists()
+    assert not (tmp_path / "page.html").exists()
 
 
-def test_an_interruption_leaves_no_partial_folder(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_interruption_leaves_no_partial_page(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ident.output.plots.residuals.worst_windows", interrupted)
+    monkeypatch.setattr("ident.output.figures.torque.worst_windows", interrupted)
     before = sorted(folder.iterdir())
-    result = run("compare", folder / "a.model.json", folder / "b.mcap", "--plots", folder / "half")
+    result = run("compare", folder / "a.model.json", folder / "b.mcap", "--report", folder / "half.html")
     assert result.exit_code == 1
     assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("replaced", ["a.model.json", "b.mcap"])
+def test_an_input_is_never_replaced(folder: Path, replaced: str) -> None:
+    arguments = ("compare", folder / "a.model.json", folder / "b.mcap", "--report", folder / replaced, "--force")
+    assert "one of the inputs" in str(run(*arguments).exception)

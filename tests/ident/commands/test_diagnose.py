@@ -1,6 +1,7 @@
 """`ident diagnose` finds and names the hidden effects of an independently written simulator, and nothing else."""
 
 import json
+import re
 import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -99,23 +100,28 @@ def test_two_effects_are_both_found(hide: Hide) -> None:
     assert len(new_effects(document)) <= 3
 
 
+def figures(page: Path) -> set[str]:
+    """Names of the figures on a page."""
+    return set(re.findall(r'data-figure="plot-([a-z0-9-]+)"', page.read_text(encoding="utf-8")))
+
+
 def test_effect_outside_the_library_is_unknown_and_drawn(hide: Hide, tmp_path: Path) -> None:
-    folder, plots = hide(["fan"]), tmp_path / "plots"
-    document = diagnose(folder, "--plots", plots)
+    folder, page = hide(["fan"]), tmp_path / "page.html"
+    document = diagnose(folder, "--report", page)
     assert document["verdict"] == "unknown-structure"
     assert "frequency" in document["remaining"]["depends_on"]
-    assert {"remains.png", "remains_spectrum.png"} <= {path.name for path in plots.iterdir()}
+    assert {"unexplained-curves", "unexplained-spectrum"} <= figures(page)
 
 
 def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) -> None:
     folder, curve = hide(["uneven_grease"]), tmp_path / "curve.py"
-    document = diagnose(folder, "--stand-in", curve, "--plots", tmp_path / "plots")
+    document = diagnose(folder, "--stand-in", curve, "--report", tmp_path / "page.html")
     before, stand_in = document["rungs"][-1]["validate_rms"], document["stand_in"]
     joints = stand_in["joints"]
     assert all(stand_in["validate_rms"][joint - 1] < 0.5 * before[joint - 1] for joint in joints)
     assert document["remaining"]["depends_on"] == ["position", "velocity"]
-    assert {"remains.png", "remains_curves.png"} <= {path.name for path in (tmp_path / "plots").iterdir()}
-    assert not (tmp_path / "plots" / "remains_spectrum.png").exists()
+    assert {"unexplained-curves", "learned"} <= figures(tmp_path / "page.html")
+    assert "unexplained-spectrum" not in figures(tmp_path / "page.html")
     assert stand_in["gain_ci95"][0] > 0.5
     curve_options = (
         "--with",
@@ -138,7 +144,7 @@ def test_learned_curve_replaces_an_unknown_effect(hide: Hide, tmp_path: Path) ->
 
 def test_no_curve_is_learned_from_noise(hide: Hide, tmp_path: Path) -> None:
     curve = tmp_path / "curve.py"
-    document = diagnose(hide([]), "--stand-in", curve, "--plots", tmp_path / "plots")
+    document = diagnose(hide([]), "--stand-in", curve)
     assert document["stand_in"] is None
     assert not curve.exists()
 
@@ -201,7 +207,7 @@ def test_applied_model_predicts_as_well_from_its_file(hide: Hide, tmp_path: Path
     folder = hide(["presliding_hysteresis"])
     model = tmp_path / "better.model.json"
     document = diagnose(folder, "--apply", "-o", model)
-    compared = run("compare", model, folder / VALIDATE, "--json", "--plots", tmp_path / "plots")
+    compared = run("compare", model, folder / VALIDATE, "--json")
     rms = [joint["rms"] for joint in json.loads(compared.stdout)["joints"]]
     # compare also scores rows at standstill, which diagnose leaves out.
     np.testing.assert_allclose(rms, document["rungs"][-1]["validate_rms"], rtol=0.3)
@@ -212,12 +218,15 @@ def test_applied_model_predicts_as_well_from_its_file(hide: Hide, tmp_path: Path
     assert all(finding["in_model"] for finding in extended["findings"])
 
 
-def test_tables_and_pictures_are_written(hide: Hide, tmp_path: Path) -> None:
-    folder = hide(["cogging"])
-    shown = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--plots", tmp_path / "d")
+def test_tables_and_page_are_written(hide: Hide, tmp_path: Path) -> None:
+    folder, page = hide(["cogging"]), tmp_path / "d.html"
+    options = ("--only", "rod_inertia", "--only", "cogging", "--report", page)
+    shown = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, *options)
     assert "missing-effect" in shown.stdout
     assert "Usual causes" in shown.stdout
-    assert {path.name for path in (tmp_path / "d").iterdir()} >= {"ladder.png", "finding_1_rod_inertia.png"}
+    assert figures(page) >= {"ladder", "finding-1", "finding-2", "unexplained"}
+    command = f"ident diagnose {TRAIN} --validate {VALIDATE} --only rod_inertia --only cogging --json"
+    assert command in page.read_text(encoding="utf-8"), "how to reproduce it"
 
 
 @pytest.mark.parametrize(

@@ -67,9 +67,7 @@ def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Fl
     pictures = sorted(path.name for path in (folder / "a.plots").iterdir())
     assert pictures == [
         "convergence.png",
-        "train_1_residual.png",
         "train_1_torque.png",
-        "validate_residual.png",
         "validate_torque.png",
     ]
 

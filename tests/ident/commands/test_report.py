@@ -81,9 +81,7 @@ def test_the_report_contains_the_json_of_diagnose(reported: Path) -> None:
     text = (reported / "report.html").read_text(encoding="utf-8")
     match = re.search(r'<script type="application/json" id="report-data">(.*?)</script>', text, re.DOTALL)
     assert match
-    printed = run(
-        "diagnose", reported / TRAIN, "--validate", reported / VALIDATE, "--json", "--plots", reported / "diagnosed"
-    )
+    printed = run("diagnose", reported / TRAIN, "--validate", reported / VALIDATE, "--json")
     diagnosis = json.loads(match.group(1))["diagnosis"]
     assert diagnosis == json.loads(printed.stdout)
     assert "absorbed" in {entry["status"] for entry in diagnosis["rejected"]}, "effects that look like the hidden one"

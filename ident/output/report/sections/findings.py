@@ -3,20 +3,18 @@
 from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document, FindingEntry
+from ident.diagnosis.result import DiagnosisResult
 from ident.diagnosis.steps import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.figures.finding import before_after
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Card, Notes, Plot, ReportBlock, ReportSection, ReportTable, Text
-from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 
 
-def section(contents: ReportContents) -> ReportSection | None:
-    """Return every effect found, with its evidence; None without a diagnosis."""
-    diagnosis, document = contents.diagnosis, contents.document
-    if diagnosis is None or document is None:
-        return None
+def section(result: DiagnosisResult) -> ReportSection:
+    """Return every effect found, with its evidence."""
+    diagnosis, document = result.diagnosis, result.document
     pairs = list(zip(document.findings, verdict.merge_repeated(diagnosis.selection.findings), strict=True))
     # Effects that every machine of this kind has come last: they are no findings.
     pairs.sort(key=lambda pair: pair[1].term.effect.mandatory)

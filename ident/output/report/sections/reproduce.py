@@ -6,8 +6,10 @@ import shlex
 from importlib.metadata import version
 from pathlib import Path
 
+from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.output.report.blocks import Code, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents, ReportRequest
+from recordings.digest import sha256
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 
@@ -15,10 +17,7 @@ PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 def section(contents: ReportContents) -> ReportSection:
     """Return commands, versions and digests."""
     request = contents.request
-    names = file_names(request)
-    files = [*request.models, *request.recordings, *request.held_out]
-    values = [*contents.digests.values(), *(source.sha256 for source in contents.sources)]
-    digests = [(names[path], digest) for path, digest in zip(files, values, strict=True)]
+    digests = [(name, sha256(path)) for path, name in file_names(request).items()]
     versions = [("Python", platform.python_version()), *((name, version(name)) for name in PACKAGES)]
     models = tuple(
         (
@@ -34,15 +33,17 @@ def section(contents: ReportContents) -> ReportSection:
         Text(("In the folder that holds the files, or their folders:",)),
         Code(tuple(shlex.join(["ident", *line]) for line in commands(contents))),
         ReportTable(("file", "SHA-256"), tuple(digests), words=(0, 1)),
-        ReportTable(("model", "software", "method", "seed", "fitted to"), models, words=(0, 1, 2, 4)),
         ReportTable(("software", "version"), tuple(versions), words=(0, 1)),
     ]
+    if models:
+        blocks.append(ReportTable(("model", "software", "method", "seed", "fitted to"), models, words=(0, 1, 2, 4)))
     return ReportSection("reproduce", "How to reproduce it", tuple(blocks))
 
 
 def file_names(request: ReportRequest) -> dict[Path, str]:
     """Return the name of each file; if two are equal, the paths relative to the innermost common folder."""
-    files = (*request.models, *request.recordings, *request.held_out, *request.effect_files)
+    base_model = (request.base_model,) if request.base_model else ()
+    files = (*request.models, *request.recordings, *request.held_out, *base_model, *request.effect_files)
     if len({path.name for path in files}) == len(files):
         return {path: path.name for path in files}
     folder = os.path.commonpath([path.absolute().parent for path in files])
@@ -58,10 +59,22 @@ def commands(contents: ReportContents) -> list[list[str]]:
     )
     extra = [word for path in request.effect_files for word in ("--effect-file", names[path])]
     validate = [word for name in held_out for word in ("--validate", name)]
-    no_diagnose = [] if request.diagnose else ["--no-diagnose"]
-    lines = [["report", *models, *recorded, *validate, *extra, *no_diagnose, "-o", "report.html"]]
-    groups = [recorded, *([held_out] if held_out else [])]
-    lines += [["compare", model, *group, *extra, "--json"] for group in groups for model in models]
-    if request.diagnose:
-        lines.append(["diagnose", *recorded, *validate, *extra, "--json"])
+    lines = []
+    if models:
+        no_diagnose = [] if request.diagnose else ["--no-diagnose"]
+        lines.append(["report", *models, *recorded, *validate, *extra, *no_diagnose, "-o", "report.html"])
+        groups = [recorded, *([held_out] if held_out else [])]
+        lines += [["compare", model, *group, *extra, "--json"] for group in groups for model in models]
+    if contents.diagnosis:
+        start = ["--model", names[request.base_model]] if request.base_model else []
+        options = _chosen_options(contents.diagnosis.options)
+        lines.append(["diagnose", *recorded, *validate, *start, *extra, *options, "--json"])
     return lines
+
+
+def _chosen_options(options: DiagnosisOptions) -> list[str]:
+    """Return the options of a diagnosis that are not the defaults."""
+    default = DiagnosisOptions()
+    preprocess = ["--preprocess", options.preprocessing] if options.preprocessing != default.preprocessing else []
+    cutoff = ["--cutoff", f"{options.cutoff:g}"] if options.cutoff else []
+    return [*preprocess, *cutoff, *(word for effect in options.only for word in ("--only", effect))]

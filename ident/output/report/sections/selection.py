@@ -1,16 +1,14 @@
 """Section with the steps of the selection and the error of each."""
 
+from ident.diagnosis.result import DiagnosisResult
 from ident.output.figures import ladder
 from ident.output.report.blocks import Fold, Plot, ReportBlock, ReportSection, ReportTable
-from ident.output.report.contents import ReportContents
 from ident.output.report.sections import parameter_values
 
 
-def section(contents: ReportContents) -> ReportSection | None:
-    """Return the steps, the final model, and the effects not added; None without a diagnosis."""
-    diagnosis, document = contents.diagnosis, contents.document
-    if diagnosis is None or document is None:
-        return None
+def section(result: DiagnosisResult) -> ReportSection:
+    """Return the steps, the final model, and the effects not added."""
+    diagnosis, document = result.diagnosis, result.document
     caption = (
         f"Error of each model on the rows it was fitted to, and on rows held out ({document.held_out}). A bar that "
         "falls in training only is overfitting. The dashed line is the error of a correct model."

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 
 from ident.diagnosis.document import Document
-from ident.output.figures import unexplained_residual
+from ident.diagnosis.result import DiagnosisResult
+from ident.output.figures import spectrum, unexplained_residual
+from ident.output.figures.learned_curves import learned_curves
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Code, Plot, ReportBlock, ReportSection, Text
-from ident.output.report.contents import ReportContents
 from recordings.rig import is_default
 
 _CAPTION = (
@@ -15,11 +16,10 @@ _CAPTION = (
 )
 
 
-def remaining(contents: ReportContents) -> ReportSection | None:
-    """Return the residual of the last model; None without a diagnosis."""
-    diagnosis, document = contents.diagnosis, contents.document
-    if diagnosis is None or document is None:
-        return None
+def remaining(result: DiagnosisResult) -> ReportSection:
+    """Return the residual of the last model."""
+    diagnosis, document = result.diagnosis, result.document
+    analysis = unexplained_residual.last_residual(diagnosis)
     summary = document.remaining
     sentences = (
         f"{summary.why[0].upper()}{summary.why[1:]}",
@@ -30,22 +30,27 @@ def remaining(contents: ReportContents) -> ReportSection | None:
         Plot("unexplained", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
         Plot(
             "unexplained-curves",
-            unexplained_residual.residual_curves(diagnosis, document),
+            unexplained_residual.residual_curves(diagnosis, analysis),
             "Residual of the last model over the quantities that it may depend on.",
         ),
     ]
+    if "frequency" in summary.depends_on:
+        figure = spectrum.densities({"residual of the last model": analysis})
+        blocks.append(Plot("unexplained-spectrum", figure, "Residual of the last model by frequency."))
+    if diagnosis.learned:
+        figure = learned_curves(diagnosis, diagnosis.learned)
+        caption = "Curves learned from the residual over what it depends on, with 95 % bands of its mean."
+        blocks.append(Plot("learned", figure, caption))
     return ReportSection("remains", "Unexplained residual", tuple(blocks))
 
 
-def next_recording(contents: ReportContents) -> ReportSection | None:
-    """Return the next motion to record; None without a diagnosis."""
-    document = contents.document
-    if document is None:
-        return None
+def next_recording(result: DiagnosisResult) -> ReportSection:
+    """Return the next motion to record."""
+    document = result.document
     lines = tuple(_reasons(document))
     blocks: list[ReportBlock] = [Text(lines)]
     if document.next_motion:
-        rig = "" if is_default(contents.recordings[0].rig) else " --rig RIG.toml"
+        rig = "" if is_default(result.diagnosis.split.recordings[0].recording.rig) else " --rig RIG.toml"
         blocks.append(Code((document.next_motion.command, f"daq record --traj next.toml{rig}")))
     return ReportSection("next", "What to record next", tuple(blocks))
 

@@ -126,7 +126,7 @@ def test_numbers_are_those_of_compare(case: Case, elements: Elements) -> None:
     comparisons = data(elements)["comparisons"]
     assert [entry["held_out"] for entry in comparisons] == [False, True]
     for entry, path in zip(comparisons, (case.train, case.validate), strict=True):
-        printed = run("compare", case.model, path, "--json", "--force", "--plots", case.folder / "compared")
+        printed = run("compare", case.model, path, "--json")
         assert entry["comparison"] == json.loads(printed.stdout)
 
 

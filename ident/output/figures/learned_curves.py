@@ -1,0 +1,92 @@
+"""Draw the curves learned from the unexplained residual."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from ident.data.prepared_recording import PreparedRecording
+from ident.diagnosis.binned_residual import axis_values
+from ident.diagnosis.diagnosis import Diagnosis
+from ident.diagnosis.nonparametric_fit import NonparametricFit
+from ident.dynamics.effects.learned_curve import LearnedCurve
+from ident.identification.prediction import Prediction
+from ident.output.figures import theme
+from ident.output.figures.residuals import interval_band
+from ident.residuals.curves import binned_means
+from recordings.recording import Floats
+
+_MIN_SPEED_SHARE = 0.1
+"""Share of the highest speed below which the residual is not divided by the speed."""
+_QUANTITIES = {"one": "residual", "direction": "residual × direction", "velocity": "residual / velocity"}
+
+
+def learned_curves(diagnosis: Diagnosis, fit: NonparametricFit) -> go.Figure:
+    """Draw the curves over the variables on which the unexplained residual depends, one row per joint."""
+    joints = sorted({curve.joint for curve in fit.curves})
+    rows = [[curve for curve in fit.curves if curve.joint == joint] for joint in joints]
+    height = theme.LEGEND + theme.FOOTER + 230 * len(rows)
+    figure = theme.subplots(len(rows), max(map(len, rows)), height, vertical_spacing=0.24 / len(rows))
+    for row, joint_curves in enumerate(rows, start=1):
+        for column, curve in enumerate(joint_curves, start=1):
+            _draw_curve(figure, diagnosis, fit, curve, row, column)
+    colour = theme.joint_colour(joints[0] - 1)
+    theme.legend_entry(figure, "without curves", line={"color": theme.MEASURED, "width": 1.6})
+    theme.legend_entry(figure, "with curves", line={"color": colour, "width": 1.6})
+    theme.legend_entry(figure, "learned", line={"color": colour, "width": 1.6, "dash": "dash"})
+    if any(curve.multiplier != "velocity" for curve in fit.curves):
+        theme.noise_legend(figure)
+    return figure
+
+
+def _draw_curve(
+    figure: go.Figure, diagnosis: Diagnosis, fit: NonparametricFit, curve: LearnedCurve, row: int, column: int
+) -> None:
+    """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
+    recordings, joint = diagnosis.split.recordings, curve.joint - 1
+    pairs = zip(recordings, diagnosis.model.computed, strict=True)
+    predictions = [Prediction(data, computed) for data, computed in pairs]
+    x, label = _variable(diagnosis, curve)
+    factor = _factor(recordings, curve)
+    divisor = np.where(np.abs(factor) > _MIN_SPEED_SHARE * np.nanmax(np.abs(factor)), factor, np.nan)
+    siblings = [sibling for sibling in fit.curves if sibling.joint == curve.joint and sibling is not curve]
+    sibling_torque = sum(
+        np.interp(_variable(diagnosis, sibling)[0], sibling.knots, sibling.values) * _factor(recordings, sibling)
+        for sibling in siblings
+    )
+    before, after = (
+        np.concatenate([array[:, joint] for array in model.residuals]) for model in (diagnosis.model, fit.model)
+    )
+    colour = theme.joint_colour(joint)
+    if curve.multiplier != "velocity":
+        theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), row, column, False)
+    for residual, line_colour in ((before - sibling_torque, theme.MEASURED), (after, colour)):
+        centre, mean, _, half_width, _, _ = binned_means("velocity", x, residual / divisor, predictions)
+        interval_band(figure, centre, mean, half_width, line_colour, row, column)
+        _line(figure, centre, mean, {"color": line_colour, "width": 1.6}, row, column)
+    _line(figure, curve.knots, curve.values, {"color": colour, "width": 1.6, "dash": "dash"}, row, column)
+    rig = recordings[0].recording.rig
+    unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
+    title = label if curve.variable == "time" else f"{label} of joint {curve.variable_joint}"
+    figure.update_xaxes(title_text=title, row=row, col=column)
+    name = f"{theme.joint_title(joint)}<br>{_QUANTITIES[curve.multiplier]} [{unit}]"
+    figure.update_yaxes(title_text=name, row=row, col=column)
+
+
+def _line(
+    figure: go.Figure, x: Floats | Sequence[float], y: Floats | Sequence[float], line: object, row: int, column: int
+) -> None:
+    figure.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, showlegend=False), row=row, col=column)
+
+
+def _variable(diagnosis: Diagnosis, curve: LearnedCurve) -> tuple[Floats, str]:
+    """Return the curve's variable in all rows (m,), and its name with its unit."""
+    return axis_values(curve.variable, diagnosis.split.recordings, diagnosis.model.computed, curve.variable_joint - 1)
+
+
+def _factor(recordings: Sequence[PreparedRecording], curve: LearnedCurve) -> Floats:
+    """Return the factor of the curve in all rows (m,)."""
+    velocity: Floats = np.concatenate([data.motion.velocity[:, curve.joint - 1] for data in recordings])
+    if curve.multiplier == "velocity":
+        return velocity
+    return np.ones_like(velocity) if curve.multiplier == "one" else np.sign(velocity)

@@ -1,1 +1,0 @@
-"""Draw results as PNG files."""
