@@ -156,7 +156,7 @@ def _listen(
     rig: "Rig", name: str | None, cycles: int | None, out: Path | None, duration: float | None, as_json: bool
 ) -> None:
     from daq.listen import TRAJECTORY_NAME, BusTraffic, check, record
-    from daq.progress import progress_bar
+    from recordings.progress import progress_bar
     from trajectories import load
 
     check(rig)
@@ -171,7 +171,7 @@ def _listen(
                 # Only after the bus is open: another program may wait for this line before it starts.
                 announced = True
                 _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
-            show(traffic.syncs, None, f"{traffic.syncs} SYNCs, {traffic.frames} frames")
+            show(f"listening: {traffic.syncs} SYNCs, {traffic.frames} frames")
 
         traffic, reconstructed = record(rig, out, trajectory, duration, show_traffic)
     if trajectory is not None and reconstructed.trajectory is None:

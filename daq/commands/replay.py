@@ -101,13 +101,13 @@ def _announce(plan_: "Plan", bus: "CanBus", orders: int, speed: float) -> None:
 
 
 def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
-    from daq.progress import progress_bar
     from daq.replay import replay
     from daq.stopping import StopRequest
     from drivers.canopen.bus import open_bus
+    from recordings.progress import progress_bar
 
     with open_bus(bus) as opened, StopRequest() as stop, progress_bar("replaying") as show:
-        return replay(plan_, opened, stop, lambda sent: show(sent, plan_.total, f"{sent} frames"))
+        return replay(plan_, opened, stop, lambda sent: show(f"replaying: {sent} frames", sent, plan_.total))
 
 
 def _show(result: "Replayed", plan_: "Plan", as_json: bool) -> None:

@@ -154,6 +154,7 @@ def command(
 
     import json
     import shlex
+    from functools import partial
 
     from rich.console import Console
 
@@ -162,13 +163,14 @@ def command(
     from ident.design.recorded import read_recorded_motions as from_recordings
     from ident.dynamics.effects.library import library
     from ident.output.console import design
-    from ident.output.console.progress import progress_bar
+    from recordings.progress import progress_bar
     from recordings.rig import is_default, load_rig, simulated_rig
 
     recorded = from_recordings(recordings)
     rig = recorded[0].rig if recorded else load_rig(rig_file, driven=False) if rig_file else simulated_rig()
     order = DesignRequest(out.name, rig, period, harmonics, against, noise, seed)
-    with progress_bar("searching", "searching") as progress:
+    with progress_bar("searching") as show:
+        progress = partial(show, "searching")
         if pairs:
             joint_indices = [joint - 1 for joint in joints]
             outcome, series = design_discrimination(

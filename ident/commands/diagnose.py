@@ -108,11 +108,11 @@ def command(
     import ident
     from ident.diagnosis import verdict
     from ident.output.console import diagnosis as console_table
-    from ident.output.console.progress import spinner
     from ident.output.report import contents, page
+    from recordings.progress import progress_bar
 
     start = ident.load_model(model_path, effect_files) if model_path else None
-    with spinner() as progress:
+    with progress_bar("reading") as progress:
         result = ident.diagnose(
             files,
             validate,

@@ -122,11 +122,11 @@ def command(
 
     import ident
     from ident.estimation import estimators
-    from ident.output.console.progress import progress_bar
+    from recordings.progress import progress_bar
 
     tolerance = 0.0 if paper and estimators.has_setting(method, "tolerance") else None
     given = {"neighbourhood": neighbourhood, "iterations": iterations, "tolerance": tolerance}
-    with progress_bar("reading", "fitting") as progress:
+    with progress_bar("reading") as show:
         model = ident.fit(
             files,
             validate,
@@ -139,7 +139,7 @@ def command(
             intervals=intervals,
             seed=seed,
             settings={name: value for name, value in given.items() if value is not None},
-            progress=progress,
+            progress=lambda done, total, *_: show("fitting", done, total),
         )
     assert model.identification is not None
     _write(model, model.identification, out, plots)

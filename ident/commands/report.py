@@ -57,10 +57,10 @@ def command(
     _check_not_repeated(inputs)
     refuse_existing(out, force=force, read=inputs)
 
-    from ident.output.console.progress import spinner
     from ident.output.report import contents, page
+    from recordings.progress import progress_bar
 
-    with spinner() as progress:
+    with progress_bar("reading") as progress:
         gathered = contents.gather(
             contents.ReportRequest(models, recordings, held_out, effect_files, diagnose), progress
         )
