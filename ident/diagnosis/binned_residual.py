@@ -1,7 +1,6 @@
-"""A residual over the quantity on which an effect depends: samples and their means in bins."""
+"""A residual over the quantity on which an effect depends, and its means in bins."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,24 +8,8 @@ from ident.data.prepared_recording import PreparedRecording
 from recordings.recording import Floats
 
 BINS = 40
-SAMPLES = 3000
-"""Approximate number of points to draw."""
 _MIN_COUNT = 8
 """Bins with fewer samples are left out."""
-
-
-@dataclass(frozen=True, eq=False)
-class BinnedResidual:
-    """Thinned samples, and their means in bins of equal width."""
-
-    x: Floats
-    """(s,)"""
-    y: Floats
-    """(s,)"""
-    centre: Floats
-    """(b,) mean of x in each bin."""
-    mean: Floats
-    """(b,) mean of y in each bin."""
 
 
 def axis_values(
@@ -47,15 +30,13 @@ def axis_values(
     return np.concatenate(values), label
 
 
-def bin_means(x: Floats, y: Floats) -> BinnedResidual:
-    """Bin `y` (m,) over `x` (m,); rows with NaN are skipped."""
+def bin_means(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return the means (b,) of `x` and of `y` (m,) in bins of equal width of `x`; rows with NaN are skipped."""
     known = np.isfinite(x) & np.isfinite(y)
     x, y = x[known], y[known]
     edges = np.linspace(x.min(), x.max(), BINS + 1)
     index = np.clip(np.digitize(x, edges) - 1, 0, BINS - 1)
     count = np.bincount(index, minlength=BINS)
     enough = count >= _MIN_COUNT
-    mean = np.bincount(index, y, BINS)[enough] / count[enough]
-    centre = np.bincount(index, x, BINS)[enough] / count[enough]
-    thin = slice(None, None, max(1, len(x) // SAMPLES))
-    return BinnedResidual(x[thin], y[thin], centre, mean)
+    centre, mean = (np.bincount(index, values, BINS)[enough] / count[enough] for values in (x, y))
+    return centre, mean

@@ -105,7 +105,7 @@ def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) 
 def _means(figure: go.Figure, x: Floats, y: Floats, name: str, line: dict[str, str], column: int) -> None:
     """Draw the means of `y` in bins of `x`, if any of them is known."""
     if (np.isfinite(x) & np.isfinite(y)).any():
-        bins = bin_means(x, y)
+        centre, mean = bin_means(x, y)
         style = line | {"width": _WIDTH}
-        mean = go.Scatter(x=bins.centre, y=bins.mean, mode="lines", name=name, line=style, showlegend=False)
-        figure.add_trace(mean, row=1, col=column)
+        trace = go.Scatter(x=centre, y=mean, mode="lines", name=name, line=style, showlegend=False)
+        figure.add_trace(trace, row=1, col=column)
