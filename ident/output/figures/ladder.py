@@ -53,15 +53,14 @@ def rms_bars(
             )
             figure.add_trace(bar, row=1, col=joint + 1)
         largest = max(max(step.train_rms[joint], step.validate_rms[joint]) for step in steps)
-        line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-        figure.add_vline(x=noise[joint], line=line, row=1, col=joint + 1)
+        figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
     theme.legend_entry(
         figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)}
     )
     theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
-    theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+    theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
     figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
     return figure
 

@@ -47,10 +47,9 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
             figure.add_trace(bars, row=1, col=joint + 1)
     for joint, joint_residual in enumerate(first.joints):
         if joint_residual.split:
-            line = {"color": theme.NOISE, "width": 2, "dash": "dash"}
-            figure.add_hline(y=joint_residual.split.noise_rms, line=line, row=1, col=joint + 1)
+            figure.add_hline(y=joint_residual.split.noise_rms, line=theme.NOISE_LINE, row=1, col=joint + 1)
     if any(joint_residual.split for joint_residual in first.joints):
-        theme.legend_entry(figure, "noise floor", line={"color": theme.NOISE, "width": 2, "dash": "dash"})
+        theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
     _model_legend(figure, analyses)
     largest = max(
         phase.rms

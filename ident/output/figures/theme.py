@@ -18,6 +18,8 @@ from web.palette import NOISE as NOISE
 DASHES = ("solid", "dash", "dot", "dashdot")
 """Line styles of the first model, the second, and so on."""
 _PATTERNS = ("", "/", ".", "x")
+NOISE_LINE = {"color": NOISE, "width": 2, "dash": "dash"}
+"""Line of a noise floor that is one number."""
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 FAINT_OPACITY = 0.45
 """Opacity of the reference that is compared with."""
