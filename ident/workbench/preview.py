@@ -23,5 +23,5 @@ def candidate_previews(
     for name, candidate in candidates.items():
         torques = estimator.compute(candidate)
         contributions[name] = tuple(torque.astype(np.float32) for torque in torques)
-        figures[name] = plots.to_dict(effect_contribution(split, model, candidate.term, torques, floor.rms))
+        figures[name] = plots.to_dict(effect_contribution(model, candidate.term, torques, floor.rms))
     return CandidatePreviews(contributions, figures)

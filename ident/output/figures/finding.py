@@ -7,7 +7,6 @@ import plotly.graph_objects as go
 
 from ident.diagnosis.binned_residual import axis_values, bin_means
 from ident.diagnosis.diagnosis import Diagnosis
-from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import Finding, FittedModel
 from ident.dynamics.structure import Term
 from ident.output.figures import theme
@@ -54,24 +53,18 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
 
 
 def effect_contribution(
-    split_data: SplitData,
-    model: FittedModel,
-    term: Term,
-    contribution: Sequence[Floats],
-    noise: Sequence[float] | Floats,
+    model: FittedModel, term: Term, contribution: Sequence[Floats], noise: Sequence[float] | Floats
 ) -> go.Figure:
     """Draw per joint the residual of `model`, and the part of it that `term` would explain.
 
     contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m].
     """
-    recordings = split_data.recordings
-    computed = [data.torque - residual for data, residual in zip(recordings, model.residuals, strict=True)]
-    rig = recordings[0].recording.rig
+    rig = model.split.recordings[0].recording.rig
     figure = theme.subplots(
         1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
     )
     for joint in range(rig.dof):
-        x, label = axis_values(term.effect.axis, recordings, computed, joint)
+        x, label = axis_values(term.effect.axis, model.split.recordings, model.computed, joint)
         theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)

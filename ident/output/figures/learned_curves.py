@@ -44,8 +44,7 @@ def _draw_curve(
 ) -> None:
     """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
     recordings, joint = diagnosis.split.recordings, curve.joint - 1
-    pairs = zip(recordings, diagnosis.model.computed, strict=True)
-    predictions = [Prediction(data, computed) for data, computed in pairs]
+    predictions = list(map(Prediction, recordings, diagnosis.model.computed))
     x, label = _variable(diagnosis, curve)
     factor = _factor(recordings, curve)
     divisor = np.where(np.abs(factor) > _MIN_SPEED_SHARE * np.nanmax(np.abs(factor)), factor, np.nan)

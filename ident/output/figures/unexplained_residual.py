@@ -42,8 +42,7 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
 
 def last_residual(diagnosis: Diagnosis) -> ResidualAnalysis:
     """Analyse the residual of the last model on all rows of the diagnosis."""
-    pairs = zip(diagnosis.split.recordings, diagnosis.model.computed, strict=True)
-    return analyse(None, [Prediction(prepared, computed) for prepared, computed in pairs])
+    return analyse(None, list(map(Prediction, diagnosis.split.recordings, diagnosis.model.computed)))
 
 
 def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figure:
