@@ -10,6 +10,7 @@ from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
+from ident.identification.prediction import Prediction
 from recordings.recording import Bools, Floats
 
 Exclusion = Literal["collinear", "sign"]
@@ -33,6 +34,11 @@ class FittedModel:
         """(m, dof) torque on each recording [N m]."""
         pairs = zip(self.split.recordings, self.residuals, strict=True)
         return tuple(recording.torque - residual for recording, residual in pairs)
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """Each recording with the torque that is computed for it."""
+        return tuple(map(Prediction, self.split.recordings, self.computed))
 
     @cached_property
     def residuals(self) -> tuple[Floats, ...]:

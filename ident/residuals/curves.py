@@ -1,15 +1,18 @@
 """Residual as a function of possible influences: mean and confidence band in bins."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from ident.dynamics.effects.base import SignatureAxis
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats, Ints
+from recordings.rig import Rig
 
 CurveAxis = Literal["velocity", "position", "load", "time", "cycle"]
+Axis = CurveAxis | SignatureAxis
 AXES: tuple[CurveAxis, ...] = ("velocity", "position", "load", "time", "cycle")
 
 BINS = 24
@@ -52,31 +55,26 @@ def _cycles(predictions: Sequence[Prediction]) -> int:
 
 
 def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> BinnedCurve:
-    values = np.concatenate(list(_values(axis, predictions, joint)))
+    values = axis_values(axis, predictions, joint)
     residual = np.concatenate([prediction.residual[:, joint] for prediction in predictions])
     centre, mean, error, half_width, rms, samples = binned_means(axis, values, residual, predictions)
     square = float(np.nansum(np.where(np.isfinite(values), residual, 0.0) ** 2))
     explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0
-    rig = predictions[0].prepared.recording.rig
-    unit = {
-        "velocity": f"{rig.position_units[joint]}/s",
-        "position": rig.position_units[joint],
-        "load": rig.effort_units[joint],
-        "time": "s",
-        "cycle": "",
-    }[axis]
+    unit = axis_unit(axis, predictions[0].prepared.recording.rig, joint)
     return BinnedCurve(
         axis, unit, centre, mean, half_width, rms, samples.astype(np.int64), min(max(explained, 0.0), 1.0)
     )
 
 
-def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
+def binned_means(axis: Axis, values: Floats, residual: Floats, predictions: Sequence[Prediction]) -> Floats:
     """Statistics (6, b) of the `residual` (m,) in each bin of `values` (m,); NaN where there is none.
 
     The rows are: centre, mean, its standard error, half width of its interval, RMS, samples. The m samples are those
     of the `predictions`, one after the other.
     """
     usable = np.isfinite(residual) & np.isfinite(values)
+    if not usable.any():
+        return np.empty((6, 0))
     bins = np.full(len(values), -1)
     bins[usable] = _bins(values[usable], axis, predictions[0].prepared.recording.run.period)
     visit = _visits(bins, predictions)
@@ -85,27 +83,32 @@ def binned_means(axis: CurveAxis, values: Floats, residual: Floats, predictions:
     return np.array(rows).reshape(-1, 6).T
 
 
-def _values(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> Iterator[Floats]:
-    """Yield the quantity (m,) of each prediction.
+def axis_values(axis: Axis, predictions: Sequence[Prediction], joint: int) -> Floats:
+    """Quantity (m,) of a joint over all samples of the `predictions`.
 
     The load is the computed torque, because the measured torque contains the residual.
     """
-    cycles = 0
-    for prediction in predictions:
-        prepared = prediction.prepared
-        if axis == "load":
-            yield prediction.computed[:, joint]
-        elif axis == "time":
-            yield prepared.time
-        elif axis == "cycle":
-            yield np.where(prepared.repeat >= 0, prepared.repeat + cycles + 1.0, np.nan)
-            cycles += int(prepared.repeat.max()) + 1
-        else:
-            signal: Floats = getattr(prepared.motion, axis)
-            yield signal[:, joint]
+    if axis == "load":
+        return np.concatenate([prediction.computed[:, joint] for prediction in predictions])
+    recordings = [prediction.prepared for prediction in predictions]
+    if axis == "time":
+        return np.concatenate([prepared.time for prepared in recordings])
+    if axis == "cycle":
+        cycles = [np.where(prepared.repeat >= 0, prepared.repeat + 1.0, np.nan) for prepared in recordings]
+        first = np.cumsum([0.0, *(np.nanmax(numbers, initial=0.0) for numbers in cycles[:-1])])
+        return np.concatenate([numbers + before for numbers, before in zip(cycles, first, strict=True)])
+    signal = "position" if axis == "motor angle" else axis
+    return np.concatenate([getattr(prepared.motion, signal)[:, joint] for prepared in recordings])
 
 
-def _bins(values: Floats, axis: CurveAxis, period: float) -> Ints:
+def axis_unit(axis: Axis, rig: Rig, joint: int) -> str:
+    """Return the unit of a quantity of a joint."""
+    angle = rig.position_units[joint]
+    units = {"velocity": f"{angle}/s", "acceleration": f"{angle}/s²", "load": rig.effort_units[joint], "time": "s"}
+    return units.get(axis, "" if axis == "cycle" else angle)
+
+
+def _bins(values: Floats, axis: Axis, period: float) -> Ints:
     """(n,) number of the bin of each value. Bins are equal in width, or one for each cycle.
 
     Bins of time are not shorter than the `period` [s] of the motion; otherwise the motion itself would show.

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.diagnosis.binned_residual import axis_values, bin_means
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.steps import Finding, FittedModel
 from ident.dynamics.structure import Term
 from ident.output.figures import theme
+from ident.residuals.curves import axis_unit, axis_values, binned_means
 from recordings.recording import Floats
 
 MAX_SAMPLES = 700
@@ -25,12 +25,13 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
 
     Over position and load the means of the two directions are separate, as friction changes its sign with them.
     """
-    recordings, joints, axis = diagnosis.split.recordings, finding.term.joints, finding.term.effect.axis
+    predictions, joints, axis = diagnosis.model.predictions, finding.term.joints, finding.term.effect.axis
+    rig = predictions[0].prepared.recording.rig
     titles = [theme.joint_title(joint) for joint in joints]
     figure = theme.subplots(1, len(joints), 340, shared_yaxes="all", subplot_titles=titles, horizontal_spacing=0.04)
     for column, joint in enumerate(joints, start=1):
-        x, label = axis_values(axis, recordings, diagnosis.model.computed, joint)
-        forwards = np.concatenate([data.motion.velocity[:, joint] for data in recordings]) > 0
+        x = axis_values(axis, predictions, joint)
+        forwards = axis_values("velocity", predictions, joint) > 0
         directions = {"solid": forwards, "dash": ~forwards} if axis in _TWO_DIRECTIONS else {"solid": forwards | True}
         theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), 1, column, False)
         for residuals, colour, name in (
@@ -40,15 +41,15 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
             residual = np.concatenate([array[:, joint] for array in residuals])
             _samples(figure, x, residual, colour, column)
             for dash, rows in directions.items():
-                _means(figure, np.where(rows, x, np.nan), residual, name, {"color": colour, "dash": dash}, column)
-        figure.update_xaxes(title_text=label, row=1, col=column)
+                means = binned_means(axis, np.where(rows, x, np.nan), residual, predictions)
+                _line(figure, means, name, {"color": colour, "dash": dash}, column)
+        figure.update_xaxes(title_text=theme.axis_label(axis, axis_unit(axis, rig, joint)), row=1, col=column)
     theme.legend_entry(figure, "without it", line={"color": theme.MEASURED, "width": _WIDTH})
     theme.legend_entry(figure, "with it", line={"color": theme.joint_colour(joints[0]), "width": _WIDTH})
     if axis in _TWO_DIRECTIONS:
         theme.legend_entry(figure, "dashed: backwards", line={"color": theme.MEASURED, "dash": "dash"})
     theme.noise_legend(figure)
-    unit = recordings[0].recording.rig.effort_units[joints[0]]
-    figure.update_yaxes(title_text=f"residual [{unit}]", row=1, col=1)
+    figure.update_yaxes(title_text=f"residual [{rig.effort_units[joints[0]]}]", row=1, col=1)
     return figure
 
 
@@ -59,21 +60,24 @@ def effect_contribution(
 
     contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m].
     """
-    rig = model.split.recordings[0].recording.rig
+    predictions, axis, rig = model.predictions, term.effect.axis, model.split.recordings[0].recording.rig
     figure = theme.subplots(
         1, rig.dof, 250, shared_yaxes="all", subplot_titles=theme.joint_titles(rig.dof), horizontal_spacing=0.03
     )
     for joint in range(rig.dof):
-        x, label = axis_values(term.effect.axis, model.split.recordings, model.computed, joint)
+        x = axis_values(axis, predictions, joint)
         theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
         )
         _samples(figure, x, residual, theme.MEASURED, joint + 1)
-        _means(figure, x, residual, "residual", {"color": theme.MEASURED}, joint + 1)
         known = np.where(np.isfinite(residual), explained, np.nan)
-        _means(figure, x, known, "explained", {"color": theme.joint_colour(joint)}, joint + 1)
-        figure.update_xaxes(title_text=label, row=1, col=joint + 1)
+        for y, name, colour in (
+            (residual, "residual", theme.MEASURED),
+            (known, "explained", theme.joint_colour(joint)),
+        ):
+            _line(figure, binned_means(axis, x, y, predictions), name, {"color": colour}, joint + 1)
+        figure.update_xaxes(title_text=theme.axis_label(axis, axis_unit(axis, rig, joint)), row=1, col=joint + 1)
     theme.legend_entry(figure, "residual and its mean", line={"color": theme.MEASURED, "width": _WIDTH})
     line = {"color": theme.joint_colour(0), "width": _WIDTH}
     theme.legend_entry(figure, "part that the effect would explain", line=line)
@@ -95,10 +99,8 @@ def _samples(figure: go.Figure, x: Floats, y: Floats, colour: str, column: int) 
     figure.add_trace(dots, row=1, col=column)
 
 
-def _means(figure: go.Figure, x: Floats, y: Floats, name: str, line: dict[str, str], column: int) -> None:
-    """Draw the means of `y` in bins of `x`, if any of them is known."""
-    if (np.isfinite(x) & np.isfinite(y)).any():
-        centre, mean = bin_means(x, y)
-        style = line | {"width": _WIDTH}
-        trace = go.Scatter(x=centre, y=mean, mode="lines", name=name, line=style, showlegend=False)
-        figure.add_trace(trace, row=1, col=column)
+def _line(figure: go.Figure, means: Floats, name: str, line: dict[str, str], column: int) -> None:
+    """Draw the means (6, b) of `binned_means`."""
+    style = line | {"width": _WIDTH}
+    trace = go.Scatter(x=means[0], y=means[1], mode="lines", name=name, line=style, showlegend=False)
+    figure.add_trace(trace, row=1, col=column)

@@ -5,15 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 
-from ident.data.prepared_recording import PreparedRecording
-from ident.diagnosis.binned_residual import axis_values
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.nonparametric_fit import NonparametricFit
 from ident.dynamics.effects.learned_curve import LearnedCurve
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import interval_band
-from ident.residuals.curves import binned_means
+from ident.residuals.curves import axis_unit, axis_values, binned_means
 from recordings.recording import Floats
 
 _MIN_SPEED_SHARE = 0.1
@@ -43,14 +41,16 @@ def _draw_curve(
     figure: go.Figure, diagnosis: Diagnosis, fit: NonparametricFit, curve: LearnedCurve, row: int, column: int
 ) -> None:
     """Draw a curve and the residual it explains, divided by the curve's factor, without the joint's other curves."""
-    recordings, joint = diagnosis.split.recordings, curve.joint - 1
-    predictions = list(map(Prediction, recordings, diagnosis.model.computed))
-    x, label = _variable(diagnosis, curve)
-    factor = _factor(recordings, curve)
+    predictions, joint = diagnosis.model.predictions, curve.joint - 1
+    x = axis_values(curve.variable, predictions, curve.variable_joint - 1)
+    factor = _factor(predictions, curve)
     divisor = np.where(np.abs(factor) > _MIN_SPEED_SHARE * np.nanmax(np.abs(factor)), factor, np.nan)
     siblings = [sibling for sibling in fit.curves if sibling.joint == curve.joint and sibling is not curve]
     sibling_torque = sum(
-        np.interp(_variable(diagnosis, sibling)[0], sibling.knots, sibling.values) * _factor(recordings, sibling)
+        np.interp(
+            axis_values(sibling.variable, predictions, sibling.variable_joint - 1), sibling.knots, sibling.values
+        )
+        * _factor(predictions, sibling)
         for sibling in siblings
     )
     before, after = (
@@ -64,7 +64,8 @@ def _draw_curve(
         interval_band(figure, centre, mean, half_width, line_colour, row, column)
         _line(figure, centre, mean, {"color": line_colour, "width": 1.6}, row, column)
     _line(figure, curve.knots, curve.values, {"color": colour, "width": 1.6, "dash": "dash"}, row, column)
-    rig = recordings[0].recording.rig
+    rig = predictions[0].prepared.recording.rig
+    label = theme.axis_label(curve.variable, axis_unit(curve.variable, rig, curve.variable_joint - 1))
     unit = rig.effort_units[joint] + (f" s/{rig.position_units[joint]}" if curve.multiplier == "velocity" else "")
     title = label if curve.variable == "time" else f"{label} of joint {curve.variable_joint}"
     figure.update_xaxes(title_text=title, row=row, col=column)
@@ -78,14 +79,9 @@ def _line(
     figure.add_trace(go.Scatter(x=x, y=y, mode="lines", line=line, showlegend=False), row=row, col=column)
 
 
-def _variable(diagnosis: Diagnosis, curve: LearnedCurve) -> tuple[Floats, str]:
-    """Return the curve's variable in all rows (m,), and its name with its unit."""
-    return axis_values(curve.variable, diagnosis.split.recordings, diagnosis.model.computed, curve.variable_joint - 1)
-
-
-def _factor(recordings: Sequence[PreparedRecording], curve: LearnedCurve) -> Floats:
+def _factor(predictions: Sequence[Prediction], curve: LearnedCurve) -> Floats:
     """Return the factor of the curve in all rows (m,)."""
-    velocity: Floats = np.concatenate([data.motion.velocity[:, curve.joint - 1] for data in recordings])
+    velocity = axis_values("velocity", predictions, curve.joint - 1)
     if curve.multiplier == "velocity":
         return velocity
     return np.ones_like(velocity) if curve.multiplier == "one" else np.sign(velocity)

@@ -110,7 +110,7 @@ def curve_grid(
                 legend = joint == 0 and column == 1
                 _mean_trace(figure, per_joint[joint][column - 1], joint, column, number, label, legend)
             if joint == rows - 1:
-                figure.update_xaxes(title_text=_axis_label(curve), row=rows, col=column)
+                figure.update_xaxes(title_text=theme.axis_label(curve.axis, curve.unit), row=rows, col=column)
             if curve.axis == "cycle":
                 figure.update_xaxes(tick0=1, dtick=max(1, len(curve.centre) // 6), row=joint + 1, col=column)
         # The wide bands of bins with few samples must not set the scale.
@@ -124,11 +124,6 @@ def curve_grid(
         )
     figure.update_annotations(font_size=11.5)
     return figure
-
-
-def _axis_label(curve: BinnedCurve) -> str:
-    name = "computed load" if curve.axis == "load" else curve.axis
-    return f"{name} [{curve.unit}]" if curve.unit else name
 
 
 def interval_band(

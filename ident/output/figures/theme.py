@@ -140,6 +140,12 @@ def escaped(text: str) -> str:
     return html.escape(text, quote=False)
 
 
+def axis_label(axis: str, unit: str) -> str:
+    """Name a quantity with its unit."""
+    name = {"load": "computed load", "motor angle": "position"}.get(axis, axis)
+    return f"{name} [{unit}]" if unit else name
+
+
 def effort_label(unit: str) -> str:
     """Return name and unit of an effort."""
     return f"{'force' if unit == 'N' else 'torque'} [{unit}]"
