@@ -82,8 +82,10 @@ class HiddenEffect(ConfigSection):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        """Draw realistic parameters; only the sign of the strength matters."""
-        return {}
+        """Draw realistic parameters. Of the strength only the sign matters; it is drawn if it may be negative."""
+        strength = cls.model_fields[cls.strength()]
+        signed = any(bound.ge < 0 for bound in strength.metadata if hasattr(bound, "ge"))
+        return {cls.strength(): float(rng.choice((-strength.default, strength.default)))} if signed else {}
 
     @classmethod
     def draw_joints(cls, rng: np.random.Generator) -> tuple[int, ...]:
@@ -199,11 +201,6 @@ def parameter(default: float, unit: str, meaning: str, *, ge: float | None = Non
 def draw_joints(rng: np.random.Generator, count: int) -> tuple[int, ...]:
     """Draw `count` joints (from 1)."""
     return tuple(sorted((rng.permutation(3)[:count] + 1).tolist()))
-
-
-def draw_sign(rng: np.random.Generator, strength: float) -> float:
-    """Draw the strength with either sign."""
-    return float(rng.choice((-strength, strength)))
 
 
 @cache

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class UnevenGrease(HiddenEffect):
@@ -30,7 +30,7 @@ class CreepingZero(HiddenEffect):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"a": draw_sign(rng, 0.3), "T": rng.uniform(4.0, 15.0)}
+        return super().draw_shape(rng) | {"T": rng.uniform(4.0, 15.0)}
 
 
 class Fan(HiddenEffect):

@@ -1,8 +1,6 @@
 """Lateral offset of the arm's centre of mass."""
 
-import numpy as np
-
-from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY, Arm
 
 
@@ -12,10 +10,6 @@ class ArmComOffset(HiddenEffect):
     variables = ("position",)
 
     a: float = parameter(0.5, "N m", "weight of the arm times its lever arm, negative above the line", ge=-8, le=8)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"a": draw_sign(rng, 0.5)}
 
     def arm(self, arm: Arm) -> Arm:
         return arm.moved(across=-self.a / (arm.mass * GRAVITY))

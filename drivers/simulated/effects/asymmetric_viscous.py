@@ -1,8 +1,6 @@
 """Direction-dependent viscous friction."""
 
-import numpy as np
-
-from drivers.simulated.effect import HiddenEffect, JointState, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
 class AsymmetricViscous(HiddenEffect):
@@ -11,10 +9,6 @@ class AsymmetricViscous(HiddenEffect):
     variables = ("velocity",)
 
     a: float = parameter(0.2, "N m s/rad", "half of the difference of the two directions' coefficients", ge=-3, le=3)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"a": draw_sign(rng, 0.2)}
 
     def torque(self, i: int, state: JointState) -> float:
         return self.a * abs(state.v[i])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 from recordings.rig import Geometry
 
 
@@ -21,7 +21,7 @@ class GeometryError(HiddenEffect):
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
         length = str(rng.choice(_LENGTHS))
-        return {"error": draw_sign(rng, 0.01), **{name: float(name == length) for name in _LENGTHS}}
+        return super().draw_shape(rng) | {name: float(name == length) for name in _LENGTHS}
 
     def geometry(self, geometry: Geometry) -> Geometry:
         lengths = {name: getattr(geometry, name) + self.error * getattr(self, name) for name in _LENGTHS}

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from drivers.simulated.effect import HiddenEffect, draw_joints, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, draw_joints, parameter
 
 
 class TorqueGainMismatch(HiddenEffect):
@@ -11,10 +11,6 @@ class TorqueGainMismatch(HiddenEffect):
     variables = ("load",)
 
     mismatch: float = parameter(0.05, "1", "relative difference", ge=-0.6, le=0.6)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"mismatch": draw_sign(rng, 0.05)}
 
     @classmethod
     def draw_joints(cls, rng: np.random.Generator) -> tuple[int, ...]:

@@ -1,8 +1,6 @@
 """Different exponent of the torque map."""
 
-import numpy as np
-
-from drivers.simulated.effect import HiddenEffect, draw_sign, parameter
+from drivers.simulated.effect import HiddenEffect, parameter
 
 
 class TorqueMapExponent(HiddenEffect):
@@ -11,10 +9,6 @@ class TorqueMapExponent(HiddenEffect):
     variables = ("load",)
 
     excess: float = parameter(0.1, "1", "p minus the rig's", ge=-0.8, le=0.8)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"excess": draw_sign(rng, 0.1)}
 
     def exponent(self) -> float:
         return self.excess
