@@ -20,7 +20,6 @@ from trajectories import Trajectory
 
 _TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
 """RPDO 1, as `drivers.canopen.setup` maps it."""
-_to_joint: Any = setup.counts_to_joint  # works for arrays as well
 _STATE_BITS = 0x6F
 """Bits of the statusword that encode the drive state."""
 _MAX_GAP = 500
@@ -200,8 +199,8 @@ def _joint_values(table: _FrameTable, drive: Drive) -> _JointValues:
     rows, contents = table.commands(0x200 + drive.node_id, _TARGET)
     target[rows] = contents["counts"]
     return _JointValues(
-        position=_to_joint(drive, raw["position"]),
-        command=_to_joint(drive, target),
+        position=drive.to_position(raw["position"]),
+        command=drive.to_position(target),
         voltage=raw["voltage"] * drive.voltage.scale * drive.sign,
         effort=raw["torque"] * drive.rated_torque / 1000 * drive.sign,
         statusword=np.nan_to_num(raw["status"]).astype(np.int64),

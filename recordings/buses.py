@@ -4,9 +4,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Discriminator, Field, Tag, model_validator
 
-from recordings.config import ConfigSection
+from recordings.config import ConfigSection, Positive
 
-Positive = Annotated[float, Field(gt=0)]
 Mask = Annotated[int, Field(ge=0, lt=2**32)]
 
 

@@ -3,9 +3,9 @@
 import json
 import tomllib
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from recordings.errors import BadInput
 
@@ -17,6 +17,7 @@ class ConfigSection(BaseModel):
 
 
 ModelT = TypeVar("ModelT", bound=ConfigSection)
+Positive = Annotated[float, Field(gt=0)]
 
 _LARGEST_FILE = 1_000_000
 """Size limit [bytes]; a device such as /dev/zero has no end."""

@@ -6,18 +6,20 @@ radians; counts appear only as scale factors of the drives.
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, Self, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
-from recordings.config import ConfigSection, read_toml, validated
+from recordings.config import ConfigSection, Positive, read_toml, validated
 from recordings.errors import BadInput
 
-Positive = Annotated[float, Field(gt=0)]
 NodeId = Annotated[int, Field(ge=1, le=127)]
 MechanismName = Literal["delta", "axes"]
 JointType = Literal["revolute", "prismatic"]
+Number = TypeVar("Number", float, NDArray[np.float64])
 
 
 class Geometry(ConfigSection):
@@ -127,6 +129,14 @@ class Drive(ConfigSection):
         """Signed encoder counts per radian of the joint."""
         return self.sign * self.counts_per_turn * self.gear / (2 * math.pi)
 
+    def to_counts(self, position: Number) -> Number:
+        """Encoder counts, not rounded, at a joint position [rad]."""
+        return (position - self.zero_offset) * self.counts_per_radian
+
+    def to_position(self, counts: Number) -> Number:
+        """Joint position [rad] at an encoder position [counts]."""
+        return self.zero_offset + counts / self.counts_per_radian
+
 
 class Limits(ConfigSection):
     """Limits of the machine, checked before a motion starts and monitored while it runs."""
@@ -152,6 +162,11 @@ class Limits(ConfigSection):
     """Largest delay of the host [s]."""
     singularity_margin: Positive = 0.05
     """Smallest allowed singularity margin (see trajectories.kinematics), dimensionless."""
+
+    def joint_counts(self, drive: Drive) -> tuple[int, int]:
+        """Lowest and highest encoder position of a drive within the joint limits [counts]."""
+        low, high = sorted(round(drive.to_counts(angle)) for angle in (self.joint_min, self.joint_max))
+        return low, high
 
     @model_validator(mode="after")
     def _check_order(self) -> Self:
@@ -266,6 +281,18 @@ class Rig(ConfigSection):
     def joint_names(self) -> tuple[str, ...]:
         """Joint names in recordings: joint_1 ... joint_n."""
         return tuple(f"joint_{i + 1}" for i in range(self.dof))
+
+    def target_counts(self, targets: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Encoder counts (n, dof) of joint targets (n, dof) [rad].
+
+        Raises:
+            BadInput: a target is unknown or exceeds 32 bits.
+        """
+        columns = [drive.to_counts(target) for drive, target in zip(self.drives, targets.T, strict=True)]
+        counts: NDArray[np.float64] = np.rint(np.column_stack(columns))
+        if not np.all(np.abs(counts) < 2**31):
+            raise BadInput("a target lies outside the encoder's 32 bits; check counts_per_turn, gear and zero_offset")
+        return counts.astype(np.int64)
 
     def at_rate(self, rate: float) -> "Rig":
         """Copy the rig with another cycle rate [Hz].

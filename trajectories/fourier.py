@@ -6,9 +6,8 @@ from typing import Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from recordings.config import ConfigSection
+from recordings.config import ConfigSection, Positive
 from recordings.recording import Floats
-from recordings.rig import Positive
 from trajectories.motion import PlannedMotion, Space
 
 Axis = tuple[float, ...]

@@ -97,7 +97,7 @@ class CanopenAxis:
         """Joint position [rad]; NaN where this cycle's answer is missing."""
         if not self.answered or self.counts is None:
             return math.nan
-        return setup.counts_to_joint(self.drive, self.counts)
+        return self.drive.to_position(self.counts)
 
     @property
     def voltage(self) -> float:

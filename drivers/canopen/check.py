@@ -83,7 +83,7 @@ def _state(axis: CanopenAxis) -> Iterator[CheckResult]:
 
 def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[CheckResult]:
     limits, drive = rig.limits, axis.drive
-    angle = setup.counts_to_joint(drive, axis.sdo.read(0x6064, 0, "<i"))
+    angle = drive.to_position(axis.sdo.read(0x6064, 0, "<i"))
     inside = limits.joint_min <= angle <= limits.joint_max
     span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
     yield CheckResult(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")

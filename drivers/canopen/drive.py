@@ -20,7 +20,7 @@ from drivers.canopen.kernel_sync import KernelSync
 from drivers.canopen.poll import VoltagePoll
 from drivers.canopen.sdo import Sdo, format_address
 from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import RunFailed
 from recordings.rig import Rig
 
 _CONTROLWORD = struct.Struct("<H")
@@ -120,12 +120,7 @@ class CanopenDrives:
 
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
         """See `Amplifiers`. Each target becomes the four bytes of object 607A (or 60C1)."""
-        offsets = np.array([axis.drive.zero_offset for axis in self._axes])
-        scales = np.array([axis.drive.counts_per_radian for axis in self._axes])
-        counts = np.rint((targets - offsets) * scales)
-        if not np.all(np.abs(counts) < 2**31):
-            raise BadInput("a target lies outside the encoder's 32 bits; check counts_per_turn, gear and zero_offset")
-        raw = np.ascontiguousarray(counts, dtype="<i4").tobytes()
+        raw = np.ascontiguousarray(self._rig.target_counts(targets), dtype="<i4").tobytes()
         width = 4 * len(self._axes)
         return [
             [raw[row + 4 * j : row + 4 * j + 4] for j in range(len(self._axes))] for row in range(0, len(raw), width)

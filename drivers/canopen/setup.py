@@ -62,7 +62,7 @@ def sdo_writes(rig: Rig, drive: Drive) -> list[SdoWrite]:
 
 def _motion_objects(rig: Rig, drive: Drive) -> list[SdoWrite]:
     counts = abs(drive.counts_per_radian)
-    low, high = sorted(round(joint_to_counts(drive, angle)) for angle in (rig.limits.joint_min, rig.limits.joint_max))
+    low, high = rig.limits.joint_counts(drive)
     period, exponent = interpolation_period(rig.rate)
     return [
         SdoWrite(0x6060, 0, "<b", _CYCLIC_SYNC_POSITION if drive.mode == "cyclic" else _INTERPOLATED_POSITION),
@@ -161,16 +161,6 @@ def _parameter(variable: Any) -> SdoWrite | None:
     if layout is None:
         return None
     return SdoWrite(variable.index, variable.subindex, layout, struct.unpack(layout, data)[0])
-
-
-def joint_to_counts(drive: Drive, angle: float) -> float:
-    """Encoder counts (not rounded) for a joint angle [rad]."""
-    return (angle - drive.zero_offset) * drive.counts_per_radian
-
-
-def counts_to_joint(drive: Drive, counts: float) -> float:
-    """Joint angle [rad] for an encoder position."""
-    return drive.zero_offset + counts / drive.counts_per_radian
 
 
 def interpolation_period(rate: float) -> tuple[int, int]:

@@ -275,7 +275,7 @@ class SerialAxis:
         """Joint position [rad]; NaN if the last cycle was not answered."""
         if not self.answered or self.counts is None:
             return math.nan
-        return self.drive.zero_offset + self.counts / self.drive.counts_per_radian
+        return self.drive.to_position(self.counts)
 
     @property
     def voltage(self) -> float:

@@ -24,7 +24,7 @@ from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
 from drivers.serial.axis import SerialAxis
 from drivers.serial.line import SerialLine, converse
 from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, ReplyTimeout, Script
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import RunFailed
 from recordings.rig import Rig
 
 SIMULATED = "delta-workbench simulated drive"
@@ -48,6 +48,7 @@ class SerialDrives:
     def __init__(self, rig: Rig, lines: dict[str, SerialLine], report: Report, *, stamped: bool) -> None:
         """`lines` by port; `stamped`: values have a time of measurement (not with simulated time)."""
         self.goal = Goal.DISABLED
+        self._rig = rig
         self._report = report
         self._stamped = stamped
         self._axes = [SerialAxis(rig, joint) for joint in range(1, rig.dof + 1)]
@@ -133,12 +134,7 @@ class SerialDrives:
 
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[str]]:
         """See `Amplifiers`. Each target becomes the command that writes it."""
-        offsets = np.array([axis.drive.zero_offset for axis in self._axes])
-        scales = np.array([axis.drive.counts_per_radian for axis in self._axes])
-        counts = np.rint((targets - offsets) * scales)
-        if not np.all(np.abs(counts) < 2**31):
-            raise BadInput("a target lies outside the encoder's 32 bits; check counts_per_turn, gear and zero_offset")
-        rows = counts.astype(np.int64).tolist()
+        rows = self._rig.target_counts(targets).tolist()
         return [[axis.target(count) for axis, count in zip(self._axes, row, strict=True)] for row in rows]
 
     def exchange(self, setpoint: list[str] | None, timeout: float) -> Sample:

@@ -18,7 +18,7 @@ def settings(rig: Rig, drive: Drive) -> list[Setting]:
     """The settings of one drive, in the order in which they are written."""
     bus, names = rig.serial, rig.serial.registers
     counts = abs(drive.counts_per_radian)
-    low, high = position_limits(rig, drive)
+    low, high = rig.limits.joint_counts(drive)
     table = [
         Setting(names.following_error, "following error limit [counts]", round(rig.limits.following_error * counts)),
         Setting(
@@ -32,10 +32,3 @@ def settings(rig: Rig, drive: Drive) -> list[Setting]:
         Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
     ]
     return [setting for setting in table if setting.register]
-
-
-def position_limits(rig: Rig, drive: Drive) -> tuple[int, int]:
-    """Lowest and highest allowed encoder position [counts]."""
-    ends = (rig.limits.joint_min, rig.limits.joint_max)
-    low, high = sorted(round((angle - drive.zero_offset) * drive.counts_per_radian) for angle in ends)
-    return low, high

@@ -6,11 +6,10 @@ from typing import Annotated
 
 from pydantic import Field
 
-from recordings.config import ConfigSection, read_toml
+from recordings.config import ConfigSection, Positive, read_toml
 
 ROBOTS = Path(__file__).with_name("robots")
 """Folder with sim files of further robots."""
-Positive = Annotated[float, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Joint = Annotated[int, Field(ge=1, le=3)]
 PerJoint = tuple[NotNegative, NotNegative, NotNegative]

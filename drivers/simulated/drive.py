@@ -95,7 +95,7 @@ class SimulatedCanopenDrive:
                 self._send(cob_id, self._pack_tpdo(0x1A00 + number))
         if self.state is DriveState.ENABLED and self._follows:
             counts = min(max(self._object(*self._target), self._object(0x607D, 1)), self._object(0x607D, 2))
-            target = self.joint_angle(counts)
+            target = self.drive.to_position(counts)
             period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
             self.generator.interpolate(target, period)
 
@@ -189,10 +189,6 @@ class SimulatedCanopenDrive:
             word |= cia402.FOLLOWING_ERROR
         return word
 
-    def joint_angle(self, counts: int) -> float:
-        """Joint angle [rad] of an encoder position."""
-        return self.drive.zero_offset + counts / self.drive.counts_per_radian
-
     # The power state machine
 
     def _apply_controlword(self, controlword: int) -> None:
@@ -202,7 +198,7 @@ class SimulatedCanopenDrive:
             return
         if state is DriveState.ENABLED:
             # A target received before power-on must not move the axis.
-            self.generator.hold(self.joint_angle(self._counts))
+            self.generator.hold(self.drive.to_position(self._counts))
         if state is DriveState.QUICK_STOP:
             self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
         elif self.state is DriveState.FAULT:
@@ -250,7 +246,9 @@ class SimulatedCanopenDrive:
 
     def _watch_following_error(self, now: float) -> None:
         window = self._object(0x6065)
-        error = abs(self.generator.position - self.joint_angle(self._counts)) * abs(self.drive.counts_per_radian)
+        error = abs(self.generator.position - self.drive.to_position(self._counts)) * abs(
+            self.drive.counts_per_radian
+        )
         if not self.powered or window == _UNLIMITED or error <= window:
             self._following_error_since = None
             return

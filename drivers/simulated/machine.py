@@ -107,7 +107,7 @@ class Machine:
     def encoder_counts(self) -> Counts:
         """Encoder counts reported by the drives, with the rig's sign and zero offset."""
         drives = zip(self._rig.drives, self.position(), strict=True)
-        first, second, third = (round((q - drive.zero_offset) * drive.counts_per_radian) for drive, q in drives)
+        first, second, third = (round(drive.to_counts(q)) for drive, q in drives)
         return first, second, third
 
     def voltage_counts(self) -> Counts:

@@ -110,7 +110,7 @@ class SimulatedSerialDrive:
             return WRONG_STATE
         if enabling and not self.powered:
             # A target received before power-on must not move the axis.
-            self.generator.hold(self._angle(self._position()))
+            self.generator.hold(self.drive.to_position(self._position()))
             self._stopping = False
             self.powered = True
         elif not enabling and self.powered:
@@ -120,7 +120,9 @@ class SimulatedSerialDrive:
     def _follow(self) -> str:
         if not self.powered or self._stopping:
             return WRONG_STATE
-        self.generator.interpolate(self._angle(self._registers[self._names.position_command]), self._period)
+        self.generator.interpolate(
+            self.drive.to_position(self._registers[self._names.position_command]), self._period
+        )
         return "ok"
 
     def _quick_stop(self) -> str:
@@ -137,9 +139,6 @@ class SimulatedSerialDrive:
     def _deceleration(self) -> float:
         counts = max(1, self._value(self._names.deceleration)) * self._bus.deceleration_unit
         return counts / abs(self.drive.counts_per_radian)
-
-    def _angle(self, counts: int) -> float:
-        return self.drive.zero_offset + counts / self.drive.counts_per_radian
 
     # Simulated time
 
@@ -162,7 +161,9 @@ class SimulatedSerialDrive:
 
     def _watch_following_error(self, now: float) -> None:
         limit = self._value(self._names.following_error)
-        error = abs(self.generator.position - self._angle(self._position())) * abs(self.drive.counts_per_radian)
+        error = abs(self.generator.position - self.drive.to_position(self._position())) * abs(
+            self.drive.counts_per_radian
+        )
         if not (self.powered and limit and error > limit):
             self._following_error_since = None
         elif self._following_error_since is None:

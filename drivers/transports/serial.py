@@ -9,7 +9,6 @@ from drivers.serial.drive import SerialDrives
 from drivers.serial.line import SerialLine
 from drivers.serial.port import open_port
 from drivers.serial.protocol import parse
-from drivers.serial.setup import position_limits
 from drivers.transports import Clock, Tap
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
@@ -52,7 +51,7 @@ def _line_time(rig: Rig, axes: list[SerialAxis]) -> float:
 def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, with_status: bool) -> float:
     """Duration of the exchange with one drive [s], from the driver's commands and the longest replies to them."""
     bus = rig.serial
-    position = max(map(str, position_limits(rig, axis.drive)), key=len)
+    position = max(map(str, rig.limits.joint_counts(axis.drive)), key=len)
     status = _ANY_STATUS & ~(bus.status.fault | bus.status.off) | (bus.status.off if power is Power.OFF else 0)
     values = {
         axis.get(bus.registers.position): position,

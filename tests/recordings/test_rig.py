@@ -74,6 +74,13 @@ def test_rig_survives_json_round_trip(rated: float, zeros: list[float], signs: l
     assert Rig.model_validate_json(rig.model_dump_json()) == rig
 
 
+@given(st.sampled_from([1, -1]), st.floats(-1, 1), st.floats(-2, 2))
+def test_counts_and_joint_positions_convert_into_each_other(sign: int, zero: float, angle: float) -> None:
+    drive = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=sign, zero_offset=zero)
+    assert drive.to_position(drive.to_counts(angle)) == pytest.approx(angle, abs=1e-12)
+    assert drive.to_counts(zero + math.tau) == pytest.approx(sign * 10_000)
+
+
 def test_counts_per_radian_follow_gear_and_sign() -> None:
     assert Drive(node_id=1).counts_per_radian == pytest.approx(8192 * 21 / math.tau)
     assert Drive(node_id=1, counts_per_turn=1000, gear=2.0, sign=-1).counts_per_radian * math.tau == pytest.approx(

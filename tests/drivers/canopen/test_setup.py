@@ -1,8 +1,6 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.canopen import setup
 from drivers.simulated.node import EDS
@@ -35,13 +33,6 @@ def test_pdo_is_disabled_while_its_mapping_is_written() -> None:
         (0x1600, 0, 2),
         (0x1400, 1, 0x205),
     ]
-
-
-@given(st.sampled_from([1, -1]), st.floats(-1, 1), st.floats(-2, 2))
-def test_joint_angle_to_counts(sign: int, zero: float, angle: float) -> None:
-    drive = Drive(node_id=1, counts_per_turn=1000, gear=10.0, sign=sign, zero_offset=zero)
-    counts = setup.joint_to_counts(drive, angle)
-    assert drive.zero_offset + counts / drive.counts_per_radian == pytest.approx(angle, abs=1e-12)
 
 
 def test_position_limits_are_ordered_for_a_drive_that_counts_backwards() -> None:
