@@ -1,29 +1,21 @@
 """Create recordings of any length by repeating one cycle of a recording, with all its frames and topics."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Schema
-from numpy.typing import NDArray
 
 from recordings import schemas
-from recordings.cdr import Layout, parse_schema
-from recordings.container import contents, decode, located, records, rows, unpacked
-from recordings.container_writer import ContainerWriter, create, pack
+from recordings.cdr import Layout
+from recordings.container import MESSAGE_HEAD, Batch, decode, located, message_record, open_records, rows, unpacked
+from recordings.container_writer import ContainerWriter, new_file, pack
 from recordings.metadata import rig_record, run_record
 from recordings.reader import read
 
 CHUNK = 500_000_000
 """Recorded time in one chunk [ns], as in the recorder's files."""
-HEAD = [("before", "V15"), ("log", "<u8"), ("publish", "<u8")]
-"""Fields before the message in a Message record: opcode, length, channel and sequence, then two times [ns]."""
-HEAD_SIZE = 31
-
-Messages = NDArray[Any]
-"""Message records of the same channel and length, with the fields of `HEAD` and `message`."""
 
 
 def make(source: Path, path: Path, seconds: float) -> None:
@@ -35,7 +27,7 @@ def make(source: Path, path: Path, seconds: float) -> None:
     period = round(1e9 * recording.run.period)
     repetitions = int(np.ceil(1e9 * seconds / period))
     cycle = [part[(part["log"] >= start) & (part["log"] < start + period)] for part in messages]
-    with create(path) as stream:
+    with new_file(path) as stream:
         writer = ContainerWriter(stream)
         writer.metadata("rig", rig_record(recording.rig))
         writer.metadata("run", run_record(recording.run.model_copy(update={"cycles": repetitions})))
@@ -48,9 +40,8 @@ def make(source: Path, path: Path, seconds: float) -> None:
         writer.finish()
 
 
-def _write_chunk(writer: ContainerWriter, parts: list[Messages], repetition: int, period: int) -> None:
-    index: dict[int, list[NDArray[np.uint64]]] = {}
-    data, offset = [], 0
+def _write_chunk(writer: ContainerWriter, parts: list[Batch], repetition: int, period: int) -> None:
+    copies = []
     for part in parts:
         moved = part.copy()
         moved["log"] += repetition * period
@@ -60,28 +51,22 @@ def _write_chunk(writer: ContainerWriter, parts: list[Messages], repetition: int
         stamp["sec"], stamp["nanosec"] = np.divmod(nanoseconds, 10**9)
         if "repeat" in (moved["message"].dtype.names or ()):
             moved["message"]["repeat"] = repetition
-        places = offset + moved.dtype.itemsize * np.arange(len(moved), dtype=np.uint64)
-        channel = int.from_bytes(moved["before"][0].tobytes()[9:11], "little")
-        index.setdefault(channel, []).append(np.column_stack([moved["log"], places]))
-        data.append(moved.tobytes())
-        offset += moved.nbytes
-    writer.chunk(pack(b"".join(data), {channel: np.concatenate(parts) for channel, parts in index.items()}))
+        copies.append(moved)
+    writer.chunk(pack(copies))
 
 
-def _messages(source: Path) -> list[Messages]:
+def _messages(source: Path) -> list[Batch]:
     """All messages of stamped topics, one array for each chunk, topic and length."""
     topics = {channel.id: channel.topic for _, channel in _descriptions(source)}
     messages = []
-    for opcode, _, body in records(contents(source)):
-        if opcode != Opcode.CHUNK:
-            continue
-        data = unpacked(decode(Chunk.read, body))
+    with open_records(source) as stream:
+        chunks = [decode(Chunk.read, body) for opcode, _, body in stream.records() if opcode == Opcode.CHUNK]
+    for data in map(unpacked, chunks):
         for (channel, length), offsets in located(data)[0].items():
             if topics[channel] != "/events":
                 raw = rows(data, length, offsets)
-                fields = parse_schema(schemas.TOPICS[topics[channel]][1])
-                layout = Layout.of(fields, raw[0, HEAD_SIZE:].tobytes())
-                messages.append(raw.view(np.dtype([*HEAD, ("message", layout.dtype)]))[:, 0])
+                layout = Layout.of(schemas.FIELDS[topics[channel]], raw[0, MESSAGE_HEAD.itemsize :].tobytes())
+                messages.append(raw.view(message_record(layout))[:, 0])
     return messages
 
 

@@ -5,7 +5,6 @@ program is killed. A second pass reconstructs the samples at the end: the time s
 SYNC arrivals. If the program is killed before that pass, `daq recover` performs it.
 """
 
-import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from drivers.canopen import emcy
 from drivers.canopen.bus import Link, open_bus
 from drivers.canopen.setup import SYNC_ID
 from recordings.buses import SerialBus
+from recordings.container_writer import replacement
 from recordings.errors import BadInput, RunFailed
 from recordings.recording import Run
 from recordings.recovery import rewrite
@@ -164,9 +164,8 @@ def complete(path: Path, rig: Rig, trajectory: Trajectory | None, end: Mapping[s
             f"no SYNC was heard, so {path} holds frames but no samples; check the bus, its bit rate, and that a "
             "master is at work"
         )
-    partial = path.with_name(path.name + ".part")
-    rewrite(path, partial, {**end, **_run_entries(reconstructed)}, reconstructed.samples)
-    os.replace(partial, path)  # noqa: PTH105
+    with replacement(path) as partial:
+        rewrite(path, partial, {**end, **_run_entries(reconstructed)}, reconstructed.samples)
     return reconstructed
 
 

@@ -1,11 +1,11 @@
 """Recovery of interrupted or damaged recordings, and of listened recordings without samples."""
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
 from daq import listen
 from recordings.container import load
+from recordings.container_writer import replacement
 from recordings.errors import BadInput
 from recordings.reader import read_rig
 from recordings.recovery import RewriteSummary, rewrite
@@ -43,10 +43,8 @@ def recover(source: Path, out: Path) -> Recovered:
 
 def recover_in_place(source: Path) -> Recovered:
     """Recover `source` and replace it by the complete recording."""
-    partial = source.with_name(source.name + ".part")
-    recovered = recover(source, partial)
-    os.replace(partial, source)  # noqa: PTH105
-    return recovered
+    with replacement(source) as partial:
+        return recover(source, partial)
 
 
 def _is_whole(source: Path) -> bool:

@@ -11,16 +11,15 @@ from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
 from recordings import schemas
-from recordings.cdr import HEADER, Layout, parse_schema
-from recordings.container_writer import ContainerWriter, Packed, create, pack
+from recordings.cdr import HEADER, Layout
+from recordings.container import RECORD_HEAD, Batch, message_record
+from recordings.container_writer import ContainerWriter, Packed, new_file, pack
 from recordings.metadata import rig_record, run_record
 from recordings.recording import Floats, Ints, Run
 from recordings.rig import Rig
 
 ROWS = 4096
 """Samples in one chunk."""
-
-_FIELDS = {topic: parse_schema(text) for topic, (_, text) in (schemas.TOPICS | schemas.OPTIONAL_TOPICS).items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,20 +53,16 @@ def write(path: Path, rig: Rig, run: Run, samples: SampleTable) -> None:
         BadInput: the file exists, or cannot be created.
         OSError: the file cannot be written; the partial file is removed.
     """
-    with create(path) as stream:
-        try:
-            writer = ContainerWriter(stream)
-            channels = _register(writer, schemas.TOPICS | (schemas.OPTIONAL_TOPICS if samples.extra else {}))
-            writer.metadata("rig", rig_record(rig))
-            writer.metadata("run", run_record(run.model_copy(update={"exit_status": None})))
-            for chunk in encode(samples, channels):
-                writer.chunk(chunk)
-            if run.exit_status is not None:  # at the end, so that a truncated file has no exit status
-                writer.metadata("run", {"exit_status": str(run.exit_status)})
-            writer.finish()
-        except BaseException:
-            path.unlink()
-            raise
+    with new_file(path) as stream:
+        writer = ContainerWriter(stream)
+        channels = _register(writer, schemas.ALL_TOPICS if samples.extra else schemas.TOPICS)
+        writer.metadata("rig", rig_record(rig))
+        writer.metadata("run", run_record(run.model_copy(update={"exit_status": None})))
+        for chunk in encode(samples, channels):
+            writer.chunk(chunk)
+        if run.exit_status is not None:  # at the end, so that a truncated file has no exit status
+            writer.metadata("run", {"exit_status": str(run.exit_status)})
+        writer.finish()
 
 
 def _register(writer: ContainerWriter, topics: Mapping[str, tuple[str, str]]) -> dict[str, int]:
@@ -82,13 +77,7 @@ def encode(samples: SampleTable, channels: Mapping[str, int]) -> Iterator[Packed
     """Yield chunks of `ROWS` samples each; `channels` maps each topic to its channel."""
     for first in range(0, len(samples.stamp), ROWS):
         block = slice(first, first + ROWS)
-        messages = {topic: _messages(samples, block, topic, channels[topic]) for topic in _topics(samples)}
-        index, offset = {}, 0
-        for topic, records in messages.items():
-            places = offset + records.dtype.itemsize * np.arange(len(records), dtype=np.uint64)
-            index[channels[topic]] = np.column_stack([records["log"], places])
-            offset += records.nbytes
-        yield pack(b"".join(records.tobytes() for records in messages.values()), index)
+        yield pack(_messages(samples, block, topic, channels[topic]) for topic in _topics(samples))
 
 
 def _topics(samples: SampleTable) -> Iterator[str]:
@@ -100,7 +89,7 @@ def _topics(samples: SampleTable) -> Iterator[str]:
         yield "/extra"
 
 
-def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> NDArray[Any]:
+def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> Batch:
     """Message records of one topic, one for each sample of `block`."""
     strings, values = _contents(samples, block, topic)
     dof = samples.position.shape[1]
@@ -109,7 +98,7 @@ def _messages(samples: SampleTable, block: slice, topic: str, channel: int) -> N
     lengths = {name: sequences.get(name, 0) for name in ("velocity", "effort")} | sequences
     texts = {"header.frame_id": "", **{f"name.{i}": name for i, name in enumerate(strings)}}
     known = {name: len(text.encode()) + 1 for name, text in texts.items()} | lengths
-    layout = Layout(_FIELDS[topic], lambda name, _: known[name])
+    layout = Layout(schemas.FIELDS[topic], lambda name, _: known[name])
     records = _records(samples, block, channel, layout)
     message = records["message"]
     message["encapsulation"] = int.from_bytes(HEADER, "little")
@@ -149,13 +138,11 @@ def _contents(samples: SampleTable, block: slice, topic: str) -> tuple[list[str]
     }
 
 
-def _records(samples: SampleTable, block: slice, channel: int, layout: Layout) -> NDArray[Any]:
+def _records(samples: SampleTable, block: slice, channel: int, layout: Layout) -> Batch:
     """Message records with only the record header filled in."""
-    head = [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8")]
-    dtype = np.dtype([*head, ("publish", "<u8"), ("message", layout.dtype)])
-    records = np.zeros(len(samples.stamp[block]), dtype)
+    records = np.zeros(len(samples.stamp[block]), message_record(layout))
     records["opcode"] = Opcode.MESSAGE
-    records["length"] = dtype.itemsize - 9
+    records["length"] = records.itemsize - RECORD_HEAD
     records["channel"] = channel
     records["log"] = samples.log[block]
     records["publish"] = samples.stamp[block]

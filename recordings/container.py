@@ -35,14 +35,16 @@ RECORD_HEAD = _RECORD.size
 _BLOCK = 1 << 20
 """Block size of the search for the end of the data [bytes]."""
 _MESSAGE = struct.Struct("<BQH")
-_MESSAGE_HEAD = 31
-"""Size of the Message record header [bytes]: opcode, length, channel, sequence, log and publish time."""
+MESSAGE_HEAD = np.dtype(
+    [("opcode", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]
+)
+"""Header of a Message record; `log` and `publish` are times [ns]."""
 
 # Exceptions that the libraries raise on damaged bytes.
 DECODE_ERRORS = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
 Batch = np.ndarray[Any, np.dtype[Any]]
-"""Messages of one topic and one length: `log` [ns] and `message`, whose fields are those of `Layout.dtype`."""
+"""Message records of one topic and one length, with the fields of `message_record`; condensed ones only some."""
 
 T = TypeVar("T")
 
@@ -82,40 +84,34 @@ def load(
         BadInput: the file is missing, not MCAP, or damaged.
     """
     loader = _RecordLoader(path, topics, condense)
-    with _open_mcap(path) as file:
-        loader.load(_Stream(file, most))
+    with open_records(path, most) as stream:
+        loader.load(stream)
     return loader.container
 
 
-def contents(path: Path, most: int | None = None) -> bytes:
-    """Read the bytes of an MCAP file, or the first `most` of them.
+@contextmanager
+def open_records(path: Path, most: int | None = None) -> Iterator["RecordStream"]:
+    """Open an MCAP file, or its first `most` bytes.
 
     Raises:
-        BadInput: the file is missing, cannot be read, or is not MCAP.
+        BadInput: the file is missing, is not MCAP, or cannot be read, now or later.
     """
-    with _open_mcap(path) as file:
-        data = file.read(-1 if most is None else most)
-    return data if data.endswith(MAGIC) else data.rstrip(b"\0")
+    with _reading(path):
+        file = path.open("rb")
+    with file:
+        stream = RecordStream(path, file, most)
+        magic = stream.read(0, len(MAGIC))
+        if not magic:
+            raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
+        if magic != MAGIC:
+            raise BadInput(f"{path} is not an MCAP file: it begins with {magic!r}; bring a table in with daq import")
+        yield stream
 
 
 @contextmanager
-def _open_mcap(path: Path) -> Iterator[BinaryIO]:
-    """Open the file after checking that it begins as an MCAP file.
-
-    Raises:
-        BadInput: as `contents`.
-    """
+def _reading(path: Path) -> Iterator[None]:
     try:
-        with path.open("rb") as file:
-            magic = file.read(len(MAGIC))
-            if not magic:
-                raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
-            if magic != MAGIC:
-                raise BadInput(
-                    f"{path} is not an MCAP file: it begins with {magic!r}; bring a table in with daq import"
-                )
-            file.seek(0)
-            yield file
+        yield
     except FileNotFoundError:
         raise BadInput(f"recording {path} does not exist; check the path") from None
     except IsADirectoryError:
@@ -124,30 +120,32 @@ def _open_mcap(path: Path) -> Iterator[BinaryIO]:
         raise BadInput(f"recording {path} cannot be read: {error.strerror}") from None
 
 
-class _Stream:
+class RecordStream:
     """A file, or its first `most` bytes, read record by record, because a long recording may not fit into memory."""
 
-    def __init__(self, file: BinaryIO, most: int | None) -> None:
-        self._file = file
-        size = file.seek(0, os.SEEK_END)
-        self._end = size if most is None else min(most, size)
-        self.complete = self._end > len(MAGIC) and self.read(self._end - len(MAGIC), self._end) == MAGIC
+    def __init__(self, path: Path, file: BinaryIO, most: int | None) -> None:
+        self._path, self._file = path, file
+        with _reading(path):
+            size = file.seek(0, os.SEEK_END)
+        self.end = size if most is None else min(most, size)
+        """Number of bytes that were written."""
+        self.complete = self.end > len(MAGIC) and self.read(self.end - len(MAGIC), self.end) == MAGIC
         """Whether the data end with the MCAP magic, as in a complete file."""
         # After a power failure the file may end in zero bytes that were never written.
-        while not self.complete and self._end and not self.read(self._end - 1, self._end).strip(b"\0"):
-            before = max(0, self._end - _BLOCK)
-            self._end = before + len(self.read(before, self._end).rstrip(b"\0"))
+        while not self.complete and self.end and not self.read(self.end - 1, self.end).strip(b"\0"):
+            before = max(0, self.end - _BLOCK)
+            self.end = before + len(self.read(before, self.end).rstrip(b"\0"))
         self.checksum = zlib.crc32(MAGIC)
         """CRC-32 of everything before the last record returned."""
 
     def records(self) -> Iterator[tuple[int, int, bytes]]:
         """Yield opcode, offset and body of every complete top-level record."""
         offset = len(MAGIC)
-        while offset + RECORD_HEAD <= self._end:
+        while offset + RECORD_HEAD <= self.end:
             head = self.read(offset, offset + RECORD_HEAD)
             opcode, length = _RECORD.unpack(head)
             start = offset + RECORD_HEAD
-            if start + length > self._end:
+            if start + length > self.end:
                 return
             body = self.read(start, start + length)
             yield opcode, offset, body
@@ -156,8 +154,9 @@ class _Stream:
 
     def read(self, start: int, end: int) -> bytes:
         """Read the bytes from `start` to `end`."""
-        self._file.seek(start)
-        return self._file.read(max(0, end - start))
+        with _reading(self._path):
+            self._file.seek(start)
+            return self._file.read(max(0, end - start))
 
 
 class _RecordLoader:
@@ -168,7 +167,7 @@ class _RecordLoader:
         self._schemas: dict[int, Schema] = {}
         self._channels: dict[int, str] = {}
 
-    def load(self, stream: _Stream) -> None:
+    def load(self, stream: RecordStream) -> None:
         try:
             self._load_records(stream)
         except BadInput:
@@ -180,7 +179,7 @@ class _RecordLoader:
                 "with `daq recover`, or record again"
             ) from None
 
-    def _load_records(self, stream: _Stream) -> None:
+    def _load_records(self, stream: RecordStream) -> None:
         for opcode, offset, body in stream.records():
             if opcode == Opcode.METADATA:
                 record = decode(Metadata.read, body)
@@ -258,40 +257,25 @@ def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[i
 
 
 def rows(data: bytes, length: int, offsets: list[int]) -> NDArray[np.uint8]:
-    """Message records of one length at `offsets`, as bytes (n, record size); log time in bytes 15 to 23."""
+    """Message records of one length at `offsets`, as bytes (n, record size)."""
     buffer = np.frombuffer(data, np.uint8)
     view: NDArray[np.uint8] = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]
     return view
 
 
+def message_record(layout: Layout) -> np.dtype[Any]:
+    """Dtype of a Message record: `MESSAGE_HEAD`, then `message` with the fields of `layout`."""
+    return np.dtype([*MESSAGE_HEAD.descr, ("message", layout.dtype)])
+
+
 def _batches(fields: tuple[Field, ...], rows: NDArray[np.uint8]) -> Iterator[Batch]:
     """View Message records of one length, (n, record size), as messages; several batches only where strings vary."""
     while len(rows):
-        layout = Layout.of(fields, rows[0, _MESSAGE_HEAD:].tobytes())
-        dtype = np.dtype(
-            {
-                "names": ["log", "message"],
-                "formats": ["<u8", layout.dtype],
-                "offsets": [15, _MESSAGE_HEAD],
-                "itemsize": rows.shape[1],
-            }
-        )
-        batch = rows.view(dtype)[:, 0]
+        layout = Layout.of(fields, rows[0, MESSAGE_HEAD.itemsize :].tobytes())
+        batch = rows.view(message_record(layout))[:, 0]
         fits = layout.fits(batch["message"])
         yield batch if fits.all() else batch[fits]
         rows = rows[~fits]
-
-
-def records(data: bytes) -> Iterator[tuple[int, int, bytes]]:
-    """Yield opcode, offset and body of every complete top-level record."""
-    offset = len(MAGIC)
-    while offset + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, offset)
-        start = offset + _RECORD.size
-        if start + length > len(data):
-            return
-        yield opcode, offset, data[start : start + length]
-        offset = start + length
 
 
 def decode(read: Callable[[ReadDataStream], T], body: bytes) -> T:

@@ -3,9 +3,11 @@
 The mcap library writes message by message, which suits a live run but is slow for an hour of existing samples.
 """
 
+import os
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BufferedWriter
 from pathlib import Path
@@ -32,8 +34,8 @@ from mcap.records import (
 )
 from numpy.typing import NDArray
 
-from recordings.container import MAGIC
-from recordings.errors import BadInput
+from recordings.container import MAGIC, Batch
+from recordings.errors import BadInput, RunFailed
 
 PROFILE = "ros2"
 LIBRARY = "delta-workbench"
@@ -59,6 +61,34 @@ def create(path: Path, what: str = "recording") -> BufferedWriter:
         raise BadInput(f"{what} {path} cannot be created: {error.strerror}; choose another name") from None
 
 
+@contextmanager
+def new_file(path: Path, what: str = "recording") -> Iterator[BufferedWriter]:
+    """Create a new file, as `create`; after an error in the block it is removed."""
+    with create(path, what) as stream:
+        try:
+            yield stream
+        except BaseException:
+            path.unlink()
+            raise
+
+
+@contextmanager
+def replacement(path: Path) -> Iterator[Path]:
+    """Yield the name of a new file that replaces `path` at the end of the block; after an error `path` is unchanged.
+
+    Errors name `path`, because the user does not know the other name.
+    """
+    partial = path.with_name(path.name + ".part")
+    partial.unlink(missing_ok=True)  # of an attempt that was killed
+    try:
+        yield partial
+        os.replace(partial, path)  # noqa: PTH105
+    except (BadInput, RunFailed) as error:
+        raise type(error)(str(error).replace(str(partial), str(path))) from None
+    finally:
+        partial.unlink(missing_ok=True)
+
+
 @dataclass(frozen=True)
 class Packed:
     """A chunk and its message index."""
@@ -67,8 +97,15 @@ class Packed:
     index: Index
 
 
-def pack(data: bytes, index: Index) -> Packed:
-    """Compress the records `data` into a chunk."""
+def pack(batches: Iterable[Batch]) -> Packed:
+    """Compress message records (see `container.message_record`), one channel in each of `batches`, into a chunk."""
+    parts: dict[int, list[NDArray[np.uint64]]] = defaultdict(list)
+    data = b""
+    for batch in batches:
+        offsets = len(data) + batch.itemsize * np.arange(len(batch), dtype=np.uint64)
+        parts[int(batch["channel"][0])].append(np.column_stack([batch["log"], offsets]))
+        data += batch.tobytes()
+    index = {channel: np.concatenate(entries) for channel, entries in parts.items()}
     times = np.concatenate([entries[:, 0] for entries in index.values()])
     chunk = Chunk(
         compression="zstd",

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from recordings import schemas
-from recordings.cdr import Layout, parse_schema
+from recordings.cdr import Layout
 from recordings.config import validated
 from recordings.container import Batch, Container, load
 from recordings.errors import BadInput
@@ -82,7 +82,7 @@ def read_can(path: Path) -> CanFrames:
     """
     container = _load(path, ("/can",), lambda batch: batch)
     # "tx" and "rx" have three bytes with the NUL; the empty array gives the dtype where there are no frames.
-    none = np.empty(0, Layout(parse_schema(schemas.CAN_FRAME), lambda *_: 3).dtype)
+    none = np.empty(0, Layout(schemas.FIELDS["/can"], lambda *_: 3).dtype)
     batches = container.batches.get("/can", [])
     log = np.concatenate([np.empty(0, np.int64), *(batch["log"].astype(np.int64) for batch in batches)])
     order = np.argsort(log, kind="stable")
@@ -222,8 +222,7 @@ def _check_layout(container: Container) -> None:
             f"read it with the program that wrote it ({container.metadata['run'].get('software')}) or a newer one"
         )
     for topic, fields in container.fields.items():
-        known = schemas.TOPICS | schemas.OPTIONAL_TOPICS
-        lacking = [field.name for field in parse_schema(known[topic][1]) if field not in fields]
+        lacking = [field.name for field in schemas.FIELDS[topic] if field not in fields]
         if lacking:
             raise BadInput(
                 f"recording {container.path}: messages of {topic} with {', '.join(lacking)} expected, none found; "

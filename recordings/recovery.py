@@ -10,7 +10,7 @@ from mcap.records import Channel, Chunk, Metadata, Schema
 
 from recordings import container
 from recordings.blocks import SampleTable, encode
-from recordings.container_writer import ContainerWriter, Packed, create
+from recordings.container_writer import ContainerWriter, Packed, new_file
 from recordings.errors import BadInput
 
 
@@ -34,18 +34,13 @@ def rewrite(source: Path, out: Path, run: Mapping[str, str], samples: SampleTabl
         BadInput: `source` is missing, not MCAP, or contains nothing intact; `out` exists or cannot be created.
         OSError: `out` cannot be written; the partial file is removed.
     """
-    data = container.contents(source)
-    with create(out) as stream:
-        try:
-            rewriter = _Rewriter(source, ContainerWriter(stream))
-            summary = rewriter.copy_intact(data)
-            if samples is not None:
-                rewriter.add(samples)
-            rewriter.writer.metadata("run", run)
-            rewriter.writer.finish()
-        except BaseException:
-            out.unlink()
-            raise
+    with container.open_records(source) as stream, new_file(out) as target:
+        rewriter = _Rewriter(source, ContainerWriter(target))
+        summary = rewriter.copy_intact(stream)
+        if samples is not None:
+            rewriter.add(samples)
+        rewriter.writer.metadata("run", run)
+        rewriter.writer.finish()
     return summary
 
 
@@ -58,9 +53,9 @@ class _Rewriter:
         self._damaged = 0
         self._first, self._last = 2**63, 0
 
-    def copy_intact(self, data: bytes) -> RewriteSummary:
+    def copy_intact(self, stream: container.RecordStream) -> RewriteSummary:
         end = len(container.MAGIC)
-        for opcode, offset, body in container.records(data):
+        for opcode, offset, body in stream.records():
             if not Opcode.HEADER <= opcode <= Opcode.DATA_END:
                 break  # not a record
             end = offset + container.RECORD_HEAD + len(body)
@@ -72,7 +67,7 @@ class _Rewriter:
                 f"recording {self._source} holds no intact data, so there is nothing to recover; record again"
             )
         # In a complete file, the data are followed by the old index, which is not lost data.
-        behind = 0 if data.endswith(container.MAGIC) else len(data) - end
+        behind = 0 if stream.complete else stream.end - end
         return RewriteSummary(self._messages, (self._last - self._first) / 1e9, self._damaged, behind)
 
     def add(self, samples: SampleTable) -> None:
@@ -100,7 +95,8 @@ class _Rewriter:
             self._describe(opcode, body)
         index: dict[int, list[np.ndarray]] = {}
         for (channel, length), offsets in messages.items():
-            log = container.rows(data, length, offsets)[:, 15:23].copy().view("<u8")
+            heads = container.rows(data, length, offsets)[:, : container.MESSAGE_HEAD.itemsize]
+            log = heads.copy().view(container.MESSAGE_HEAD)["log"]
             index.setdefault(channel, []).append(np.column_stack([log, np.array(offsets, np.uint64)]))
             self._messages += len(offsets)
             self._first = min(self._first, int(log.min()))

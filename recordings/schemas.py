@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from recordings.cdr import parse_schema
+
 _TIME = """\
 MSG: builtin_interfaces/Time
 int32 sec
@@ -125,6 +127,10 @@ TOPICS = {
 
 OPTIONAL_TOPICS = {"/extra": ("delta_msgs/msg/NamedValues", EXTRA)}
 """Topics only of imported recordings and of recordings whose drives are read one after the other."""
+
+ALL_TOPICS = TOPICS | OPTIONAL_TOPICS
+FIELDS = {topic: parse_schema(text) for topic, (_, text) in ALL_TOPICS.items()}
+"""Message fields by topic."""
 
 POSITION_DELAY, VOLTAGE_DELAY = "position_delay", "voltage_delay"
 """Prefixes of names in /extra, followed by _1 ... _n."""

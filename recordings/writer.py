@@ -1,6 +1,7 @@
 """Writing a recording: an MCAP file of ROS 2 messages that stays readable when truncated."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import TracebackType
 from typing import Any, NoReturn, Self
@@ -10,7 +11,7 @@ from mcap.writer import Writer
 from numpy.typing import NDArray
 
 from recordings import schemas
-from recordings.cdr import Encoder, parse_schema
+from recordings.cdr import Encoder
 from recordings.container_writer import LIBRARY, PROFILE, create
 from recordings.errors import BadInput, RunFailed
 from recordings.metadata import clean, rig_record, run_record
@@ -19,9 +20,6 @@ from recordings.rig import Rig
 
 FLUSH_INTERVAL = 500_000_000
 """Interval of flushes [ns]: the largest recorded time lost when the program is killed."""
-
-_KNOWN = schemas.TOPICS | schemas.OPTIONAL_TOPICS
-_FIELDS = {topic: parse_schema(text) for topic, (_, text) in _KNOWN.items()}
 
 Numbers = Sequence[float] | NDArray[np.float64]
 
@@ -33,12 +31,13 @@ class RecordingFailed(RunFailed, BadInput):
     """
 
 
-def joint_state_encoder(names: Sequence[str], velocity: bool = False, effort: bool = False) -> Encoder:
-    """Create the encoder of sensor_msgs/msg/JointState: time, positions, then velocities and efforts if measured."""
+@cache
+def joint_state_encoder(names: tuple[str, ...], velocity: bool = False, effort: bool = False) -> Encoder:
+    """Return the encoder of sensor_msgs/msg/JointState: time, positions, then velocities and efforts if measured."""
     dof = len(names)
     texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(names)}
     lengths = {"name": dof, "position": dof, "velocity": dof * velocity, "effort": dof * effort}
-    return Encoder(_FIELDS["/joint_states"], texts, lengths)
+    return Encoder(schemas.FIELDS["/joint_states"], texts, lengths)
 
 
 class RecordingWriter:
@@ -60,12 +59,12 @@ class RecordingWriter:
         self._path = path
         self._joints = rig.joint_names
         self._flushed: int | None = None
-        self._encoders: dict[tuple[str, bool, bool], Encoder] = {}
-        self._amplifiers = self._amplifier_encoder()
+        arrays = dict.fromkeys(("voltage", "voltage_stamp", "statusword", "error_code"), len(self._joints))
+        self._amplifiers = Encoder(schemas.FIELDS["/amplifiers"], {"header.frame_id": ""}, arrays)
         self._extra: Encoder | None = None
-        self._point = Encoder(_FIELDS["/platform_reference"], {"header.frame_id": "base"}, {})
+        self._point = Encoder(schemas.FIELDS["/platform_reference"], {"header.frame_id": "base"}, {})
         self._sent, self._received = (
-            Encoder(_FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
+            Encoder(schemas.FIELDS["/can"], {"header.frame_id": direction}, {}) for direction in ("tx", "rx")
         )
         self._stream = create(path)
         self._open = True
@@ -124,7 +123,7 @@ class RecordingWriter:
         """Write further values of this SYNC; the names must be the same in every call."""
         if self._extra is None:
             texts = {"header.frame_id": ""} | {f"name.{i}": name for i, name in enumerate(values)}
-            self._extra = Encoder(_FIELDS["/extra"], texts, {"name": len(values), "value": len(values)})
+            self._extra = Encoder(schemas.FIELDS["/extra"], texts, {"name": len(values), "value": len(values)})
             self._channels["/extra"] = self._register("/extra")
         payload = self._extra.pack([*divmod(stamp_ns, 10**9), *values.values()])
         self._add("/extra", stamp_ns, log_ns, payload)
@@ -154,7 +153,7 @@ class RecordingWriter:
 
     def event(self, log_ns: int, level: schemas.Level, source: str, message: str) -> None:
         """Write an event: a state change, EMCY, missed cycle, or a stop and its reason."""
-        encoder = Encoder(_FIELDS["/events"], {"name": source, "msg": message, "file": "", "function": ""}, {})
+        encoder = Encoder(schemas.FIELDS["/events"], {"name": source, "msg": message, "file": "", "function": ""}, {})
         payload = encoder.pack([*divmod(log_ns, 10**9), schemas.LEVELS[level], 0])
         self._add("/events", log_ns, log_ns, payload)
 
@@ -184,14 +183,10 @@ class RecordingWriter:
             self.close(1, str(error) or type(error).__name__)
 
     def _register(self, topic: str) -> int:
-        name, text = _KNOWN[topic]
+        name, text = schemas.ALL_TOPICS[topic]
         schema: int = self._mcap.register_schema(name, "ros2msg", text.encode())
         channel: int = self._mcap.register_channel(topic, "cdr", schema)
         return channel
-
-    def _amplifier_encoder(self) -> Encoder:
-        sequences = ("voltage", "voltage_stamp", "statusword", "error_code")
-        return Encoder(_FIELDS["/amplifiers"], {"header.frame_id": ""}, dict.fromkeys(sequences, len(self._joints)))
 
     def _joint_state(
         self,
@@ -202,18 +197,12 @@ class RecordingWriter:
         velocity: Numbers | None,
         effort: Numbers | None,
     ) -> None:
-        encoder = self._joint_encoder(topic, velocity is not None, effort is not None)
+        encoder = joint_state_encoder(self._joints, velocity is not None, effort is not None)
         values: list[float] = [*divmod(stamp_ns, 10**9), *position]
         for measured in (velocity, effort):
             if measured is not None:
                 values.extend(measured)
         self._add(topic, stamp_ns, log_ns, encoder.pack(values))
-
-    def _joint_encoder(self, topic: str, velocity: bool, effort: bool) -> Encoder:
-        key = (topic, velocity, effort)
-        if key not in self._encoders:
-            self._encoders[key] = joint_state_encoder(self._joints, velocity, effort)
-        return self._encoders[key]
 
     def _add(self, topic: str, stamp_ns: int, log_ns: int, payload: bytes) -> None:
         if not self._open:

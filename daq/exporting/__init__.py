@@ -35,14 +35,10 @@ def export(file: Path, name: str, out: Path) -> str:
         BadInput: there is no such format, `out` exists, or the recording does not suit the format.
         OSError: `out` cannot be written; no partial file is left.
     """
-    from recordings.container_writer import create
+    from recordings.container_writer import new_file
 
     if name not in names():
         raise BadInput(f"one of {', '.join(names())} expected, format '{name}' found; choose one of these")
     form = cast(Format, importlib.import_module(f"{__name__}.{name}"))
-    with create(out, "file") as stream:
-        try:
-            return form.write(file, stream)
-        except BaseException:
-            out.unlink()
-            raise
+    with new_file(out, "file") as stream:
+        return form.write(file, stream)

@@ -31,7 +31,7 @@ class Publisher:
 
     def __init__(self, run: dict[str, Any]) -> None:
         self._start: int = run["start_ns"]
-        self._encoder = joint_state_encoder(run["joints"])
+        self._encoder = joint_state_encoder(tuple(run["joints"]))
         self._states, self._commands = (_joint_channel(topic) for topic in ("/joint_states", "/joint_commands"))
         self._live = foxglove.Channel("/live", schema=_LIVE | {"title": "live"})
         self._run = foxglove.Channel("/run", schema=_RUN | {"title": "run"})

@@ -72,6 +72,23 @@ def test_listened_recording_without_sync_is_not_recovered(tmp_path: Path) -> Non
     assert not (tmp_path / "out.mcap").exists()
 
 
+def test_failed_recovery_in_place_names_the_file_and_leaves_it_unchanged(tmp_path: Path) -> None:
+    frames, path = sample_frames(), tmp_path / "r.mcap"
+    write(path, read(SAMPLE).rig, frames, arrivals(frames, 4e6, 0), frames.id == 0x181)
+    before = path.read_bytes()
+    with pytest.raises(RunFailed, match=rf"no SYNC was heard, so {path} holds"):
+        recover_in_place(path)
+    assert path.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_rest_of_a_killed_recovery_does_not_prevent_the_next(cut: Path) -> None:
+    cut.with_name("cut.mcap.part").write_text("half")
+    recover_in_place(cut)
+    assert read(cut).complete
+    assert list(cut.parent.iterdir()) == [cut]
+
+
 def test_unrecoverable_files_are_rejected_and_leave_no_partial_file(cut: Path, tmp_path: Path) -> None:
     out = tmp_path / "out.mcap"
     with pytest.raises(BadInput, match="is whole; there is nothing to recover"):
