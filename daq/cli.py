@@ -1,17 +1,15 @@
 """`daq`: stream a motion to the amplifiers and record what happened."""
 
-from daq import commands
-from recordings.command_line import CommandFolder, run
-
-program = CommandFolder(
-    commands,
-    name="daq",
-    help="Stream a motion to the amplifiers of a delta robot and record what happened.",
-    epilog="Example: daq record --traj fig5a --out run.mcap",
-    no_args_is_help=True,
-)
+import sys
 
 
 def main() -> None:
     """Entry point of the program `daq`."""
+    try:
+        # Here, because Ctrl-C may come while they are imported, which takes a moment.
+        from daq.program import program
+        from recordings.command_line import run
+    except KeyboardInterrupt:
+        print("interrupted before anything moved", file=sys.stderr)
+        sys.exit(1)
     run(program)
