@@ -11,6 +11,8 @@ if TYPE_CHECKING:
     from daq.importing import Description, Imported
 
 _FILE = click.Path(path_type=Path)
+_LONGEST_STEP = 0.05
+"""Median time step above which a wrong unit of time is likely [s]."""
 _EPILOG = """\b
 Examples:
   daq import bench.csv --out bench.mcap --rig rig.toml
@@ -57,6 +59,12 @@ def command(
     described = _description(rig_file, mechanism, joints, torque_map, gain)
     imported = import_csv(file, out, replace(described, simulated=simulated))
     figures = _figures(imported, out)
+    if (step := figures["step_s"]["median"]) > _LONGEST_STEP:
+        click.echo(
+            f"warning: a sample every {step:g} s ({1 / step:.3g} Hz) is too slow to identify a motion; the column "
+            "time is in s: if it holds ms, divide it by 1000 and import it again",
+            err=True,
+        )
     if as_json:
         click.echo(json.dumps(figures))
     else:

@@ -251,3 +251,14 @@ def test_command_prints_a_summary(tmp_path: Path) -> None:
     assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 1, 0, [0])
     torque = read(tmp_path / "b.mcap").rig.torque
     assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "assumed")
+
+
+def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
+    for unit, factor in (("s", 0.002), ("ms", 2.0)):
+        rows = "".join(f"{factor * i!r},{i},1\n" for i in range(10))
+        (tmp_path / f"{unit}.csv").write_text(f"time,position_1,effort_1\n{rows}")
+        arguments = [str(tmp_path / f"{unit}.csv"), "--out", str(tmp_path / f"{unit}.mcap"), "--mechanism", "axes"]
+        result = CliRunner().invoke(command, arguments, catch_exceptions=False)
+        assert result.exit_code == 0
+        assert ("a sample every 2 s (0.5 Hz)" in result.stderr) == (unit == "ms")
+        assert ("the column time is in s: if it holds ms, divide it by 1000" in result.stderr) == (unit == "ms")
