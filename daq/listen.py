@@ -74,14 +74,17 @@ class Listener:
         return reason
 
     def _end_reason(self, stop: StopRequest, end: float | None) -> str | None:
-        now = time.monotonic()
         if stop.count:
             return stop.reason
-        if end is not None and now >= end:
+        if end is not None and time.monotonic() >= end:
             return "the time to listen was over"
-        if self._last_sync is not None and now - self._last_sync > SYNC_TIMEOUT:
-            return f"no SYNC for {SYNC_TIMEOUT:g} s"
-        return None
+        # After a stall of this program, the frames that arrived meanwhile are still to be read.
+        while self._is_sync_overdue() and self._link.receive(0.0) is not None:
+            pass
+        return f"no SYNC for {SYNC_TIMEOUT:g} s" if self._is_sync_overdue() else None
+
+    def _is_sync_overdue(self) -> bool:
+        return self._last_sync is not None and time.monotonic() - self._last_sync > SYNC_TIMEOUT
 
     def _on_frame(self, stamp_ns: int, message: can.Message, sent: bool) -> None:
         self.traffic.frames += 1

@@ -114,6 +114,25 @@ def test_listening_ends_when_the_syncs_have_ceased(tmp_path: Path, monkeypatch: 
     assert reason == "no SYNC for 0.2 s"
 
 
+def test_stall_of_the_listener_is_no_silence_of_the_bus(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(listen, "SYNC_TIMEOUT", 0.3)
+    with (
+        can.Bus(interface="virtual", channel="stalled") as sender,
+        can.Bus(interface="virtual", channel="stalled") as receiver,
+    ):
+        listener = Listener(receiver, RIG, tmp_path / "r.mcap")
+        send(sender, 0x80, b"")
+
+        def stall(traffic: listen.BusTraffic) -> None:
+            if traffic.frames == 1:
+                send(sender, 0x701, b"\x05")
+                send(sender, 0x80, b"")
+                time.sleep(0.4)
+
+        assert listener.listen(StopRequest(), None, stall) == "no SYNC for 0.3 s"
+        assert listener.traffic.syncs == 2
+
+
 def test_recording_without_sync_keeps_its_frames_and_has_no_samples(tmp_path: Path) -> None:
     listened(tmp_path, "none", lambda bus: send(bus, 0x181, bytes(8)))
     with pytest.raises(RunFailed, match="no SYNC was heard"):
