@@ -25,7 +25,7 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
 
     Raises:
         BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording,
-            or is neither file nor folder; or its folder is not writable.
+            or is neither file nor folder; or its folder does not exist or is not writable.
     """
     inputs = [input_path.resolve() for input_path in read]
     for path in filter(None, paths):
@@ -38,6 +38,8 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
         if path.exists() and not force:
             raise BadInput(f"{path} should not exist yet, but does; give another name, or --force to replace it")
         folder = path if path.is_dir() else path.parent
+        if not folder.is_dir() and folder.resolve() not in [input_path.parent for input_path in inputs]:
+            raise BadInput(f"folder {folder} does not exist; create it, or choose another place")
         if folder.is_dir() and not os.access(folder, os.W_OK):
             raise BadInput(f"folder {folder} cannot be written; change its permissions, or choose another place")
 

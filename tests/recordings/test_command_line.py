@@ -98,6 +98,13 @@ def test_unexpected_errors_propagate() -> None:
         run(failing(ZeroDivisionError()))
 
 
+def test_output_in_a_missing_folder_is_refused_before_the_work(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=f"folder {tmp_path / 'none'} does not exist; create it"):
+        refuse_existing(tmp_path / "none" / "model.json")
+    # The input in the same folder is missing too, which is the better reason.
+    refuse_existing(tmp_path / "none" / "a.model.json", read=[tmp_path / "none" / "a.mcap"])
+
+
 @pytest.mark.parametrize("text", ["nan", "inf"])
 def test_finite_range_refuses_nan_and_infinity(text: str) -> None:
     @click.command()
