@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import click
+
 from drivers import transports
 from drivers.simulated import transports as simulations
 from drivers.simulated.config import SimConfig, load_sim
@@ -45,7 +47,9 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     Raises:
         BadInput: the bus cannot be opened.
     """
-    return simulations.of(rig).serve(rig, config, pace, seed)
+    service = simulations.of(rig).serve(rig, config, pace, seed)
+    service.warn = lambda text: click.secho(f"warning: {text}", err=True, fg="yellow")
+    return service
 
 
 @contextmanager

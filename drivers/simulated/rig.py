@@ -8,29 +8,21 @@ import time
 from functools import partial
 
 import can
-import numpy as np
 
 from drivers.canopen.bus import Link
 from drivers.canopen.setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedCanopenDrive
-from drivers.simulated.machine import Machine
-from drivers.simulated.service import FALLING_BEHIND, Pace, Service, advance_machine
+from drivers.simulated.service import CHUNK, Pace, Service, advance_machine
 from recordings.rig import Rig
-
-_CHUNK = 0.001
-"""Real time: longest interval between two advances of the machine [s], so that SYNC is answered quickly."""
 
 
 class SimulatedRig(Service):
     """Three CiA 402 drives around one machine on one CAN bus."""
 
     def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
-        super().__init__()
+        super().__init__(rig, config, pace, seed)
         self._link = Link(bus)
-        self._period = 1.0 / rig.rate
-        self._lockstep = pace == "lockstep"
-        self.machine = Machine(rig, config, np.random.default_rng(seed))
         self._outbox: list[tuple[int, bytes]] = []
         self.drives = [
             SimulatedCanopenDrive(
@@ -50,9 +42,9 @@ class SimulatedRig(Service):
     def run(self) -> None:
         """See `Service`."""
         self._flush()
-        self._clock_zero = time.perf_counter() - self.machine.time
+        self._start_clock()
         while not self._stopping.is_set():
-            frame = self._link.receive(0.05 if self._lockstep else _CHUNK)
+            frame = self._link.receive(0.05 if self._lockstep else CHUNK)
             if frame is not None:
                 self._handle(*frame)
             elif not self._lockstep:
@@ -96,20 +88,23 @@ class SimulatedRig(Service):
 
     def _catch_up(self) -> None:
         """Real time: advance the machine to the host's time, but not beyond the next expected SYNC."""
-        now = time.perf_counter() - self._clock_zero
-        if now - self.machine.time > FALLING_BEHIND:
-            self._clock_zero += now - self.machine.time
-            self._last_sync = None
-            return
+        now = self._now()
         if self._last_sync is not None and now < self._last_sync + 1.5 * self._period:
             now = min(now, self._last_sync + self._period)
         self._advance(now - self.machine.time)
         self._flush()
 
+    def _now(self) -> float:
+        """Real time: simulated time that it should be by the host's clock [s]."""
+        host = time.perf_counter()
+        if self._is_delayed(host):
+            self._last_sync = None
+        return host - self._clock_zero
+
     def _lock_to_sync(self) -> None:
         """Real time: advance the machine to SYNC. Real drives sample with microseconds of jitter, by a phase-locked
         loop. This thread has much more, so the machine's time follows the SYNC count where SYNC is regular."""
-        now = time.perf_counter() - self._clock_zero
+        now = self._now()
         if self._last_sync is not None:
             periods = round((now - self._last_sync) / self._period)
             expected = self._last_sync + periods * self._period

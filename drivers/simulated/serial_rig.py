@@ -17,20 +17,16 @@ from functools import partial
 from itertools import count
 from pathlib import Path
 
-import numpy as np
-
 from drivers.serial import port as serial_port
 from drivers.serial.axis import LATCH
 from drivers.serial.protocol import END
 from drivers.simulated.config import SimConfig
-from drivers.simulated.machine import Counts, Machine
+from drivers.simulated.machine import Counts
 from drivers.simulated.serial_drive import SimulatedSerialDrive
-from drivers.simulated.service import FALLING_BEHIND, Pace, Service, advance_machine
+from drivers.simulated.service import CHUNK, Pace, Service, advance_machine
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
-_CHUNK = 0.001
-"""Real time: longest interval between two advances of the machine [s], so that commands are answered quickly."""
 _REACTION = 0.0001
 """Real time: delay of a drive before its reply [s]; the rest of the rig's turnaround is the host's."""
 _IDLE = 0.05
@@ -45,16 +41,12 @@ class SerialRig(Service):
         Raises:
             BadInput: the name of a port is in use.
         """
-        super().__init__()
-        self.machine = Machine(rig, config, np.random.default_rng(seed))
+        super().__init__(rig, config, pace, seed)
         self.disturb: Callable[[str, bytes], bytes] = lambda port, reply: reply
         """Changes a reply on the line, for tests with disturbances."""
         self._bus = rig.serial
         self._character = rig.serial.character
-        self._period = 1.0 / rig.rate
-        self._lockstep = pace == "lockstep"
         self._voltages: Counts | None = None
-        self._clock_zero = 0.0
         self._events: list[tuple[float, int, Callable[[], None]]] = []
         self._event_number = count()
         self.drives = [
@@ -80,7 +72,7 @@ class SerialRig(Service):
 
     def run(self) -> None:
         """See `Service`."""
-        self._clock_zero = time.perf_counter() - self.machine.time
+        self._start_clock()
         while not self._stopping.is_set():
             for port in self._readable():
                 for command in port.read():
@@ -107,8 +99,8 @@ class SerialRig(Service):
     def _select_timeout(self) -> float:
         if self._lockstep:
             return _IDLE
-        due = self._events[0][0] - time.perf_counter() if self._events else _CHUNK
-        return min(max(0.0, due), _CHUNK)
+        due = self._events[0][0] - time.perf_counter() if self._events else CHUNK
+        return min(max(0.0, due), CHUNK)
 
     # The line
 
@@ -166,11 +158,8 @@ class SerialRig(Service):
 
     def _catch_up(self, now: float) -> None:
         """Real time: advance the machine to `now` [s] on the host's clock."""
-        behind = now - self._clock_zero - self.machine.time
-        if behind > FALLING_BEHIND:
-            self._clock_zero += behind
-        else:
-            self._advance(behind)
+        if not self._is_delayed(now):
+            self._advance(now - self._clock_zero - self.machine.time)
 
     def _advance(self, duration: float) -> None:
         if advance_machine(self.machine, self.drives, duration):

@@ -1,18 +1,25 @@
 """Base of the simulated rigs: a loop that serves the drives, in its own thread or in the caller's."""
 
 import threading
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import Literal, Protocol, Self
 
+import numpy as np
+
+from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Machine
 from drivers.simulated.setpoint_generator import SetpointGenerator
+from recordings.rig import Rig
 
 Pace = Literal["lockstep", "realtime"]
 
-FALLING_BEHIND = 0.5
-"""Real time: lag of the host above which simulated time is delayed instead of caught up [s]."""
+LARGEST_LAG = 0.5
+"""Real time: lag of the machine above which simulated time is delayed instead of caught up [s]."""
+CHUNK = 0.001
+"""Real time: longest interval between two advances of the machine [s], so that the drives answer quickly."""
 
 
 class SimulatedDrive(Protocol):
@@ -40,9 +47,17 @@ def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration
 
 
 class Service(ABC):
-    """Runs in its own thread between `start` and `close`, or in the caller's with `run`."""
+    """Drives around one machine. Runs in its own thread between `start` and `close`, or in the caller's with `run`."""
 
-    def __init__(self) -> None:
+    def __init__(self, rig: Rig, config: SimConfig, pace: Pace, seed: int) -> None:
+        self.machine = Machine(rig, config, np.random.default_rng(seed))
+        self.warn: Callable[[str], None] = lambda text: None
+        """Callback for warnings to the user."""
+        self._period = 1.0 / rig.rate
+        self._lockstep = pace == "lockstep"
+        self._clock_zero = 0.0
+        """Real time: time of the host's clock at simulated time zero [s]."""
+        self._delayed = False
         self._stopping = threading.Event()
         self._thread: threading.Thread | None = None
         self.error: BaseException | None = None
@@ -84,6 +99,24 @@ class Service(ABC):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def _start_clock(self) -> None:
+        self._clock_zero = time.perf_counter() - self.machine.time
+
+    def _is_delayed(self, now: float) -> bool:
+        """Real time: whether the machine is too far behind the host's clock `now` [s], so that simulated time is
+        delayed. The first delay is reported."""
+        behind = now - self._clock_zero - self.machine.time
+        if behind <= LARGEST_LAG:
+            return False
+        self._clock_zero += behind
+        if not self._delayed:
+            self._delayed = True
+            self.warn(
+                "the simulated machine is slower than real time, so its time is delayed; choose --pace lockstep, a "
+                "lower rate or fewer effects, or close other programs"
+            )
+        return True
 
     def _run_guarded(self) -> None:
         try:
