@@ -160,7 +160,6 @@ def _write(model: Model, result: Identification, out: Path, plots: Path) -> None
     from ident.output.pictures import draw, staged_folder
 
     try:
-        out.parent.mkdir(parents=True, exist_ok=True)
         with staged_folder(plots) as folder:
             draw(result, folder)
             model.save(out)

@@ -42,7 +42,7 @@ def command(files: tuple[Path, ...], preprocess: str, seed: int, plots: Path, fo
     from ident.paper import figures, methods, table
 
     comparison = methods.compare_methods(files or _samples(), preprocess, seed, lambda *_: None)
-    plots.mkdir(parents=True, exist_ok=True)
+    plots.mkdir(exist_ok=True)
     figures.draw(comparison, plots)
     if as_json:
         click.echo(json.dumps(methods.as_json(comparison, preprocess, seed), indent=2, allow_nan=False))
