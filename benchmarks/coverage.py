@@ -78,7 +78,7 @@ class Estimates:
     """(methods, interval methods, k) half-widths of the intervals."""
 
 
-class Machine:
+class NoisyRecordings:
     """Creates recordings of one motion with different noise, and fits them."""
 
     def __init__(self, measured: Recording) -> None:
@@ -156,17 +156,17 @@ class Coverage:
         yield f"{'93-97':6}" + "".join(f"{'all' if accepted else 'not all':>16}" for accepted in inside)
 
 
-_machine: Machine | None = None
+_noisy_recordings: NoisyRecordings | None = None
 
 
 def _initialize_worker(path: Path) -> None:
-    global _machine
-    _machine = Machine(read(path))
+    global _noisy_recordings
+    _noisy_recordings = NoisyRecordings(read(path))
 
 
 def _run_seed(scenario: Scenario, seed: int) -> Estimates:
-    assert _machine is not None
-    return _machine.estimates_of(scenario, seed)
+    assert _noisy_recordings is not None
+    return _noisy_recordings.estimates_of(scenario, seed)
 
 
 def main() -> None:

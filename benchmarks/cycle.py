@@ -44,7 +44,7 @@ node_id = 3
 
 
 @dataclass(frozen=True)
-class Run:
+class CycleTiming:
     """Result of a run: lateness of each cycle [s], number of missed cycles and of lost answers."""
 
     lateness: NDArray[np.float64]
@@ -76,7 +76,7 @@ def simulated(rate: float) -> Iterator[Rig]:
             process.communicate()
 
 
-def ours(rate: float, seconds: float) -> Run:
+def ours(rate: float, seconds: float) -> CycleTiming:
     """Run the driver and the clock of `daq record`."""
     with simulated(rate) as rig:
         drives = transports.of(rig).connect(rig, lambda *line: None, lambda *frame: None, None)
@@ -86,7 +86,7 @@ def ours(rate: float, seconds: float) -> Run:
             drives.close()
 
 
-def _cycles(drives: Amplifiers, rate: float, seconds: float) -> Run:
+def _cycles(drives: Amplifiers, rate: float, seconds: float) -> CycleTiming:
     drives.discover()
     drives.configure()
     clock = HostClock(rate)
@@ -99,10 +99,10 @@ def _cycles(drives: Amplifiers, rate: float, seconds: float) -> Run:
             lost += drives.exchange(None, max(clock.answer_timeout - late, 0.2 * clock.answer_timeout)).missing
             lateness.append(late)
             index += 1
-    return Run(np.array(lateness), missed, lost)
+    return CycleTiming(np.array(lateness), missed, lost)
 
 
-def plain(rate: float, seconds: float) -> Run:
+def plain(rate: float, seconds: float) -> CycleTiming:
     """Run the loop of the library's documentation: its SYNC producer, PDO variables, a wait for each answer."""
     with simulated(rate) as rig:
         network = canopen.Network()
@@ -135,7 +135,7 @@ def plain(rate: float, seconds: float) -> Run:
             before = now
         network.sync.stop()
         network.disconnect()
-        return Run(np.array(lateness), max(0, round(seconds * rate) - index), lost)
+        return CycleTiming(np.array(lateness), max(0, round(seconds * rate) - index), lost)
 
 
 def main(seconds: float = 60.0) -> None:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal
 
 import can
 
@@ -21,16 +20,15 @@ from daq.stopping import StopRequest
 from daq.stream import Stream
 from daq.watched import CycleProgress
 from drivers import transports
+from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Identity, Report
-from drivers.transports import Tap
 from recordings.errors import BadInput, RunFailed
-from recordings.recording import Run
+from recordings.recording import Pace, Run
 from recordings.rig import Rig, load_rig, simulated_rig
 from recordings.schemas import Level
 from recordings.writer import RecordingWriter
 from trajectories import Trajectory
 
-Pace = Literal["lockstep", "realtime"]
 Display = Callable[[CycleProgress], AbstractContextManager[object]]
 
 _BYTES_PER_CYCLE = 400

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-import click
-
 from drivers import transports
 from drivers.simulated import transports as simulations
 from drivers.simulated.config import SimConfig, load_sim
-from drivers.simulated.service import Pace, Service
+from drivers.simulated.service import Service
+from recordings.command_line import say
 from recordings.errors import BadInput
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 
@@ -48,7 +48,7 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
         BadInput: the bus cannot be opened.
     """
     service = simulations.of(rig).serve(rig, config, pace, seed)
-    service.warn = lambda text: click.secho(f"warning: {text}", err=True, fg="yellow")
+    service.warn = lambda text: say(f"warning: {text}", "yellow")
     return service
 
 

@@ -11,7 +11,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
-from numpy.typing import NDArray
 
 from daq.clock import Clock
 from daq.recorder import NullRecorder, Recorder
@@ -20,10 +19,9 @@ from daq.supervisor import Supervisor
 from daq.watched import CycleProgress
 from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
 from recordings.errors import RunFailed
+from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory, approach
-
-Floats = NDArray[np.float64]
 
 _POWER_TIMEOUT = 3.0
 """Longest time that the drives may take to enable or disable [s]."""
@@ -156,11 +154,7 @@ class Stream:
         for i, setpoint in enumerate(setpoints):
             repeat = -1 if trajectory is None else int(trajectory.repeat[i])
             platform = None if trajectory is None else trajectory.platform[i]
-            sample = self._cycle(setpoint, path[i], repeat, platform)
-            self._raise_fault(
-                self._supervisor.drives(sample) or self._supervisor.motion(sample, self._current_target())
-            )
-            self._target = path[i]
+            self._move(setpoint, path[i], repeat, platform)
             progress.done = i + 1
             progress.following_error = self._supervisor.worst_following_error
             if self._stop.count or self._recorder.error:
@@ -178,11 +172,14 @@ class Stream:
         for target, setpoint in zip(path, self._amplifiers.encode(path), strict=True):
             if self._stop.count > 1:
                 raise MotionFault(f"{self._stop.reason}, twice: quick stop")
-            sample = self._cycle(setpoint, target)
-            self._raise_fault(
-                self._supervisor.drives(sample) or self._supervisor.motion(sample, self._current_target())
-            )
-            self._target = target
+            self._move(setpoint, target)
+
+    def _move(self, setpoint: Setpoint, target: Floats, repeat: int = -1, platform: Floats | None = None) -> None:
+        """Send the target of one cycle; supervise the answers, which show how the previous target was reached."""
+        assert self._target is not None
+        sample = self._cycle(setpoint, target, repeat, platform)
+        self._raise_fault(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._target))
+        self._target = target
 
     def _disable(self) -> str:
         """Command a quick stop, then power off; return the joints that did not confirm."""
@@ -259,10 +256,6 @@ class Stream:
             )
         self._progress.missed += missed
         self._recorder.event(clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed")
-
-    def _current_target(self) -> Floats:
-        assert self._target is not None
-        return self._target
 
     def _raise_fault(self, reason: str | None) -> None:
         if reason is not None:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from recordings.schemas import Level
 
+SIMULATED = "delta-workbench simulated drive"
+"""Beginning of the device name of every simulated drive."""
+
 Setpoint = Any
 """Targets of one cycle in the driver's wire format, made by `Amplifiers.encode` before the cycle starts."""
 

@@ -44,6 +44,11 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
             raise BadInput(f"folder {folder} cannot be written; change its permissions, or choose another place")
 
 
+def say(text: str, colour: str | None = None) -> None:
+    """Print a message for the user on stderr, which leaves stdout to the results."""
+    click.secho(text, err=True, fg=colour)
+
+
 class FiniteRange(click.FloatRange):
     """A finite number in a range; click's own type accepts infinity, and NaN in any range."""
 

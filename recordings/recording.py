@@ -12,6 +12,8 @@ from recordings.config import ConfigSection
 from recordings.rig import Rig
 from recordings.schemas import Level
 
+Pace = Literal["lockstep", "realtime"]
+"""Time is simulated and advances with SYNC, or it is the host's."""
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
@@ -32,7 +34,7 @@ class Run(ConfigSection):
     """SYNCs per second [Hz]."""
     software: str
     simulated: bool
-    pace: Literal["lockstep", "realtime"]
+    pace: Pace
     seed: int | None = None
     """Seed of the noise of the simulated rig; None where no random numbers were drawn."""
     start: str

@@ -10,7 +10,7 @@ from recordings.config import ConfigSection, Positive
 from recordings.recording import Floats
 from trajectories.motion import PlannedMotion, Space
 
-Axis = tuple[float, ...]
+Coefficients = tuple[float, ...]
 
 
 class FourierSeries(ConfigSection):
@@ -26,9 +26,9 @@ class FourierSeries(ConfigSection):
     period: Positive
     """Duration of one repetition [s]."""
     centre: tuple[float, ...]
-    cosine: tuple[Axis, ...]
+    cosine: tuple[Coefficients, ...]
     """Coefficients of harmonics 1 ... m, one list per axis."""
-    sine: tuple[Axis, ...]
+    sine: tuple[Coefficients, ...]
     """Coefficients of harmonics 1 ... m, one list per axis."""
     description: str = "Fourier series"
 

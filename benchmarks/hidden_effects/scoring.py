@@ -23,7 +23,7 @@ REACHED = 1.10
 
 
 @dataclass(frozen=True)
-class Finding:
+class NamedEffect:
     """An effect in the findings of a diagnosis."""
 
     effect: str
@@ -44,7 +44,7 @@ class Judgement:
     truth: tuple[dict[str, Any], ...]
     """The hidden effects."""
     verdict: str
-    findings: tuple[Finding, ...]
+    findings: tuple[NamedEffect, ...]
     """Findings without the mandatory effect."""
     variables: tuple[str, ...]
     """Variables that the unknown structure depends on, according to the diagnosis."""
@@ -103,7 +103,7 @@ class Judgement:
         )
 
 
-def _count_named(findings: Sequence[Finding], effects: Sequence[str]) -> int:
+def _count_named(findings: Sequence[NamedEffect], effects: Sequence[str]) -> int:
     """Largest number of `effects` that are named, each by a different finding."""
     if not effects:
         return 0
@@ -123,7 +123,7 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         return Judgement(case, hidden, "error", (), (), math.inf, {}, (), False, line["seconds"], line["error"])
     document = line["document"]
     findings = tuple(
-        Finding(entry["effect"], (entry["effect"], *entry["confusable_with"]), tuple(entry["joints"]))
+        NamedEffect(entry["effect"], (entry["effect"], *entry["confusable_with"]), tuple(entry["joints"]))
         for entry in document["findings"]
         if entry["effect"] != _MANDATORY
     )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, say
 
 if TYPE_CHECKING:
     from daq.session import Display, Result, RunRequest
@@ -105,7 +105,7 @@ def command(
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
     request = _request(rig, trajectory, cycles, out, pace, seed, simulated)
     check_request(request)
-    with viewers(request, live, foxglove, _say) as sinks:
+    with viewers(request, live, foxglove, say) as sinks:
         _run_on_drives(
             request,
             sim_file,
@@ -141,7 +141,7 @@ def _run_on_drives(request: "RunRequest", sim_file: Path | None, hidden: int | N
     if request.seed is None:
         run()
         return
-    _say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
+    say("SIMULATED RIG: no real drive is connected; what is recorded comes from a simulated robot.", "yellow")
     config = configured(request.rig, sim_file, hidden, sealed_path(request.out))
     with simulated(request.rig, config, request.pace, request.seed) as machine:
         try:
@@ -170,12 +170,12 @@ def _listen(
             if not announced:
                 # Only after the bus is open: another program may wait for this line before it starts.
                 announced = True
-                _say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
+                say(f"listening on {rig.can.interface} '{rig.can.channel}', sending nothing; Ctrl-C ends")
             show(f"listening: {traffic.syncs} SYNCs, {traffic.frames} frames")
 
         traffic, reconstructed = record(rig, out, trajectory, duration, show_traffic)
     if trajectory is not None and reconstructed.trajectory is None:
-        _say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
+        say(f"warning: the motion {trajectory.name} is not what was commanded; see what was found", "yellow")
     figures = {"frames": traffic.frames, "syncs": traffic.syncs, **reconstructed.figures()}
     if as_json:
         click.echo(json.dumps({"schema": 1, "recording": str(out), **figures}))
@@ -232,10 +232,8 @@ def _announce(request: "RunRequest") -> None:
     from drivers import transports
 
     duration = len(request.trajectory.repeat) / request.rig.rate
-    _say(
-        f"{request.rig.name}: {request.trajectory.name}, {duration:.1f} s at {request.rig.rate:g} Hz, {request.pace}"
-    )
-    _say(transports.of(request.rig).describe(request.rig))
+    say(f"{request.rig.name}: {request.trajectory.name}, {duration:.1f} s at {request.rig.rate:g} Hz, {request.pace}")
+    say(transports.of(request.rig).describe(request.rig))
 
 
 def _show(request: "RunRequest", result: "Result", as_json: bool) -> None:
@@ -257,8 +255,4 @@ def _show(request: "RunRequest", result: "Result", as_json: bool) -> None:
 
 
 def _log(level: str, source: str, message: str) -> None:
-    _say(f"{level}: {source}: {message}", {"warning": "yellow", "error": "red"}.get(level))
-
-
-def _say(text: str, colour: str | None = None) -> None:
-    click.secho(text, err=True, fg=colour)
+    say(f"{level}: {source}: {message}", {"warning": "yellow", "error": "red"}.get(level))

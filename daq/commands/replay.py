@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.command_line import FiniteRange
+from recordings.command_line import FiniteRange, say
 
 if TYPE_CHECKING:
     from daq.replay import Plan, Replayed
@@ -95,9 +95,9 @@ def _bus(name: str | None, interface: str | None, channel: str | None, port: int
 
 def _announce(plan_: "Plan", bus: "CanBus", orders: int, speed: float) -> None:
     what = f"{plan_.total} frames in {plan_.duration:.1f} s on {bus.interface} '{bus.channel}'"
-    _say(f"replaying {what}, {speed:g} times as fast as recorded")
+    say(f"replaying {what}, {speed:g} times as fast as recorded")
     if orders:
-        _say(f"{orders} of {len(plan_.rows)} frames COMMAND DRIVES: any real drive on this bus will move", "red")
+        say(f"{orders} of {len(plan_.rows)} frames COMMAND DRIVES: any real drive on this bus will move", "red")
 
 
 def _replay(plan_: "Plan", bus: "CanBus") -> "Replayed":
@@ -123,7 +123,3 @@ def _show(result: "Replayed", plan_: "Plan", as_json: bool) -> None:
     words = ", ".join(f"{name} {value * 1e3:.2f} ms" for name, value in late.items())
     click.echo(f"frames: {result.sent} of {plan_.total}")
     click.echo(f"lateness: {words}")
-
-
-def _say(text: str, colour: str | None = None) -> None:
-    click.secho(text, err=True, fg=colour)

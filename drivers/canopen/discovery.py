@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from drivers.canopen import setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
-from drivers.protocol import Identity
+from drivers.protocol import SIMULATED, Identity
 from recordings.errors import RunFailed
 
-_SIMULATED_NAME = "delta-workbench simulated drive"
 _PACE_OBJECT = 0x2F00
 _LISTENING_TIME = 0.2
 """Time to listen for another master before anything is sent [s]."""
@@ -57,7 +56,7 @@ def identify(axis: CanopenAxis) -> Identity:
     if profile != 402:
         raise RunFailed(f"{axis.name}: a CiA 402 drive expected, device profile {profile} found; check the node id")
     device = axis.sdo.read_text(0x1008)
-    simulated = device == _SIMULATED_NAME
+    simulated = device == SIMULATED
     return Identity(
         joint=axis.joint,
         address=f"node {axis.drive.node_id}",

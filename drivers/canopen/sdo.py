@@ -81,6 +81,10 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
         return count
 
 
+class ObjectRefused(RunFailed):
+    """The drive has no such object, refuses the request, or answers with too few bytes."""
+
+
 class Sdo:
     """Access to the object dictionary of one drive."""
 
@@ -111,7 +115,7 @@ class Sdo:
         data = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
         size = struct.calcsize(layout)
         if len(data) < size:
-            raise RunFailed(
+            raise ObjectRefused(
                 f"{self._name}: object {format_address(index, sub)} has {len(data)} bytes, {size} expected"
             )
         value: int = struct.unpack(layout, data[:size])[0]
@@ -120,13 +124,9 @@ class Sdo:
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
         """As `read`, but None where the drive has no such object or refuses to read it."""
         try:
-            data = self._client.upload(index, sub)
-        except SdoAbortedError:
+            return self.read(index, sub, layout)
+        except ObjectRefused:
             return None
-        except SdoCommunicationError:
-            raise self._no_response("read", index, sub) from None
-        size = struct.calcsize(layout)
-        return None if len(data) < size else int(struct.unpack(layout, data[:size])[0])
 
     def read_text(self, index: int, sub: int = 0) -> str:
         """Read a visible string."""
@@ -151,15 +151,14 @@ class Sdo:
         try:
             return transfer()
         except SdoAbortedError as error:
-            raise RunFailed(f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}") from None
+            raise ObjectRefused(
+                f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}"
+            ) from None
         except SdoCommunicationError:
-            raise self._no_response(verb, index, sub) from None
-
-    def _no_response(self, verb: str, index: int, sub: int) -> RunFailed:
-        return RunFailed(
-            f"{self._name} does not answer (SDO {verb} of object {format_address(index, sub)}); "
-            "check its power, its node id and the bus"
-        )
+            raise RunFailed(
+                f"{self._name} does not answer (SDO {verb} of object {format_address(index, sub)}); "
+                "check its power, its node id and the bus"
+            ) from None
 
 
 def format_address(index: int, sub: int) -> str:

@@ -188,7 +188,7 @@ class SerialAxis:
             elif status_turn and self.power is Power.OFF and self._answered_before and self.counts is not None:
                 yield from self._enable(self.counts)
         elif goal is Goal.STOPPED and not (self.disable_acknowledged or self._off or self._at_rest):
-            yield from self._stop()
+            yield from self.stop()
         elif not (self.disable_acknowledged and self._off):
             yield from self._disable()
 
@@ -215,7 +215,8 @@ class SerialAxis:
         self.power = Power.UNKNOWN  # no longer off, until the status is read
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
-    def _stop(self) -> Script:
+    def stop(self) -> Script:
+        """Quick stop only."""
         try:
             yield from tell(self.prefix + self._bus.quick_stop)
         except CommandRefused:
@@ -225,10 +226,6 @@ class SerialAxis:
     def _disable(self) -> Script:
         yield from tell(self.set(self._bus.registers.state, self._bus.disable))
         self.disable_acknowledged = True
-
-    def stop(self) -> Script:
-        """Quick stop only."""
-        yield from self._stop()
 
     def switch_off(self, timeout: float) -> Script:
         """Switch power off and wait for it for at most `timeout` [s]."""

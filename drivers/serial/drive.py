@@ -20,14 +20,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
+from drivers.protocol import SIMULATED, CheckResult, Goal, Identity, Power, Report, Sample
 from drivers.serial.axis import SerialAxis
 from drivers.serial.line import SerialLine, converse
 from drivers.serial.protocol import InvalidReply, LineError, LineLost, Reply, ReplyTimeout, Script
 from recordings.errors import RunFailed
 from recordings.rig import Rig
 
-SIMULATED = "delta-workbench simulated drive"
 SIMULATED_LOCKSTEP = f"{SIMULATED} in lockstep"
 
 _ATTEMPTS = 3

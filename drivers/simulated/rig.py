@@ -13,7 +13,8 @@ from drivers.canopen.bus import Link
 from drivers.canopen.setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedCanopenDrive
-from drivers.simulated.service import CHUNK, Pace, Service, advance_machine
+from drivers.simulated.service import CHUNK, Service, advance_machine
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 

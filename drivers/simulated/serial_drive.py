@@ -3,8 +3,9 @@
 import re
 from collections.abc import Callable
 
+from drivers.protocol import SIMULATED
 from drivers.serial.axis import COMMAND_LOST, FOLLOWING_ERROR, SerialAxis
-from drivers.serial.drive import SIMULATED, SIMULATED_LOCKSTEP
+from drivers.serial.drive import SIMULATED_LOCKSTEP
 from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Rig
 

@@ -23,8 +23,9 @@ from drivers.serial.protocol import END
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Counts
 from drivers.simulated.serial_drive import SimulatedSerialDrive
-from drivers.simulated.service import CHUNK, Pace, Service, advance_machine
+from drivers.simulated.service import CHUNK, Service, advance_machine
 from recordings.errors import BadInput
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 _REACTION = 0.0001

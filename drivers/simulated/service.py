@@ -5,16 +5,15 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from types import TracebackType
-from typing import Literal, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 
 from drivers.simulated.config import SimConfig
 from drivers.simulated.machine import Machine
 from drivers.simulated.setpoint_generator import SetpointGenerator
+from recordings.recording import Pace
 from recordings.rig import Rig
-
-Pace = Literal["lockstep", "realtime"]
 
 LARGEST_LAG = 0.5
 """Real time: lag of the machine above which simulated time is delayed instead of caught up [s]."""
@@ -47,7 +46,7 @@ def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration
 
 
 class Service(ABC):
-    """Drives around one machine. Runs in its own thread between `start` and `close`, or in the caller's with `run`."""
+    """Drives around one machine; runs in its own thread between `start` and `close`, or in the caller's."""
 
     def __init__(self, rig: Rig, config: SimConfig, pace: Pace, seed: int) -> None:
         self.machine = Machine(rig, config, np.random.default_rng(seed))

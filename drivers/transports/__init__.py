@@ -7,15 +7,12 @@ import importlib
 from collections.abc import Callable
 from typing import Protocol, cast
 
-import can
-
+from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Report
 from recordings.rig import Rig
 
-Tap = Callable[[int, can.Message, bool], None]
-"""Callback for every CAN frame: time [ns], frame, whether this program sent it."""
-Clock = Callable[[], int]
-"""Simulated time [ns]."""
+SimulatedTime = Callable[[], int]
+"""Present simulated time [ns]."""
 
 
 class Transport(Protocol):
@@ -37,7 +34,7 @@ class Transport(Protocol):
         """Time from the beginning of a cycle to its SYNC [s]."""
         ...
 
-    def connect(self, rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
+    def connect(self, rig: Rig, report: Report, tap: Tap, clock: SimulatedTime | None) -> Amplifiers:
         """Connect to the amplifiers without sending anything; `clock` replaces the host's clock with simulated time.
 
         Raises:

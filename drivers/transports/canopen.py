@@ -1,12 +1,12 @@
 """CANopen: CiA 402 drives on a CAN bus."""
 
 from drivers.canopen import setup
-from drivers.canopen.bus import Link, frame_bits, open_bus
+from drivers.canopen.bus import Link, Tap, frame_bits, open_bus
 from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.kernel_sync import LEAD, KernelSync
 from drivers.canopen.setup import pdo_sizes
 from drivers.protocol import Amplifiers, Report
-from drivers.transports import Clock, Tap
+from drivers.transports import SimulatedTime
 from recordings.errors import BadInput
 from recordings.rig import Rig
 
@@ -55,7 +55,7 @@ def lead(rig: Rig) -> float:
     return LEAD / rig.rate if rig.can.sync == "kernel" else 0.0
 
 
-def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
+def connect(rig: Rig, report: Report, tap: Tap, clock: SimulatedTime | None) -> Amplifiers:
     """See `Transport`."""
     link = Link(open_bus(rig.can))
     link.tap, link.clock = tap, clock

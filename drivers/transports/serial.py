@@ -3,13 +3,14 @@
 import math
 from contextlib import suppress
 
+from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Goal, Power, Report
 from drivers.serial.axis import SerialAxis
 from drivers.serial.drive import SerialDrives
 from drivers.serial.line import SerialLine
 from drivers.serial.port import open_port
 from drivers.serial.protocol import parse
-from drivers.transports import Clock, Tap
+from drivers.transports import SimulatedTime
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
@@ -113,7 +114,7 @@ def lead(rig: Rig) -> float:
     return 0.0
 
 
-def connect(rig: Rig, report: Report, tap: Tap, clock: Clock | None) -> Amplifiers:
+def connect(rig: Rig, report: Report, tap: Tap, clock: SimulatedTime | None) -> Amplifiers:
     """See `Transport`; there are no frames to tap."""
     bus = rig.serial
     lines: dict[str, SerialLine] = {}

@@ -3,7 +3,7 @@
 import numpy as np
 
 from recordings.recording import Floats
-from trajectories.fourier import Axis, FourierSeries
+from trajectories.fourier import Coefficients, FourierSeries
 from trajectories.motion import PlannedMotion
 
 PERIOD = 5.0
@@ -31,6 +31,6 @@ def motion() -> PlannedMotion:
     ).motion("excitation")
 
 
-def _axes(coefficients: Floats) -> tuple[Axis, Axis, Axis]:
+def _axes(coefficients: Floats) -> tuple[Coefficients, Coefficients, Coefficients]:
     x, y, z = (tuple(axis) for axis in coefficients.tolist())
     return x, y, z

@@ -7,7 +7,8 @@ import importlib
 from typing import Protocol, cast
 
 from drivers.simulated.config import SimConfig
-from drivers.simulated.service import Pace, Service
+from drivers.simulated.service import Service
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 

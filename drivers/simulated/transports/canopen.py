@@ -5,8 +5,9 @@ import time
 from drivers.canopen.bus import Link, open_bus
 from drivers.simulated.config import SimConfig
 from drivers.simulated.rig import SimulatedRig
-from drivers.simulated.service import Pace, Service
+from drivers.simulated.service import Service
 from recordings.errors import BadInput
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 _READ_DEVICE_TYPE = bytes.fromhex("4000100000000000")

@@ -2,7 +2,8 @@
 
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
-from drivers.simulated.service import Pace, Service
+from drivers.simulated.service import Service
+from recordings.recording import Pace
 from recordings.rig import Rig
 
 

@@ -12,10 +12,10 @@ from drivers.protocol import Goal, Power
 from drivers.serial.port import simulated
 from drivers.simulated.config import SimConfig
 from drivers.simulated.serial_rig import SerialRig
-from drivers.simulated.service import Pace
 from drivers.transports import serial as transport
 from recordings.buses import SerialBus, SerialRegisters
 from recordings.errors import BadInput, RunFailed
+from recordings.recording import Pace
 from recordings.rig import Drive, Rig
 
 
