@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from daq.columns import JOINT_COLUMNS
-from daq.csv_table import CsvTable, read_table
 from recordings import blocks
 from recordings.blocks import SampleTable
 from recordings.config import validated
+from recordings.csv_table import CsvTable, read_table
 from recordings.cycles import find_cycles
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque

@@ -1,11 +1,11 @@
 """Motions from files: points in a CSV file, or the coefficients of a Fourier series in a TOML file."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from recordings.config import read_toml
+from recordings.csv_table import CsvTable, read_table
 from recordings.errors import BadInput
 from recordings.recording import Floats
 from trajectories import spline
@@ -34,55 +34,30 @@ def read_motion(path: Path) -> PlannedMotion:
     """
     if path.suffix.lower() == ".toml":
         return read_toml(path, FourierSeries, "trajectory file").motion(path.name)
-    lines = _read_lines(path)
-    space = _space(path, lines)
-    table = np.array([_numbers(path, number, fields) for number, fields in lines[1:]]).reshape(-1, 4)
-    _check_points(path, [number for number, _ in lines[1:]], table)
-    return spline.through(path.name, f"spline through {len(table)} points", space, table[:, 0], table[:, 1:])
-
-
-def _read_lines(path: Path) -> list[tuple[int, list[str]]]:
-    """Line number and fields of every non-empty line."""
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file)
-            return [(reader.line_num, fields) for fields in reader if any(field.strip() for field in fields)]
-    except FileNotFoundError:
-        raise BadInput(f"trajectory file {path} does not exist; check the path") from None
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise BadInput(f"trajectory file {path} cannot be read as CSV: {error}") from None
-
-
-def _space(path: Path, lines: list[tuple[int, list[str]]]) -> Space:
-    header = tuple(field.strip() for field in lines[0][1]) if lines else ()
-    if header not in HEADERS:
+    table = read_table(path)
+    points = np.column_stack(list(table.columns.values()))
+    space = HEADERS.get(tuple(table.columns))
+    if space is None:
         known = " or ".join(f"'{','.join(names)}'" for names in HEADERS)
-        raise BadInput(f"{path}, line 1: the header {known} expected, '{','.join(header)[:60]}' found")
-    return HEADERS[header]
+        raise BadInput(f"{path}, line 1: the header {known} expected, '{','.join(table.columns)[:60]}' found")
+    _check_points(table, points)
+    return spline.through(path.name, f"spline through {len(points)} points", space, points[:, 0], points[:, 1:])
 
 
-def _numbers(path: Path, line: int, fields: list[str]) -> list[float]:
-    try:
-        numbers = [float(field) for field in fields]
-    except ValueError:
-        numbers = []
-    if len(numbers) != 4 or not np.isfinite(numbers).all():
-        raise BadInput(f"{path}, line {line}: four finite numbers expected, '{','.join(fields)[:60]}' found")
-    if max(map(abs, numbers)) > _MAX_NUMBER:
+def _check_points(table: CsvTable, points: Floats) -> None:
+    wrong = np.argwhere(~(np.abs(points) <= _MAX_NUMBER))
+    if len(wrong):
+        row, column = wrong[0].tolist()
         raise BadInput(
-            f"{path}, line {line}: seconds, metres or radians below {_MAX_NUMBER:g} expected, "
-            f"'{','.join(fields)[:60]}' found; check the units"
+            f"{table.location(row, list(table.columns)[column])}: seconds, metres or radians below {_MAX_NUMBER:g} "
+            f"expected, {points[row, column]:g} found; fill the gap or check the units"
         )
-    return numbers
-
-
-def _check_points(path: Path, lines: list[int], table: Floats) -> None:
-    if len(table) < spline.MIN_POINTS:
-        raise BadInput(f"{path}: at least {spline.MIN_POINTS} points expected, {len(table)} found; add points")
-    backwards = np.diff(table[:, 0]) <= 0
+    if len(points) < spline.MIN_POINTS:
+        raise BadInput(f"{table.path}: at least {spline.MIN_POINTS} points expected, {len(points)} found; add points")
+    backwards = np.diff(points[:, 0]) <= 0
     if backwards.any():
         row = int(np.argmax(backwards)) + 1
         raise BadInput(
-            f"{path}, line {lines[row]}: time must increase from row to row, {table[row - 1, 0]:g} s is followed by "
-            f"{table[row, 0]:g} s; sort the rows and remove duplicates"
+            f"{table.location(row)}: time must increase from row to row, {points[row - 1, 0]:g} s is followed by "
+            f"{points[row, 0]:g} s; sort the rows and remove duplicates"
         )

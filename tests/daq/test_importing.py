@@ -190,7 +190,7 @@ def test_errors_in_a_file_name_line_and_column(name: str, tmp_path: Path) -> Non
 
 
 def test_line_number_is_correct_beyond_the_first_block(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("daq.csv_table._BLOCK", 100)
+    monkeypatch.setattr("recordings.csv_table._BLOCK", 100)
     rows = "".join(f"{k},1,2\n" for k in range(500))
     with pytest.raises(BadInput, match=r"line 402, column 'position_1': .*'x' found"):
         imported(tmp_path, "time,position_1,voltage_1\n" + rows.replace("\n400,1,", "\n400,x,"))

@@ -81,18 +81,19 @@ def test_spreadsheet_marks_and_blank_lines_are_tolerated(tmp_path: Path) -> None
 
 ROWS = "".join(f"{0.5 * i},{0.01 * i},0,-0.7\n" for i in range(8))
 BAD_CSV = {
-    "empty": ("", "line 1: the header 'time,x,y,z' or 'time,joint_1,joint_2,joint_3' expected"),
-    "other header": ("t,x,y,z\n" + ROWS, "'t,x,y,z' found"),
-    "no header": (ROWS, "the header"),
+    "empty": ("", "line 1: a header row with the names of the columns expected"),
+    "other header": (
+        "t,x,y,z\n" + ROWS,
+        "line 1: the header 'time,x,y,z' or 'time,joint_1,joint_2,joint_3' expected, 't,x,y,z' found",
+    ),
+    "no header": (ROWS, "every column needs a name of its own"),
     "short": ("time,x,y,z\n0,0,0,-0.7\n1,0,0,-0.7\n", "at least 7 points expected, 2 found"),
     "only header": ("time,x,y,z\n", "at least 7 points expected, 0 found"),
-    "text": (
-        "time,x,y,z\n" + ROWS + "4,left,0,-0.7\n",
-        "line 10: four finite numbers expected, '4,left,0,-0.7' found",
-    ),
-    "nan": ("time,x,y,z\n" + ROWS + "4,nan,0,-0.7\n", "line 10: four finite numbers"),
-    "missing field": ("time,x,y,z\n0,0,0\n" + ROWS, "line 2: four finite numbers"),
-    "extra field": ("time,x,y,z\n0,0,0,0,0\n" + ROWS, "line 2: four finite numbers"),
+    "text": ("time,x,y,z\n" + ROWS + "4,left,0,-0.7\n", "line 10, column 'x': a number expected, 'left' found"),
+    "nan": ("time,x,y,z\n" + ROWS + "4,nan,0,-0.7\n", "line 10, column 'x': seconds, metres or radians below"),
+    "empty cell": ("time,x,y,z\n" + ROWS + "4,,0,-0.7\n", "line 10, column 'x': seconds, metres or radians below"),
+    "missing field": ("time,x,y,z\n0,0,0\n" + ROWS, "line 2: 4 cells as in the header expected, 3 found"),
+    "extra field": ("time,x,y,z\n0,0,0,0,0\n" + ROWS, "line 2: 4 cells as in the header expected, 5 found"),
     "backwards": ("time,x,y,z\n" + ROWS + "3.5,0,0,-0.7\n", "line 10: time must increase from row to row, 3.5 s"),
 }
 
@@ -111,11 +112,11 @@ def test_files_that_cannot_be_read_are_refused(tmp_path: Path) -> None:
         load(tmp_path / "none.csv", RIG)
     binary = tmp_path / "binary.csv"
     binary.write_bytes(b"\x89MCAP0\r\n\xff\xfe")
-    with pytest.raises(BadInput, match="cannot be read as CSV"):
+    with pytest.raises(BadInput, match="text in UTF-8 expected"):
         load(binary, RIG)
     folder = tmp_path / "folder.csv"
     folder.mkdir()
-    with pytest.raises(BadInput, match="cannot be read as CSV"):
+    with pytest.raises(BadInput, match="cannot be read"):
         load(folder, RIG)
     with pytest.raises(BadInput, match="does not exist"):
         load(tmp_path / "none.toml", RIG)

@@ -68,7 +68,7 @@ def _names(path: Path, header: bytes) -> list[str]:
     except UnicodeDecodeError:
         raise BadInput(f"{path}, line 1: text in UTF-8 expected; save the file as UTF-8 CSV") from None
     if not text:
-        raise BadInput(f"{path}, line 1: a header row such as time,position_1,voltage_1 expected, none found")
+        raise BadInput(f"{path}, line 1: a header row with the names of the columns expected, none found")
     names = [name.strip() for name in next(csv.reader([text]))]
     if len(names) == 1 and (";" in text or "\t" in text):
         raise BadInput(f"{path}, line 1: commas between columns expected, {text[:40]!r} found; convert the file")
