@@ -82,10 +82,15 @@ class HiddenEffect(ConfigSection):
 
     @classmethod
     def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        """Draw realistic parameters. Of the strength only the sign matters; it is drawn if it may be negative."""
+        """Draw realistic parameters; the others have their defaults.
+
+        Of the strength only the sign matters; it is drawn if it may be negative.
+        """
         strength = cls.model_fields[cls.strength()]
         signed = any(bound.ge < 0 for bound in strength.metadata if hasattr(bound, "ge"))
-        return {cls.strength(): float(rng.choice((-strength.default, strength.default)))} if signed else {}
+        sign = {cls.strength(): float(rng.choice((-strength.default, strength.default)))} if signed else {}
+        extras: dict[str, Any] = {name: field.json_schema_extra or {} for name, field in cls.model_fields.items()}
+        return sign | {name: rng.uniform(*extra["drawn"]) for name, extra in extras.items() if extra.get("drawn")}
 
     @classmethod
     def draw_joints(cls, rng: np.random.Generator) -> tuple[int, ...]:
@@ -193,9 +198,21 @@ class HiddenEffect(ConfigSection):
         return 0.0, 0.0
 
 
-def parameter(default: float, unit: str, meaning: str, *, ge: float | None = None, le: float) -> Any:
-    """Define a field of an effect, with unit and bounds; `le` of the strength is the greatest that can be drawn."""
-    return Field(default=default, description=meaning, ge=ge, le=le, json_schema_extra={"unit": unit})
+def parameter(
+    default: float,
+    unit: str,
+    meaning: str,
+    *,
+    ge: float | None = None,
+    le: float,
+    drawn: tuple[float, float] | None = None,
+) -> Any:
+    """Define a field of an effect, with unit, bounds, and the range that realistic values are drawn from.
+
+    `le` of the strength is the greatest that can be drawn.
+    """
+    extra: Any = {"unit": unit, "drawn": drawn}
+    return Field(default=default, description=meaning, ge=ge, le=le, json_schema_extra=extra)
 
 
 def draw_joints(rng: np.random.Generator, count: int) -> tuple[int, ...]:

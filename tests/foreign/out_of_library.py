@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -13,11 +11,7 @@ class UnevenGrease(HiddenEffect):
     variables = ("position", "velocity")
 
     a: float = parameter(0.2, "N m s/rad", "half of what the coefficients differ by", ge=0, le=5)
-    phase: float = parameter(0.0, "rad", "at joint angle zero", ge=-math.pi, le=math.pi)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"phase": rng.uniform(-math.pi, math.pi)}
+    phase: float = parameter(0.0, "rad", "at joint angle zero", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi))
 
 
 class CreepingZero(HiddenEffect):
@@ -26,11 +20,7 @@ class CreepingZero(HiddenEffect):
     variables = ("time",)
 
     a: float = parameter(0.3, "N m", "torque in the end", ge=-10, le=10)
-    T: float = parameter(10.0, "s", "time constant", ge=0.1, le=1e3)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return super().draw_shape(rng) | {"T": rng.uniform(4.0, 15.0)}
+    T: float = parameter(10.0, "s", "time constant", ge=0.1, le=1e3, drawn=(4.0, 15.0))
 
 
 class Fan(HiddenEffect):
@@ -39,12 +29,8 @@ class Fan(HiddenEffect):
     variables = ("frequency",)
 
     a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
-    f: float = parameter(9.3, "Hz", "frequency", ge=0.1, le=200)
-    phase: float = parameter(0.0, "rad", "at the beginning", ge=-math.pi, le=math.pi)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"f": rng.uniform(4.0, 20.0), "phase": rng.uniform(-math.pi, math.pi)}
+    f: float = parameter(9.3, "Hz", "frequency", ge=0.1, le=200, drawn=(4.0, 20.0))
+    phase: float = parameter(0.0, "rad", "at the beginning", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi))
 
 
 class TangledCables(HiddenEffect):
@@ -70,11 +56,7 @@ class RubberStop(HiddenEffect):
     variables = ("position",)
 
     a: float = parameter(5.0, "N m/rad^2", "how hard it is", ge=0, le=1e4)
-    q_0: float = parameter(0.0, "rad", "where the arm touches it", ge=-1.5, le=1.5)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"q_0": rng.uniform(-0.3, 0.0)}
+    q_0: float = parameter(0.0, "rad", "where the arm touches it", ge=-1.5, le=1.5, drawn=(-0.3, 0.0))
 
 
 class ConcaveFriction(HiddenEffect):

@@ -1,7 +1,5 @@
 """Voltage saturation of the amplifier."""
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -14,11 +12,7 @@ class AmplifierSaturation(HiddenEffect):
     variables = ("load",)
 
     inverse_level: float = parameter(0.15, "1/V", "1 / highest voltage", ge=0, le=1.5)
-    n: float = parameter(6.0, "1", "sharpness of the knee", ge=1, le=50)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"n": rng.uniform(4.0, 12.0)}
+    n: float = parameter(6.0, "1", "sharpness of the knee", ge=1, le=50, drawn=(4.0, 12.0))
 
     def amplify(self, volts: float) -> float:
         return float(volts / (1 + abs(volts * self.inverse_level) ** self.n) ** (1 / self.n))

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, parameter
 from drivers.simulated.model_xml import GRAVITY
 
@@ -15,11 +13,9 @@ class BaseTilt(HiddenEffect):
     whole_robot = True
 
     angle: float = parameter(0.03, "rad", "angle between the base's normal and the vertical", ge=0, le=0.5)
-    direction: float = parameter(0.6, "rad", "of horizontal gravity, from x towards y", ge=-math.pi, le=math.pi)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"direction": rng.uniform(-math.pi, math.pi)}
+    direction: float = parameter(
+        0.6, "rad", "of horizontal gravity, from x towards y", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi)
+    )
 
     def tilt(self) -> tuple[float, float]:
         horizontal = GRAVITY * math.sin(self.angle)

@@ -1,7 +1,5 @@
 """A spring between base and arm."""
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -11,11 +9,7 @@ class JointSpring(HiddenEffect):
     variables = ("position",)
 
     k: float = parameter(1.0, "N m/rad", "stiffness", ge=0, le=20)
-    q_0: float = parameter(0.2, "rad", "rest angle", ge=-1.5, le=1.5)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"q_0": rng.uniform(-0.5, 0.5)}
+    q_0: float = parameter(0.2, "rad", "rest angle", ge=-1.5, le=1.5, drawn=(-0.5, 0.5))
 
     def torque(self, i: int, state: JointState) -> float:
         return self.k * (state.q[i] - self.q_0)

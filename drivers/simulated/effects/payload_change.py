@@ -2,8 +2,6 @@
 
 from typing import Self
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, parameter
 
 
@@ -14,12 +12,8 @@ class PayloadChange(HiddenEffect):
     whole_robot = True
 
     dm: float = parameter(0.2, "kg", "mass of the payload", ge=0, le=3)
-    t_c: float = parameter(5.0, "s", "time of picking up, on the machine's clock", ge=0, le=1e6)
+    t_c: float = parameter(5.0, "s", "time of picking up, on the machine's clock", ge=0, le=1e6, drawn=(7.0, 17.0))
     t_e: float = parameter(1e6, "s", "time of putting down", ge=0, le=1e6)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"t_c": rng.uniform(7.0, 17.0)}
 
     def at(self, t: float) -> Self:
         return self.model_copy(update={"t_c": t, "t_e": 1e6})

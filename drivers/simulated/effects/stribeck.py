@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -13,11 +11,7 @@ class Stribeck(HiddenEffect):
     variables = ("velocity",)
 
     a: float = parameter(0.5, "N m", "static friction minus the Coulomb level", ge=0, le=8)
-    v_s: float = parameter(0.3, "rad/s", "Stribeck velocity", ge=1e-3, le=3)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"v_s": rng.uniform(0.1, 0.5)}
+    v_s: float = parameter(0.3, "rad/s", "Stribeck velocity", ge=1e-3, le=3, drawn=(0.1, 0.5))
 
     def friction(self, i: int, state: JointState) -> float:
         return self.a * math.exp(-((state.v[i] / self.v_s) ** 2))

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -14,12 +12,8 @@ class ThermalDrift(HiddenEffect):
     cycles = 5
 
     b: float = parameter(0.4, "N m", "dry friction of the cold machine minus that of the warm one", ge=0, le=20)
-    viscous: float = parameter(0.4, "s/rad", "viscous part over dry part", ge=0, le=5)
-    T: float = parameter(15.0, "s", "time constant of warming, from power-on", ge=0.1, le=1e4)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"viscous": rng.uniform(0.1, 0.8), "T": rng.uniform(6.0, 25.0)}
+    viscous: float = parameter(0.4, "s/rad", "viscous part over dry part", ge=0, le=5, drawn=(0.1, 0.8))
+    T: float = parameter(15.0, "s", "time constant of warming, from power-on", ge=0.1, le=1e4, drawn=(6.0, 25.0))
 
     def torque(self, i: int, state: JointState) -> float:
         return self.b * self.viscous * state.v[i] * math.exp(-state.t / self.T)

@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -13,12 +11,8 @@ class Pulsation(HiddenEffect):
     variables = ("frequency",)
 
     a: float = parameter(0.3, "N m", "amplitude", ge=0, le=5)
-    f: float = parameter(7.37, "Hz", "frequency", ge=0.1, le=200)
-    phase: float = parameter(0.0, "rad", "phase at power-on", ge=-math.pi, le=math.pi)
-
-    @classmethod
-    def draw_shape(cls, rng: np.random.Generator) -> dict[str, float]:
-        return {"f": rng.uniform(4.0, 22.0), "phase": rng.uniform(-math.pi, math.pi)}
+    f: float = parameter(7.37, "Hz", "frequency", ge=0.1, le=200, drawn=(4.0, 22.0))
+    phase: float = parameter(0.0, "rad", "phase at power-on", ge=-math.pi, le=math.pi, drawn=(-math.pi, math.pi))
 
     def torque(self, i: int, state: JointState) -> float:
         return self.a * math.sin(2 * math.pi * self.f * state.t + self.phase)
