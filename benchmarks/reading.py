@@ -3,6 +3,7 @@
 import math
 import tempfile
 import time
+import timeit
 from collections.abc import Callable
 from pathlib import Path
 
@@ -62,12 +63,7 @@ def mcap_ros2_support(path: Path) -> int:
 
 def rate(reader: Callable[[Path], int], path: Path, repeats: int = 3) -> float:
     """Messages per second, the best of `repeats`."""
-    rates = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        messages = reader(path)
-        rates.append(messages / (time.perf_counter() - start))
-    return max(rates)
+    return reader(path) / min(timeit.repeat(lambda: reader(path), number=1, repeat=repeats))
 
 
 def main() -> None:

@@ -3,6 +3,7 @@
 import logging
 import tempfile
 import time
+import timeit
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -138,22 +139,13 @@ def _compare_evaluations(given: Problem) -> None:
     kernel, numpy_function = L1Objective(given.regressor, given.torque), numpy_objective(given)
     np.testing.assert_allclose(kernel(particles), numpy_function(particles), rtol=1e-10)
     kernel_time, numpy_time = (
-        _shortest_time(lambda: kernel(particles), 50),
-        _shortest_time(lambda: numpy_function(particles), 5),
+        min(timeit.repeat(lambda: kernel(particles), number=1, repeat=50)),
+        min(timeit.repeat(lambda: numpy_function(particles), number=1, repeat=5)),
     )
     print(
         f"evaluation: ours {1e3 * kernel_time:.2f} ms, {kernel_time / LIMIT:.1f} of the arithmetic limit "
         f"({1e3 * LIMIT:g} ms); numpy {1e3 * numpy_time:.1f} ms, {numpy_time / kernel_time:.0f} times ours"
     )
-
-
-def _shortest_time(call: Callable[[], object], repeats: int) -> float:
-    seconds = []
-    for _ in range(repeats):
-        start = time.perf_counter()
-        call()
-        seconds.append(time.perf_counter() - start)
-    return min(seconds)
 
 
 if __name__ == "__main__":

@@ -2,13 +2,13 @@
 
 import shutil
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
 from benchmarks import long_recording
+from benchmarks.demo import program
 
 HOUR = 3600.0
 ZOOMS = 5
@@ -27,17 +27,15 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         source = folder / "made.mcap"
-        daq = [sys.executable, "-c", "from daq.cli import main; main()"]
         subprocess.run(
-            [*daq, "record", "--traj", "fig5a", "--cycles", "2", "--out", str(source)],
+            [program("daq"), "record", "--traj", "fig5a", "--cycles", "2", "--out", str(source)],
             check=True,
             capture_output=True,
         )
         long_recording.make(source, folder / "hour.mcap", HOUR)
         source.unlink()
-        ident = [sys.executable, "-c", "from ident.cli import main; main()"]
         server = subprocess.Popen(
-            [*ident, "workbench", str(folder), "--no-browser"], stdout=subprocess.PIPE, text=True
+            [program("ident"), "workbench", str(folder), "--no-browser"], stdout=subprocess.PIPE, text=True
         )
         try:
             assert server.stdout is not None

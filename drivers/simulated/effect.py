@@ -55,6 +55,8 @@ class HiddenEffect(ConfigSection):
     """True if the effect acts on the whole robot rather than on joints."""
     between_joints: ClassVar[bool] = False
     """True if the effect acts between its joints; it then needs at least two."""
+    single_joint: ClassVar[bool] = False
+    """True if the effect is drawn for one joint only: it is a difference between joints."""
     cycles: ClassVar[int] = 1
     """Number of repetitions of a motion needed to measure its size."""
 
@@ -97,7 +99,8 @@ class HiddenEffect(ConfigSection):
         """Draw the joints of the effect."""
         if cls.whole_robot:
             return 1, 2, 3
-        return draw_joints(rng, 2 if cls.between_joints else int(rng.integers(1, 4)))
+        count = 2 if cls.between_joints else 1 if cls.single_joint else int(rng.integers(1, 4))
+        return tuple(sorted((rng.permutation(3)[:count] + 1).tolist()))
 
     @classmethod
     def strength(cls) -> str:
@@ -213,11 +216,6 @@ def parameter(
     """
     extra: Any = {"unit": unit, "drawn": drawn}
     return Field(default=default, description=meaning, ge=ge, le=le, json_schema_extra=extra)
-
-
-def draw_joints(rng: np.random.Generator, count: int) -> tuple[int, ...]:
-    """Draw `count` joints (from 1)."""
-    return tuple(sorted((rng.permutation(3)[:count] + 1).tolist()))
 
 
 @cache

@@ -106,15 +106,6 @@ class Plant:
         first, second, third = self._motors
         return [accelerations[first], accelerations[second], accelerations[third]]
 
-    def arm_angles(self) -> Floats:
-        """(3,) angles of the arms [rad], which differ from the motors' by the couplings."""
-        angles: Floats = self._qpos[self._motor]
-        for joint in range(self.model.njnt):
-            name = self.model.joint(joint).name
-            if name.startswith("twist_"):
-                angles[int(name.split("_")[1])] += self._qpos[joint]
-        return angles
-
     def platform(self) -> Floats:
         """(3,) position of the platform [m]."""
         position: Floats = self._qpos[self._slides].copy()
