@@ -29,11 +29,17 @@ def torque(plant: Plant, reported: Reported) -> Floats:
     return signed_torque
 
 
+def at_samples(plant: Plant, values: Floats) -> Floats:
+    """Rows of `values`, which follow the reference motion, at the reported samples."""
+    sampled: Floats = values[plant.reference.rows[:: plant.reference.per_sample]]
+    return sampled
+
+
 def added_torque(plant: Plant, effect: HiddenEffect) -> tuple[Reported, Floats]:
     """Signals without the effect, and the torque that the effect adds (m, 3); NaN where a joint hardly moves."""
-    bare = plant.report()
-    difference = torque(plant, plant.report([effect])) - torque(plant, bare)
-    return bare, np.where(np.abs(bare.velocity) > SLIDING, difference, np.nan)
+    unaffected = plant.report()
+    difference = torque(plant, plant.report([effect])) - torque(plant, unaffected)
+    return unaffected, np.where(np.abs(unaffected.velocity) > SLIDING, difference, np.nan)
 
 
 def assert_close(actual: Floats, expected: Floats, tolerance: float = 2e-3) -> None:
@@ -47,11 +53,12 @@ def test_torque_without_effects_is_rigid_body_torque_and_friction(plant: Plant) 
     reference, robot = plant.reference, plant.robot
     rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
     friction = robot.friction.viscous * reference.rate + np.array(robot.friction.coulomb) * np.sign(reference.rate)
-    once = reference.rows[:: reference.per_sample]
-    moving = (np.abs(reference.rate[once]) > SLIDING).all(axis=1)
+    moving = (np.abs(at_samples(plant, reference.rate)) > SLIDING).all(axis=1)
     reported_torque = torque(plant, plant.report())
     np.testing.assert_allclose(
-        reported_torque[moving], (rigid + friction)[once][moving], atol=2e-3 * np.abs(reported_torque).max()
+        reported_torque[moving],
+        at_samples(plant, rigid + friction)[moving],
+        atol=2e-3 * np.abs(reported_torque).max(),
     )
 
 
@@ -86,24 +93,22 @@ def time(reported: Reported) -> Floats:
 @pytest.mark.parametrize("effect", FORMULAS)
 def test_additive_effect_adds_its_formula_on_its_joints(plant: Plant, effect: str) -> None:
     parameters, formula = FORMULAS[effect]
-    bare, difference = added_torque(plant, hidden(effect, (1, 3), **parameters))
-    assert_close(difference[:, [0, 2]], np.broadcast_to(formula(bare), difference.shape)[:, [0, 2]])
+    unaffected, difference = added_torque(plant, hidden(effect, (1, 3), **parameters))
+    assert_close(difference[:, [0, 2]], np.broadcast_to(formula(unaffected), difference.shape)[:, [0, 2]])
     assert not np.nan_to_num(difference[:, 1]).any()
 
 
 def test_load_dependent_friction_grows_with_the_load(plant: Plant) -> None:
     reference, robot = plant.reference, plant.robot
     rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
-    bare, difference = added_torque(plant, hidden("load_dependent_friction", a=0.1))
-    assert_close(
-        difference, 0.1 * np.abs(rigid[reference.rows[:: reference.per_sample]]) * np.sign(bare.velocity), 0.01
-    )
+    unaffected, difference = added_torque(plant, hidden("load_dependent_friction", a=0.1))
+    assert_close(difference, 0.1 * np.abs(at_samples(plant, rigid)) * np.sign(unaffected.velocity), 0.01)
 
 
 def test_presliding_hysteresis_reduces_friction_after_reversals_only(plant: Plant) -> None:
     level = np.array(plant.robot.friction.coulomb)
-    bare, difference = added_torque(plant, hidden("presliding_hysteresis", z_s=0.01))
-    opposing = difference * np.sign(bare.velocity)
+    unaffected, difference = added_torque(plant, hidden("presliding_hysteresis", z_s=0.01))
+    opposing = difference * np.sign(unaffected.velocity)
     assert np.nanmax(opposing) < 1e-3
     assert np.nanmin(opposing / level) > -2
     assert np.nanmin(opposing) < -0.2
@@ -118,58 +123,62 @@ def test_base_tilt_turns_gravity(plant: Plant) -> None:
     expected = exact_torque(robot.rig.geometry, robot.links, *motion, gravity)
     expected -= exact_torque(robot.rig.geometry, robot.links, *motion)
     _, difference = added_torque(plant, hidden("base_tilt", angle=0.1, direction=0.0))
-    assert_close(difference, expected[reference.rows[:: reference.per_sample]])
+    assert_close(difference, at_samples(plant, expected))
 
 
 def test_payload_change_adds_torque_from_its_instant_on(plant: Plant) -> None:
-    bare, difference = added_torque(plant, hidden("payload_change", dm=0.5, t_c=5.0))
-    before, after = time(bare)[:, 0] < 4.9, time(bare)[:, 0] > 5.1
+    unaffected, difference = added_torque(plant, hidden("payload_change", dm=0.5, t_c=5.0))
+    before, after = time(unaffected)[:, 0] < 4.9, time(unaffected)[:, 0] > 5.1
     assert np.nanmax(np.abs(difference[before])) < 1e-9
     heavier = plant.robot.links.model_copy(update={"payload": plant.robot.links.payload + 0.5})
     reference, geometry = plant.reference, plant.robot.rig.geometry
     motion = reference.theta, reference.rate, reference.acceleration
     expected = exact_torque(geometry, heavier, *motion) - exact_torque(geometry, plant.robot.links, *motion)
-    assert_close(difference[after], expected[reference.rows[:: reference.per_sample]][after])
+    assert_close(difference[after], at_samples(plant, expected)[after])
 
 
 def test_air_drag_takes_power_from_the_platform(plant: Plant) -> None:
     reference = plant.reference
-    bare, difference = added_torque(plant, hidden("air_drag", c=3.0))
-    power = (np.nan_to_num(difference) * bare.velocity).sum(axis=1)
-    speed = np.linalg.norm(reference.platform_rate[reference.rows[:: reference.per_sample]], axis=1)
-    whole = np.isfinite(difference).all(axis=1)
-    np.testing.assert_allclose(power[whole], 3.0 * speed[whole] ** 3, atol=0.02 * power.max())
+    unaffected, difference = added_torque(plant, hidden("air_drag", c=3.0))
+    power = (np.nan_to_num(difference) * unaffected.velocity).sum(axis=1)
+    speed = np.linalg.norm(at_samples(plant, reference.platform_rate), axis=1)
+    known = np.isfinite(difference).all(axis=1)
+    np.testing.assert_allclose(power[known], 3.0 * speed[known] ** 3, atol=0.02 * power.max())
 
 
 def test_actuation_delay_shifts_the_voltage(plant: Plant) -> None:
-    bare, late = plant.report(), plant.report([hidden("actuation_delay", delay=0.004)])
-    np.testing.assert_allclose(late.voltage[:-2], bare.voltage[2:], atol=1e-9)
+    unaffected, delayed = plant.report(), plant.report([hidden("actuation_delay", delay=0.004)])
+    np.testing.assert_allclose(delayed.voltage[:-2], unaffected.voltage[2:], atol=1e-9)
 
 
 def test_amplifier_effects_change_the_voltage(plant: Plant) -> None:
-    bare = plant.report()
-    volts, gain = bare.voltage, np.array(plant.robot.rig.torque.gain)
-    stronger = plant.report([hidden("torque_gain_mismatch", (2,), mismatch=0.1)]).voltage
-    np.testing.assert_allclose(stronger[:, 1] ** 2 * 1.1, volts[:, 1] ** 2, rtol=1e-9)
-    np.testing.assert_array_equal(stronger[:, 0], volts[:, 0])
-    bent = plant.report([hidden("torque_map_exponent", excess=0.2)]).voltage
-    np.testing.assert_allclose(gain * np.abs(bent) ** 2.2, gain * volts**2, rtol=1e-9)
-    turning = plant.report([hidden("back_emf", k_e=0.1)]).voltage
-    np.testing.assert_allclose(turning - volts, 0.1 * bare.velocity, atol=2e-4)
-    dead = plant.report([hidden("amplifier_deadband", width=0.2)]).voltage
-    np.testing.assert_allclose(dead - volts, 0.2 * np.sign(volts), atol=1e-9)
+    unaffected = plant.report()
+    volts, gain = unaffected.voltage, np.array(plant.robot.rig.torque.gain)
+    with_gain = plant.report([hidden("torque_gain_mismatch", (2,), mismatch=0.1)]).voltage
+    np.testing.assert_allclose(with_gain[:, 1] ** 2 * 1.1, volts[:, 1] ** 2, rtol=1e-9)
+    np.testing.assert_array_equal(with_gain[:, 0], volts[:, 0])
+    with_exponent = plant.report([hidden("torque_map_exponent", excess=0.2)]).voltage
+    np.testing.assert_allclose(gain * np.abs(with_exponent) ** 2.2, gain * volts**2, rtol=1e-9)
+    with_back_emf = plant.report([hidden("back_emf", k_e=0.1)]).voltage
+    np.testing.assert_allclose(with_back_emf - volts, 0.1 * unaffected.velocity, atol=2e-4)
+    with_deadband = plant.report([hidden("amplifier_deadband", width=0.2)]).voltage
+    np.testing.assert_allclose(with_deadband - volts, 0.2 * np.sign(volts), atol=1e-9)
     level = 1.2 * np.abs(volts).max()
     commanded = plant.report([hidden("amplifier_saturation", inverse_level=1 / level, n=5.0)]).voltage
     np.testing.assert_allclose(commanded / (1 + np.abs(commanded / level) ** 5) ** 0.2, volts, rtol=1e-9)
 
 
 def test_encoder_effects_change_the_reported_position(plant: Plant) -> None:
-    bare = plant.report()
+    unaffected = plant.report()
     shifted = plant.report([hidden("encoder_zero_offset", (1,), c=0.02)])
-    np.testing.assert_allclose(shifted.position - bare.position, np.broadcast_to([0.02, 0, 0], bare.position.shape))
-    np.testing.assert_allclose(shifted.voltage, bare.voltage)
-    wavy = plant.report([hidden("encoder_eccentricity", a=1e-3, N=21, phase=0.4)])
-    np.testing.assert_allclose(wavy.position - bare.position, 1e-3 * np.sin(21 * bare.position + 0.4), atol=1e-12)
+    np.testing.assert_allclose(
+        shifted.position - unaffected.position, np.broadcast_to([0.02, 0, 0], unaffected.position.shape)
+    )
+    np.testing.assert_allclose(shifted.voltage, unaffected.voltage)
+    eccentric = plant.report([hidden("encoder_eccentricity", a=1e-3, N=21, phase=0.4)])
+    np.testing.assert_allclose(
+        eccentric.position - unaffected.position, 1e-3 * np.sin(21 * unaffected.position + 0.4), atol=1e-12
+    )
 
 
 def test_geometry_error_gives_the_torque_of_the_actual_lengths(plant: Plant) -> None:
@@ -178,38 +187,41 @@ def test_geometry_error_gives_the_torque_of_the_actual_lengths(plant: Plant) -> 
     motion = reference.theta, reference.rate, reference.acceleration
     expected = exact_torque(longer, robot.links, *motion) - exact_torque(robot.rig.geometry, robot.links, *motion)
     _, difference = added_torque(plant, hidden("geometry_error", error=0.02, L2=1.0))
-    assert_close(difference, expected[reference.rows[:: reference.per_sample]])
+    assert_close(difference, at_samples(plant, expected))
 
 
 def test_cable_pulls_two_arms_together(plant: Plant) -> None:
-    bare, difference = added_torque(plant, hidden("tangled_cables", (1, 3), k=2.0))
-    apart = 2.0 * (bare.position[:, 0] - bare.position[:, 2])
-    assert_close(difference, np.column_stack([apart, np.zeros_like(apart), -apart]))
+    unaffected, difference = added_torque(plant, hidden("tangled_cables", (1, 3), k=2.0))
+    cable_torque = 2.0 * (unaffected.position[:, 0] - unaffected.position[:, 2])
+    assert_close(difference, np.column_stack([cable_torque, np.zeros_like(cable_torque), -cable_torque]))
 
 
 def test_joint_elasticity_deflects_by_the_torque_and_accelerates_the_motor(plant: Plant) -> None:
     compliance = 1e-3
-    bare, soft = plant.report(), plant.report([hidden("joint_elasticity", compliance=compliance)])
+    unaffected, elastic = plant.report(), plant.report([hidden("joint_elasticity", compliance=compliance)])
     reference, robot = plant.reference, plant.robot
     links = robot.links.model_copy(update={"motor_inertia": 0.0})
     load = exact_torque(robot.rig.geometry, links, reference.theta, reference.rate, reference.acceleration)
-    twist = compliance * load[reference.rows[:: reference.per_sample]]
-    np.testing.assert_allclose(soft.position - bare.position, twist, atol=1e-9)
-    faster = robot.links.motor_inertia * (soft.acceleration - bare.acceleration)
-    faster += robot.friction.viscous * (soft.velocity - bare.velocity)
-    moving = (np.abs(bare.velocity) > SLIDING).all(axis=1)
-    change = torque(plant, soft) - torque(plant, bare)
-    np.testing.assert_allclose(change[moving], faster[moving], atol=0.02 * np.abs(faster).max())
+    twist = compliance * at_samples(plant, load)
+    np.testing.assert_allclose(elastic.position - unaffected.position, twist, atol=1e-9)
+    acceleration_torque = robot.links.motor_inertia * (elastic.acceleration - unaffected.acceleration)
+    acceleration_torque += robot.friction.viscous * (elastic.velocity - unaffected.velocity)
+    moving = (np.abs(unaffected.velocity) > SLIDING).all(axis=1)
+    change = torque(plant, elastic) - torque(plant, unaffected)
+    np.testing.assert_allclose(
+        change[moving], acceleration_torque[moving], atol=0.02 * np.abs(acceleration_torque).max()
+    )
 
 
 def test_backlash_is_visible_only_where_the_load_changes_sign(plant: Plant, light: Plant) -> None:
-    half = 1e-3
-    steady, turning = (
-        torque(p, p.report([hidden("backlash", b=half)])) - torque(p, p.report()) for p in (plant, light)
+    half_gap = 1e-3
+    change_under_load, change_with_reversals = (
+        torque(machine, machine.report([hidden("backlash", b=half_gap)])) - torque(machine, machine.report())
+        for machine in (plant, light)
     )
-    scale = [np.abs(torque(p, p.report())).max() for p in (plant, light)]
-    assert np.abs(steady).max() < 0.01 * scale[0]
-    assert np.abs(turning).max() > 0.05 * scale[1]
+    scale = [np.abs(torque(machine, machine.report())).max() for machine in (plant, light)]
+    assert np.abs(change_under_load).max() < 0.01 * scale[0]
+    assert np.abs(change_with_reversals).max() > 0.05 * scale[1]
 
 
 def test_backlash_preserves_the_mean_torque(light: Plant) -> None:
@@ -223,7 +235,7 @@ def test_every_effect_has_its_name_and_is_visible_on_its_joints(light: Plant, ef
     kind = type(build(EffectSpec(name=effect))) if effect in library() else out_of_library.KINDS[effect]
     built = kind(joints=(1, 2)) if kind.between_joints else kind()
     assert name(built) == effect
-    bare, changed = light.report(), light.report([built])
+    unaffected, changed = light.report(), light.report([built])
     assert np.isfinite(changed.voltage).all()
-    difference = np.abs(changed.voltage - bare.voltage) + np.abs(changed.position - bare.position)
+    difference = np.abs(changed.voltage - unaffected.voltage) + np.abs(changed.position - unaffected.position)
     assert (difference.max(axis=0) > 1e-5)[[joint - 1 for joint in built.joints]].all()
