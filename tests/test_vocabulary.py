@@ -77,7 +77,7 @@ IDENT = {
     "swarming": "PSO task",
     "failing": "residual task",
     "script": "CLI equivalent",
-    "region": "selection",
+    "region": "time span",
     "work": "worker",
     "ladder": "stepwise selection",
 }
@@ -100,7 +100,7 @@ KEPT = {
     "ident/output/figures/ladder.py": "the figure is called a ladder on the page",
     "ident/workbench/plots.py": "likewise",
     "ident/workbench/branches.py": "likewise",
-    "ident/workbench/session.py": "likewise",
+    "ident/workbench/model_selection.py": "likewise",
 }
 
 

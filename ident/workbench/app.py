@@ -38,7 +38,7 @@ def serve(session: WorkbenchSession, port: int | None, browser: bool) -> None:
     app = guarded_app(session, token, listening.getsockname()[1])
     config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=1)
     print(f"workbench: {address}\nOnly this machine can open it. Press Ctrl-C to quit.", flush=True)
-    session.prepare()
+    session.jobs.worker.prepare()
     if browser:
         webbrowser.open(address)
     try:

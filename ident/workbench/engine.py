@@ -29,22 +29,10 @@ from ident.workbench.preview import candidate_previews
 from ident.workbench.recording_view import PREVIEW_BYTES, mismatch, recording_views
 from ident.workbench.residual_task import residual_view, residual_view_of_excerpts
 from ident.workbench.selection_state import LabelledStep, SelectionState
-from ident.workbench.views import LadderSpec, ModelSpec
+from ident.workbench.views import LadderSpec, ModelSpec, View
 from recordings.errors import BadInput
 from recordings.reader import read
 
-View = (
-    views.RecordingView
-    | views.Mismatch
-    | views.LadderView
-    | tuple[views.TorqueSeries, ...]
-    | views.CandidateList
-    | views.CandidatePreviews
-    | views.ResidualView
-    | views.DiagnosisView
-    | views.SwarmProgress
-    | views.SwarmResult
-)
 StatusCallback = Callable[[str], None]
 
 
@@ -211,7 +199,6 @@ class Engine:
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),
             noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
-            torque_rms=tuple(split.torque_rms.tolist()),
             joints=recording.rig.joint_names,
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,

@@ -7,7 +7,6 @@ from pathlib import Path
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify
-from ident.residuals.phases import fit_sentences
 from ident.workbench.cli_equivalent import swarm_command
 from ident.workbench.views import SwarmProgress, SwarmRequest, SwarmResult
 
@@ -35,7 +34,7 @@ def run_swarm(
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
     command = swarm_command(request, train.name, validate.name if validate else None)
-    return SwarmResult(result.model, log.progress, fit_sentences(result), command)
+    return SwarmResult(result.model, log.progress, command)
 
 
 class _ConvergenceLog:

@@ -9,17 +9,22 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ident.workbench.topics import Changes
 from recordings.errors import BadInput
+from recordings.rig import load_rig, simulated_rig
 
 _MAX_CYCLES = 3000
 """Cycles kept for the live plots, at most."""
 _MAX_LINES = 200
+_UNATTENDED_TIMEOUT = 20.0
+"""Time without a browser after which moving drives are stopped; long enough to reload the page [s]."""
 _STOP_TIMEOUT = 10.0
 """Time for the drives to come to rest when the page closes [s]."""
 
@@ -30,9 +35,10 @@ class RunStatus:
 
     command: tuple[str, ...]
     file: Path
+    position_unit: str = "rad"
     status: dict[str, Any] = field(default_factory=dict)
     rows: deque[dict[str, Any]] = field(default_factory=lambda: deque(maxlen=_MAX_CYCLES))
-    """Cycles: time [s], command and position [rad], voltage [V]."""
+    """Cycles: time [s], command and position [`position_unit`], voltage [V]."""
     lateness: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=_MAX_CYCLES))
     """Time [s], and worst lateness since the previous entry [s]."""
     messages: deque[str] = field(default_factory=lambda: deque(maxlen=_MAX_LINES))
@@ -51,36 +57,33 @@ class RunStatus:
 class RecordingProcess:
     """Runs at most one `daq record` at a time in the folder `root`."""
 
-    def __init__(
-        self,
-        root: Path,
-        on_status: Callable[[], None],
-        on_change: Callable[[], None],
-        is_attended: Callable[[], bool] = lambda: True,
-    ) -> None:
-        """`on_status`: called on every status line; `on_change`: called when a run begins and ends.
-
-        `is_attended`: whether a browser shows the page with its stop button.
-        """
-        self._root, self._on_status, self._on_change, self._is_attended = root, on_status, on_change, is_attended
+    def __init__(self, root: Path, changes: Changes) -> None:
+        self._root, self._changes = root, changes
         self._process: subprocess.Popen[str] | None = None
         self.run: RunStatus | None = None
+        self._last_seen = 0.0
 
     @property
     def running(self) -> bool:
         """Whether the process runs, so that drives may be moving."""
         return self._process is not None and self._process.poll() is None
 
-    def start(self, arguments: Sequence[str], file: Path) -> None:
-        """Start `daq record` with these `arguments` into the new file `file`.
+    def mark_seen(self) -> None:
+        """Note that a browser shows the page with its stop button now."""
+        self._last_seen = time.monotonic()
+
+    def start(self, options: Mapping[str, str], file: Path) -> None:
+        """Start `daq record` with these `options` into the new file `file`.
 
         Raises:
-            BadInput: a recording is in progress, or the program `daq` is missing.
+            BadInput: a recording is in progress, the rig file is invalid, or the program `daq` is missing.
         """
         if self.running:
             raise BadInput("no other recording expected, one is in progress; stop it first")
-        command = [*daq_command(), "record", *arguments, "--status", "--out", file.name]
-        self.run = run = RunStatus(("daq", *command[-len(arguments) - 4 :]), file)
+        rig = load_rig(self._root / options["--rig"]) if "--rig" in options else simulated_rig()
+        arguments = ("record", *command_line(options), "--status", "--out", file.name)
+        command = [*daq_command(), *arguments]
+        self.run = run = RunStatus(("daq", *arguments), file, rig.position_units[0])
         # A new session: Ctrl-C in the terminal must not reach the process directly, as it is stopped by `close`.
         self._process = process = subprocess.Popen(
             command,
@@ -94,14 +97,14 @@ class RecordingProcess:
         message_reader = threading.Thread(target=_read_messages, args=(process, run), daemon=True)
         message_reader.start()
         threading.Thread(target=self._read_status, args=(process, run, message_reader), daemon=True).start()
-        self._on_change()
+        self._changes.mark("run", "folder")
 
     def stop(self) -> None:
         """Ramp down along the motion and disable the drives; called again: quick stop."""
         if self._process is not None and self.running and self.run:
             self.run.stop_count += 1
             self._process.send_signal(signal.SIGTERM)
-            self._on_status()
+            self._changes.mark("run")
 
     def close(self) -> None:
         """Bring the drives to rest before the server ends. After the timeout the closed pipe stops them."""
@@ -116,29 +119,36 @@ class RecordingProcess:
     def _read_status(
         self, process: "subprocess.Popen[str]", run: RunStatus, message_reader: threading.Thread
     ) -> None:
-        assert process.stdout is not None
-        for line in process.stdout:
-            status = _parse_status(line)
-            if "rows" in status:
-                rows = status.pop("rows")
-                run.rows.extend(rows)
-                if rows:
-                    run.lateness.append((rows[-1]["time"], status["lateness"]))
-            run.status = {**run.status, **status}
-            if not run.stop_count and not self._is_attended():
-                run.messages.append("no browser shows the page any more: stopping")
-                self.stop()
-            self._on_status()
-        code = process.wait()
-        message_reader.join()  # all messages are read before the exit status is set
+        with process:
+            assert process.stdout is not None
+            for line in process.stdout:
+                self._take_status(run, _parse_status(line))
+            code = process.wait()
+            message_reader.join()  # all messages are read before the exit status is set
         run.exit_code = code
-        self._on_change()
+        self._changes.mark("run", "folder")
+
+    def _take_status(self, run: RunStatus, status: dict[str, Any]) -> None:
+        rows = status.pop("rows", [])
+        run.rows.extend(rows)
+        if rows and "lateness" in status:
+            run.lateness.append((rows[-1]["time"], status["lateness"]))
+        run.status = {**run.status, **status}
+        if not run.stop_count and time.monotonic() - self._last_seen > _UNATTENDED_TIMEOUT:
+            run.messages.append("no browser shows the page any more: stopping")
+            self.stop()
+        self._changes.mark("run")
 
 
 def _read_messages(process: "subprocess.Popen[str]", run: RunStatus) -> None:
     assert process.stderr is not None
     for line in process.stderr:
         run.messages.append(line.rstrip())
+
+
+def command_line(options: Mapping[str, str]) -> list[str]:
+    """Return `options` as words of a command line."""
+    return [word for option in options.items() for word in option]
 
 
 def daq_command() -> list[str]:

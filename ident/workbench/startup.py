@@ -14,10 +14,8 @@ def open_session(paths: Sequence[Path], effect_files: Sequence[Path] = ()) -> Wo
     Raises:
         BadInput: a path does not exist, or the recordings are not in one folder.
     """
-    if not paths:
-        return WorkbenchSession(Folder.at(Path()), effect_files)
-    if len(paths) == 1 and paths[0].is_dir():
-        return WorkbenchSession(Folder.at(paths[0]), effect_files)
+    if not paths or (len(paths) == 1 and paths[0].is_dir()):
+        return WorkbenchSession(Folder.at(paths[0] if paths else Path()), effect_files)
     for path in paths:
         if not path.is_file() or path.suffix != SUFFIX:
             raise BadInput(f"a folder, or existing recordings ({SUFFIX}), expected, {path} found; check the path")

@@ -1,10 +1,7 @@
-"""Topics of a session whose changes the page follows, and the current job of the worker."""
+"""Topics of the page and their changes."""
 
-import time
-from dataclasses import dataclass
+from collections import Counter
 from typing import Literal
-
-from ident.workbench import views
 
 Topic = Literal[
     "folder",
@@ -21,32 +18,18 @@ Topic = Literal[
     "run",
     "message",
 ]
-TOPIC_OF_VIEW: dict[type, Topic] = {
-    views.RecordingView: "recording",
-    views.CandidateList: "candidates",
-    views.CandidatePreviews: "previews",
-    views.ResidualView: "residuals",
-    views.DiagnosisView: "diagnosis",
-    views.SwarmProgress: "swarm_progress",
-    views.SwarmResult: "swarm_result",
-}
-"""Topic, and attribute of the session, under which each view of the worker is stored."""
-LADDER_TOPICS: tuple[Topic, ...] = ("ladder", "series", "candidates", "previews", "residuals")
-"""Topics that change with the ladder."""
 
 
-@dataclass(frozen=True)
-class Job:
-    """The job that the worker executes."""
+class Changes:
+    """Counts the changes of each topic; the pages that show a topic redraw when its count has changed."""
 
-    text: str
-    start_time: float
-    blocking: bool
-    """Whether no other job can be started before it ends."""
-    paused_at: float | None = None
-    """Monotonic time of the pause [s]; None while it runs."""
+    def __init__(self) -> None:
+        self._counts: Counter[Topic] = Counter()
 
-    @property
-    def seconds(self) -> float:
-        """Return the time taken so far without pauses [s]."""
-        return (self.paused_at or time.monotonic()) - self.start_time
+    def mark(self, *topics: Topic) -> None:
+        """Mark `topics` as changed."""
+        self._counts.update(topics)
+
+    def count(self, topics: tuple[Topic, ...]) -> int:
+        """Return the number of changes of `topics` so far."""
+        return sum(self._counts[topic] for topic in topics)

@@ -1,6 +1,6 @@
 """Data that the worker sends to the page: numbers, texts and figures ready to be shown."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -111,8 +111,6 @@ class SwarmResult:
 
     model: ModelFile
     progress: SwarmProgress
-    sentences: tuple[str, ...]
-    """Results of the residual analysis."""
     command: str
     """Equivalent terminal command."""
 
@@ -161,7 +159,6 @@ class LadderView:
     steps: tuple[StepView, ...]
     noise_rms: tuple[float, ...]
     """Noise floor of each joint."""
-    torque_rms: tuple[float, ...]
     joints: tuple[str, ...]
     units: tuple[str, ...]
     position_units: tuple[str, ...]
@@ -211,7 +208,7 @@ class ResidualView:
     sentences: tuple[str, ...]
     windows: tuple[Window, ...]
     """Intervals with the largest residuals."""
-    figures: dict[str, dict[str, Any]] = field(default_factory=dict)
+    figures: dict[str, dict[str, Any]]
     """Plotly figures by title."""
 
 
@@ -221,5 +218,20 @@ class DiagnosisView:
 
     document: dict[str, Any]
     """Document of `ident diagnose --json`."""
-    figures: dict[str, dict[str, Any]] = field(default_factory=dict)
+    figures: dict[str, dict[str, Any]]
     """By effect: Plotly figure of the residual before and after."""
+
+
+View = (
+    RecordingView
+    | Mismatch
+    | LadderView
+    | tuple[TorqueSeries, ...]
+    | CandidateList
+    | CandidatePreviews
+    | ResidualView
+    | DiagnosisView
+    | SwarmProgress
+    | SwarmResult
+)
+"""What the worker sends to the page."""

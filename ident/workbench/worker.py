@@ -9,12 +9,29 @@ import os
 import signal
 import threading
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Literal
 
-MessageKind = Literal["progress", "view", "failed", "idle"]
-MessageHandler = Callable[[MessageKind, Any], None]
+from ident.workbench.views import View
+
+
+@dataclass(frozen=True)
+class StatusText:
+    """What the worker does now."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class TaskEnd:
+    """A task has ended; `error` says why it failed."""
+
+    error: str | None = None
+
+
+Message = View | StatusText | TaskEnd
+MessageHandler = Callable[[Message], None]
 """Called from a separate thread with every message of the worker."""
 
 
@@ -33,7 +50,7 @@ class Worker:
         """Whether no process is alive; the next one starts without any state."""
         return self._process is None or not self._process.is_alive()
 
-    def submit(self, task: str, *arguments: Any) -> None:
+    def submit(self, task: str, *arguments: object) -> None:
         """Send `task` to the engine; results arrive as messages."""
         with self.lock:
             if self.needs_start:
@@ -81,14 +98,14 @@ class Worker:
     def _listen(self, process: multiprocessing.process.BaseProcess, connection: Connection) -> None:
         try:
             while True:
-                self._deliver(process, *connection.recv())
+                self._deliver(process, connection.recv())
         except (EOFError, OSError):
-            self._deliver(process, "failed", "The worker process has ended unexpectedly; check the free memory.")
+            self._deliver(process, TaskEnd("The worker process has ended unexpectedly; check the free memory."))
 
-    def _deliver(self, process: multiprocessing.process.BaseProcess, kind: MessageKind, value: Any) -> None:
+    def _deliver(self, process: multiprocessing.process.BaseProcess, message: Message) -> None:
         with self.lock:
             if self._process is process:  # not cancelled meanwhile
-                self._on_message(kind, value)
+                self._on_message(message)
 
 
 def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
@@ -98,22 +115,18 @@ def _run_tasks(connection: Connection, effect_files: Sequence[Path]) -> None:
     from recordings.errors import BadInput
 
     try:
-        engine = Engine(
-            lambda text: connection.send(("progress", text)),
-            effect_files,
-            lambda progress: connection.send(("view", progress)),
-        )
+        engine = Engine(lambda text: connection.send(StatusText(text)), effect_files, connection.send)
         while True:
             task, arguments = connection.recv()
             try:
                 for view in getattr(engine, task)(*arguments):
-                    connection.send(("view", view))
+                    connection.send(view)
                     if connection.poll():
                         break
-                connection.send(("idle", None))
+                connection.send(TaskEnd())
             except BadInput as error:
-                connection.send(("failed", str(error)))
+                connection.send(TaskEnd(str(error)))
             except Exception as error:  # errors caused by a recording or a user's effect must not end the page
-                connection.send(("failed", f"{type(error).__name__}: {error}"))
+                connection.send(TaskEnd(f"{type(error).__name__}: {error}"))
     except (EOFError, BrokenPipeError):
         return

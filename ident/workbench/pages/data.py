@@ -13,17 +13,16 @@ def draw(page: Page) -> None:
 
 
 def _draw(page: Page) -> None:
-    session, view = page.session, page.session.recording
+    recordings = page.session.recordings
+    view = recordings.shown
     if view is None:
         ui.label("Choose a recording with Train on the left to see its quality.").classes("quiet")
         return
     with ui.row().classes("items-center gap-3"):
         ui.label(view.name).classes("head")
-        for recording in (session.train, session.validate):
-            if recording and recording != view.name:
-                ui.button(f"show {recording}", on_click=page.handler(session.show_recording, recording)).props(
-                    "flat dense no-caps"
-                )
+        for name in (recordings.train, recordings.validate):
+            if name and name != view.name:
+                page.button(f"show {name}", "show-recording", recordings.show, name, props="flat dense")
     for warning in view.warnings:
         with ui.row().classes("items-center no-wrap"):
             ui.icon("warning", color="warning")
@@ -33,9 +32,9 @@ def _draw(page: Page) -> None:
             ui.label(label).classes("quiet")
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     full_span = (float(view.time[0]), float(view.time[-1]))
-    signal = ui.toggle(list(view.signals), value="position").props("dense no-caps").classes("q-mt-sm")
+    signal = ui.toggle(list(view.signals), value="position").props("dense").classes("q-mt-sm")
     plot = ZoomablePlot(
-        lambda span: plots.signal(view, str(signal.value), span), lambda: full_span, "signals over time", session.dark
+        page, lambda span: plots.signal(view, str(signal.value), span), lambda: full_span, "signals over time"
     )
     signal.on_value_change(lambda: plot.show())
     with ui.expansion(f"Events of the run ({len(view.events)})").classes("w-full"):

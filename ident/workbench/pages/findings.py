@@ -4,33 +4,31 @@ from typing import Any
 
 from nicegui import ui
 
-from ident.workbench.pages.page import Page, draw_figure, set_test_id
+from ident.workbench.pages.page import Page, set_test_id
 
 
 def draw(page: Page) -> None:
     """Draw the diagnosis if there is one."""
-    if page.session.diagnosis is None:
+    diagnosis, library = page.session.selection.diagnosis, page.session.library
+    if diagnosis is None:
         return
-    document = page.session.diagnosis.document
+    document = diagnosis.document
     ui.label("Full diagnosis").classes("head q-mt-sm")
     set_test_id(ui.label(document["sentence"]), "verdict")
-    library = page.session.library
     new_findings = [n for n, finding in enumerate(document["findings"]) if not library[finding["effect"]].mandatory]
     for number, finding in enumerate(document["findings"]):
         with ui.expansion(value=number in new_findings[:1]).classes("w-full") as box:
             _finding(finding, number)
-            figure = page.session.diagnosis.figures.get(finding["effect"])
+            figure = diagnosis.figures.get(finding["effect"])
             if figure:
-                draw_figure(figure, f"residual without and with {finding['effect']}", page.session.dark)
+                page.draw_figure(figure, f"residual without and with {finding['effect']}")
         with box.add_slot("header"):
             _header(finding, number)
-    if document["remaining"]["why"]:
-        share = 100 * document["remaining"]["structured_share"]
-        ui.label(f"Unexplained residual: {share:.0f} % of it is structured; {document['remaining']['why']}").classes(
-            "quiet"
-        )
-    if document["next_motion"]:
-        motion = document["next_motion"]
+    remaining, motion = document["remaining"], document["next_motion"]
+    if remaining["why"]:
+        share = 100 * remaining["structured_share"]
+        ui.label(f"Unexplained residual: {share:.0f} % of it is structured; {remaining['why']}").classes("quiet")
+    if motion:
         ui.label(f"Record next: {motion['why']} {motion['command']}").classes("quiet")
     with ui.expansion("Rejected effects").classes("w-full"):
         for candidate in document["rejected"]:

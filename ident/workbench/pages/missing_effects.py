@@ -1,10 +1,12 @@
 """Stepwise selection: fit, ladder of models, candidate effects, findings."""
 
+from functools import partial
+
 from nicegui import ui
 
 from ident.workbench import plots
 from ident.workbench.pages import branching, candidates, findings
-from ident.workbench.pages.page import Page, draw_figure, set_test_id
+from ident.workbench.pages.page import Cell, Page, draw_table, set_test_id
 from ident.workbench.views import LadderView, StepView
 
 
@@ -18,24 +20,22 @@ def draw(page: Page) -> None:
 
 
 def _buttons(page: Page) -> None:
-    session = page.session
+    session, selection = page.session, page.session.selection
+    button = partial(page.button, props="outline")
     with ui.row().classes("items-center gap-2"):
-        fit = ui.button("Fit", icon="play_arrow", on_click=page.handler(session.fit))
-        fit.tooltip("Fit the base model with the mandatory effects")
-        undo = ui.button("Undo", icon="undo", on_click=page.handler(session.undo)).props("outline")
-        redo = ui.button("Redo", icon="redo", on_click=page.handler(session.redo)).props("outline")
-        fork = ui.button("New branch", icon="call_split", on_click=page.handler(session.fork)).props("outline")
-        fork.tooltip("Keep this ladder and continue in a copy, to compare two models")
-        full = ui.button("Full diagnosis", icon="biotech", on_click=page.handler(session.diagnose)).props("outline")
-        full.tooltip("Automatic stepwise selection with a check of every finding; takes about half a minute")
-        for element, test_id in ((fit, "fit"), (undo, "undo"), (redo, "redo"), (fork, "fork"), (full, "diagnose")):
-            set_test_id(element, test_id)
-            element.props("no-caps")
+        tooltip = "Fit the base model with the mandatory effects"
+        fit = page.button("Fit", "fit", selection.fit, icon="play_arrow", tooltip=tooltip)
+        undo = button("Undo", "undo", selection.undo, icon="undo")
+        redo = button("Redo", "redo", selection.redo, icon="redo")
+        tooltip = "Keep this ladder and continue in a copy, to compare two models"
+        fork = button("New branch", "fork", selection.fork, icon="call_split", tooltip=tooltip)
+        tooltip = "Automatic stepwise selection with a check of every finding; takes about half a minute"
+        full = button("Full diagnosis", "diagnose", selection.diagnose, icon="biotech", tooltip=tooltip)
 
     def update_enabled() -> None:
-        idle = session.job is None or not session.job.blocking
-        fit.enabled = idle and session.train is not None
-        branch = session.branches.current if session.branches else None
+        idle = not session.jobs.blocked
+        fit.enabled = idle and session.recordings.train is not None
+        branch = selection.branches.current if selection.branches else None
         undo.enabled = idle and branch is not None and len(branch.history) > 1
         redo.enabled = idle and branch is not None and bool(branch.undone_ladders)
         fork.enabled = full.enabled = idle and branch is not None
@@ -45,14 +45,14 @@ def _buttons(page: Page) -> None:
 
 
 def _draw_ladder(page: Page) -> None:
-    session, ladder = page.session, page.session.ladder
+    ladder = page.session.selection.ladder
     if ladder is None:
         ui.label(
             "Fit the base model to the recording. Each added effect is shown here as a step, with the error of every "
-            "joint. Choose a second recording with Check to validate the models on another motion."
+            "joint. Choose a second recording with Validate to validate the models on another motion."
         ).classes("quiet")
         return
-    draw_figure(plots.ladder(ladder), "error of each model, training and held out", session.dark)
+    page.draw_figure(plots.ladder(ladder), "error of each model, training and held out")
     _draw_table(ladder)
     notes = [
         f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."
@@ -64,24 +64,26 @@ def _draw_ladder(page: Page) -> None:
 
 
 def _draw_table(ladder: LadderView) -> None:
-    joints = range(len(ladder.joints))
-    unit = ladder.units[0]
-    with ui.element("table").classes("figures ladder"):
-        with ui.element("tr"):
-            titles = [f"training j{j + 1} [{unit}]" for j in joints] + [f"held out j{j + 1} [{unit}]" for j in joints]
-            for title in ("model", *titles, "improvement, held out"):
-                with ui.element("th"):
-                    ui.label(title)
-        for number, step in enumerate(ladder.steps):
-            with ui.element("tr"):
-                with ui.element("td"):
-                    set_test_id(ui.label(f"{number}  {step.label}"), f"step-{number}")
-                for kind, values in (("train", step.entry.train_rms), ("held", step.entry.validate_rms)):
-                    for j in joints:
-                        with ui.element("td"):
-                            set_test_id(ui.label(f"{values[j]:.4f}"), f"{kind}-{number}-{j + 1}")
-                with ui.element("td"):
-                    ui.label(_improvement(step))
+    joints = list(enumerate(ladder.units, start=1))
+    titles = [f"{kind} j{joint} [{unit}]" for kind in ("training", "held out") for joint, unit in joints]
+    rows = [_row(number, step) for number, step in enumerate(ladder.steps)]
+    draw_table(["model", *titles, "improvement, held out"], rows, classes="ladder")
+
+
+def _row(number: int, step: StepView) -> list[Cell]:
+    def cell(text: str, test_id: str) -> Cell:
+        return lambda: set_test_id(ui.label(text), test_id)
+
+    errors = {"train": step.entry.train_rms, "held": step.entry.validate_rms}
+    return [
+        cell(f"{number}  {step.label}", f"step-{number}"),
+        *(
+            cell(f"{value:.4f}", f"{kind}-{number}-{joint}")
+            for kind, values in errors.items()
+            for joint, value in enumerate(values, start=1)
+        ),
+        _improvement(step),
+    ]
 
 
 def _improvement(step: StepView) -> str:
@@ -94,16 +96,12 @@ def _improvement(step: StepView) -> str:
 def _draw_terms(page: Page, step: StepView) -> None:
     if not step.terms:
         return
+    remove = partial(page.button, "Remove", props="flat dense size=sm")
     with ui.row().classes("items-center gap-2 q-mt-xs"):
         ui.label("In the model:")
         for index, (effect, joints) in enumerate(step.terms):
+            all_joints = len(joints) == len(step.entry.train_rms)
+            note = "" if all_joints else f" (joint {', '.join(map(str, joints))})"
             with ui.row().classes("items-center no-wrap gap-1 chip"):
-                ui.label(f"{effect}{_joints_note(joints, step)}")
-                remove = ui.button("Remove", on_click=page.handler(page.session.remove, index))
-                remove.props(f'flat dense size=sm no-caps aria-label="Remove {effect}"')
-                set_test_id(remove, f"remove-{effect}")
-
-
-def _joints_note(joints: tuple[int, ...], step: StepView) -> str:
-    all_joints = len(joints) == len(step.entry.train_rms)
-    return "" if all_joints else f" (joint {', '.join(map(str, joints))})"
+                ui.label(f"{effect}{note}")
+                remove(f"remove-{effect}", page.session.selection.remove, index, label=f"Remove {effect}")

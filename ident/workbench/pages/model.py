@@ -5,13 +5,18 @@ from collections.abc import Sequence
 from nicegui import events, ui
 
 from ident.workbench import plots
+from ident.workbench.pages.candidates import add_button
 from ident.workbench.pages.page import Page, set_test_id
 from ident.workbench.pages.zoom import ZoomablePlot
-from ident.workbench.selection import MIN_SHARE, describe_span, rank_effects, summary
+from ident.workbench.plots import Span
+from ident.workbench.time_span import MIN_SHARE, describe_span, rank_effects, summary
 from ident.workbench.views import TorqueSeries
 
 _MAX_EFFECTS = 4
 """Effects listed for a time span, at most."""
+_HINT = "Drag over the plot to zoom, double-click to show everything. Select a time span to have it described."
+_SELECTED_RANGE_JS = "(event) => emit(event && event.range ? {range: {x: event.range.x || event.range.x2}} : {})"
+"""Sends only the range of the selection, not its many points."""
 
 
 def draw(page: Page) -> None:
@@ -20,41 +25,41 @@ def draw(page: Page) -> None:
 
 
 def _draw(page: Page) -> None:
-    session = page.session
-    if not session.series or session.ladder is None:
+    display, all_series, ladder = page.session.display, page.session.selection.series, page.session.selection.ladder
+    if not all_series or ladder is None:
         ui.label("Fit the base model first: Missing effects → Fit.").classes("quiet")
         return
-    ladder = session.ladder
-    kinds = {number: _label(item, session.series) for number, item in enumerate(session.series)}
-    requested_span, session.requested_span = session.requested_span, None
-    initial = _initial_series(session.series, requested_span)
+    requested_span, display.requested_span = display.requested_span, None
     with ui.row().classes("items-center gap-4"):
-        recording = ui.select(kinds, value=initial).props("dense outlined").classes("min-w-64")
-        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.joints))}, value=session.joint)
-        joint.props("dense no-caps")
-        select = ui.switch("select a time span")
-        set_test_id(select, "mark")
+        recording = ui.select(
+            {number: _label(item, all_series) for number, item in enumerate(all_series)},
+            value=_initial_series(all_series, requested_span),
+        )
+        recording.props("dense outlined").classes("min-w-64")
+        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.joints))}, value=display.joint)
+        joint.props("dense")
+        select = set_test_id(ui.switch("select a time span"), "mark")
 
     def series() -> TorqueSeries:
-        number = int(recording.value or 0)
-        return session.series[number]
+        return all_series[int(recording.value or 0)]
 
-    def full_span() -> tuple[float, float]:
+    def full_span() -> Span:
         return float(series().time[0]), float(series().time[-1])
 
     plot = ZoomablePlot(
+        page,
         lambda span: plots.torque_comparison(
             series(), joint.value, ladder.units[joint.value], ladder.noise_rms[joint.value], span, select.value
         ),
         full_span,
         "torque measured and computed, and residual, over time",
-        session.dark,
     )
-    description = ui.column().classes("gap-1")
-    set_test_id(description, "selection")
+    description = set_test_id(ui.column().classes("gap-1"), "selection")
+    with description:
+        ui.label(_HINT)
 
     def on_joint() -> None:
-        session.joint = joint.value
+        display.joint = joint.value
         description.clear()
         plot.show()
 
@@ -62,45 +67,35 @@ def _draw(page: Page) -> None:
         span = (event.args or {}).get("range", {}).get("x")
         if span:
             units = ladder.units[joint.value], ladder.position_units[joint.value]
-            _show_sentences(description, describe_span(series(), joint.value, min(span), max(span), *units))
+            description.clear()
             with description:
+                for sentence in describe_span(series(), joint.value, min(span), max(span), *units):
+                    ui.label(sentence)
                 _show_ranking(page, int(recording.value or 0), joint.value, (min(span), max(span)))
 
     joint.on_value_change(on_joint)
     recording.on_value_change(lambda: plot.show(full_span()))
     select.on_value_change(lambda: plot.show())
     plot.plot.on("plotly_selected", on_select, js_handler=_SELECTED_RANGE_JS)
-    _show_sentences(
-        description,
-        ("Drag over the plot to zoom, double-click to show everything. Select a time span to have it described.",),
-    )
     if requested_span:
         plot.show(requested_span[1:])
 
 
-_SELECTED_RANGE_JS = "(event) => emit(event && event.range ? {range: {x: event.range.x || event.range.x2}} : {})"
-"""Sends only the range of the selection, not its many points."""
-
-
-def _show_ranking(page: Page, number: int, joint: int, span: tuple[float, float]) -> None:
-    """Show the effects that would explain the selected span."""
-    session = page.session
-    if session.previews is None:
+def _show_ranking(page: Page, number: int, joint: int, span: Span) -> None:
+    """Show the effects that would explain the selected span of the series `number`."""
+    selection = page.session.selection
+    if selection.previews is None:
         ui.label("The effects are still being rated; select again in a moment to see which one explains it.")
         return
-    contributions = {effect: arrays[number] for effect, arrays in session.previews.contributions.items()}
-    ranking = rank_effects(session.series[number], contributions, joint, *span)
+    contributions = {effect: arrays[number] for effect, arrays in selection.previews.contributions.items()}
+    ranking = rank_effects(selection.series[number], contributions, joint, *span)
     set_test_id(ui.label(summary(ranking)), "explained")
     for item in ranking[:_MAX_EFFECTS]:
-        if item.share < MIN_SHARE:
-            break
-        with ui.row().classes("items-center gap-3"):
-            set_test_id(
-                ui.label(f"{item.effect}: {100 * item.share:.0f} % of its mean square"), f"explains-{item.effect}"
-            )
-            add = ui.button("Add", on_click=page.handler(session.add, item.effect))
-            add.props(f'dense size=sm no-caps unelevated aria-label="Add {item.effect}"')
-            set_test_id(add, f"add-{item.effect}")
+        if item.share >= MIN_SHARE:
+            with ui.row().classes("items-center gap-3"):
+                text = f"{item.effect}: {100 * item.share:.0f} % of its mean square"
+                set_test_id(ui.label(text), f"explains-{item.effect}")
+                add_button(page, item.effect)
 
 
 def _initial_series(series: Sequence[TorqueSeries], requested_span: tuple[str, float, float] | None) -> int:
@@ -118,10 +113,3 @@ def _label(item: TorqueSeries, series: Sequence[TorqueSeries]) -> str:
     several = sum(candidate.name == item.name for candidate in series) > 1
     span = f", {item.time[0]:.0f} to {item.time[-1]:.0f} s" if several else ""
     return f"{item.name}{span} ({'held out' if item.held_out else 'training'})"
-
-
-def _show_sentences(column: ui.column, sentences: tuple[str, ...]) -> None:
-    column.clear()
-    with column:
-        for sentence in sentences:
-            ui.label(sentence)

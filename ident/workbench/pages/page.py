@@ -1,17 +1,23 @@
-"""Shared by all parts of the page: redrawing after changes, and error notifications."""
+"""Shared by all parts of the page: redrawing after changes, buttons, tables, figures and notifications."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, Literal, TypeVar
 
 from nicegui import ui
 
+from ident.identification.model_file import ModelFile
 from ident.workbench import plots
 from ident.workbench.plots import Figure
 from ident.workbench.session import WorkbenchSession
 from ident.workbench.topics import Topic
 from recordings.errors import BadInput
+
+Element = TypeVar("Element", bound=ui.element)
+Cell = str | Callable[[], object]
+"""Cell of a table: its text, or a function that draws it."""
 
 
 @dataclass
@@ -28,7 +34,7 @@ class Page:
 
     def __init__(self, session: WorkbenchSession) -> None:
         self.session = session
-        self.show_tab: Callable[[str], None] = lambda tab: None
+        self.show_tab: Callable[[str], object] = lambda tab: None
         """Show a tab of the page."""
         self.after_action: Callable[[], None] = lambda: None
         """Update the header at once, because the server ignores clicks on buttons that it believes to be hidden."""
@@ -49,14 +55,14 @@ class Page:
 
     def call_on_change(self, callback: Callable[[], None], *topics: Topic, min_interval: float = 0.0) -> None:
         """Call `callback` whenever one of `topics` changes, but not again within `min_interval` [s]."""
-        self._watches.append(_Watch(callback, topics, min_interval, self._version(topics)))
+        self._watches.append(_Watch(callback, topics, min_interval, self.session.changes.count(topics)))
 
     def poll(self) -> None:
         """Redraw what has changed since the last call."""
-        self.session.mark_seen()
+        self.session.recorder.mark_seen()
         now = time.monotonic()
         for watch in self._watches:
-            version = self._version(watch.topics)
+            version = self.session.changes.count(watch.topics)
             if version != watch.version and now - watch.last_call >= watch.min_interval:
                 watch.version, watch.last_call = version, now
                 watch.callback()
@@ -68,24 +74,72 @@ class Page:
             try:
                 action(*arguments)
             except (BadInput, OSError) as error:
-                ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
+                notify(str(error), "warning")
             self.after_action()
 
         return handle
 
-    def _version(self, topics: tuple[Topic, ...]) -> int:
-        return sum(self.session.versions[topic] for topic in topics)
+    def button(
+        self,
+        text: str,
+        test_id: str,
+        action: Callable[..., Any],
+        *arguments: Any,
+        icon: str | None = None,
+        props: str = "",
+        label: str = "",
+        tooltip: str = "",
+    ) -> ui.button:
+        """Draw a button that calls `action`; `label` replaces its text for screen readers."""
+        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments)).props(props)
+        if label:
+            button.props["aria-label"] = label
+        if tooltip:
+            button.tooltip(tooltip)
+        return set_test_id(button, test_id)
+
+    def save_form(self, model: ModelFile, file_name: str, test_id: str) -> ui.input:
+        """Draw an input for the file name and a button that saves `model`; return the input."""
+        out = ui.input("file", value=file_name).props("dense outlined").classes("min-w-64")
+
+        def save() -> None:
+            self.session.export.save(model, str(out.value))
+            notify(f"Saved {out.value} next to the recording.", "positive")
+
+        self.button("Save next to the recording", test_id, save, icon="save")
+        return out
+
+    def draw_figure(self, figure: Figure, label: str) -> ui.plotly:
+        """Draw a figure; `label` is its description for screen readers."""
+        plot = ui.plotly(plots.with_theme(figure, self.session.display.dark)).classes("w-full")
+        # Plotly forgets a figure's own height when its tab is left and shown again.
+        plot.style(f"height: {figure['layout']['height']}px")
+        plot.props["role"], plot.props["aria-label"] = "img", label
+        return plot
+
+    def update_figure(self, plot: ui.plotly, figure: Figure) -> None:
+        """Show another figure in `plot`."""
+        plot.update_figure(plots.with_theme(figure, self.session.display.dark))
 
 
-def draw_figure(figure: Figure, label: str, dark: bool) -> ui.plotly:
-    """Draw a figure; `label` is its description for screen readers."""
-    plot = ui.plotly(plots.with_theme(figure, dark)).classes("w-full")
-    # Plotly forgets a figure's own height when its tab is left and shown again.
-    plot.style(f"height: {figure['layout']['height']}px")
-    plot.props["role"], plot.props["aria-label"] = "img", label
-    return plot
+def draw_table(
+    titles: Sequence[str], rows: Iterable[Sequence[Cell]], words: Collection[int] = (), classes: str = ""
+) -> None:
+    """Draw a table; the columns `words` are aligned to the left."""
+    with ui.element("table").classes(f"figures {classes}"):
+        for tag, cells in [("th", titles), *(("td", row) for row in rows)]:
+            with ui.element("tr"):
+                for column, cell in enumerate(cells):
+                    with ui.element(tag).classes("words" if column in words else ""):
+                        (partial(ui.label, cell) if isinstance(cell, str) else cell)()
 
 
-def set_test_id(element: ui.element, test_id: str) -> None:
-    """Give `element` an identifier for tests."""
+def notify(text: str, kind: Literal["positive", "warning", "info"]) -> None:
+    """Show `text` for a while."""
+    ui.notify(text, type=kind, position="bottom", timeout=8000, close_button=True)
+
+
+def set_test_id(element: Element, test_id: str) -> Element:
+    """Give `element` an identifier for tests, and return it."""
     element.props["data-test"] = test_id
+    return element

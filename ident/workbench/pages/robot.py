@@ -17,21 +17,20 @@ def draw(page: Page) -> None:
 
 
 def _draw(page: Page) -> None:
-    session = page.session
-    view = session.recording
+    session, selection = page.session, page.session.selection
+    view = session.recordings.shown
     if view is None or view.geometry is None:
         ui.label("Choose a recording of a delta robot on the left.").classes("quiet")
         return
-    series = next((series for series in session.series if series.name == view.name), None)
+    series = next((series for series in selection.series if series.name == view.name), None)
     poses = pose_sequence(view, series)
     with ui.row().classes("w-full items-center no-wrap gap-4"):
         clock = ui.label().classes("w-20")
         slider = ui.slider(min=0, max=len(poses.time) - 1, value=0).classes("col")
-        slider.props('aria-label="time"')
-        set_test_id(slider, "time")
+        set_test_id(slider, "time").props('aria-label="time"')
         play = ui.button(icon="play_arrow").props('round flat aria-label="Play"')
     with ui.row().classes("w-full no-wrap items-start"):
-        background = "#1d2226" if session.dark else "#f4f6f7"
+        background = "#1d2226" if session.display.dark else "#f4f6f7"
         with ui.scene(width=760, height=470, grid=(2, 20), background_color=background) as scene:
             robot = _Scene(poses)
         scene.move_camera(x=0.95, y=-1.05, z=0.95, look_at_z=0.6, duration=0)
@@ -40,7 +39,7 @@ def _draw(page: Page) -> None:
     def update() -> None:
         robot.move(slider.value)
         clock.text = f"{poses.time[slider.value]:.2f} s"
-        units = session.ladder.units if session.ladder else ()
+        units = selection.ladder.units if selection.ladder else ()
         _show_residuals(column, series, units, poses.time[slider.value])
 
     def step() -> None:

@@ -1,15 +1,11 @@
-"""Frame of the page: header with the current job, list of recordings, and tabs."""
-
-from collections.abc import Callable
+"""Frame of the page: header with the current job, list of recordings, tabs."""
 
 from nicegui import events, ui
 
-from ident.workbench.folder import SUFFIX
-from ident.workbench.pages import data, export, missing_effects, model, record, residuals, robot, swarm
-from ident.workbench.pages.page import Page, set_test_id
+from ident.workbench.jobs import Job
+from ident.workbench.pages import data, export, missing_effects, model, record, recordings, residuals, robot, swarm
+from ident.workbench.pages.page import Page, notify, set_test_id
 from ident.workbench.session import WorkbenchSession
-from ident.workbench.topics import Job
-from web.security import MAX_BODY_BYTES
 
 TABS = (
     ("data", "Recording", "show_chart", data.draw),
@@ -48,7 +44,7 @@ _STYLE = """
 
 def build(session: WorkbenchSession) -> None:
     """Build the page for one browser tab."""
-    page = Page(session)
+    page, display = Page(session), session.display
     ui.colors(
         primary="#0b5c8c",
         secondary="#4a5560",
@@ -57,70 +53,59 @@ def build(session: WorkbenchSession) -> None:
         negative="#b3261e",
     )
     ui.add_css(_STYLE)
-    dark = ui.dark_mode(session.dark)
-    _header(page, dark)
+    _header(page, ui.dark_mode(display.dark))
     with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
-        _recordings(page)
-    with ui.tabs().props("dense inline-label align=left no-caps").classes("w-full") as tabs:
+        recordings.draw(page)
+    with ui.tabs().props("dense inline-label align=left").classes("w-full") as tabs:
         for key, label, icon, _ in TABS:
             set_test_id(ui.tab(key, label, icon), f"tab-{key}")
-    tabs.set_value(session.tab)
-    tabs.on_value_change(lambda change: setattr(session, "tab", change.value))
-    page.show_tab = lambda tab: _turn_to(tabs, tab)
-    with ui.tab_panels(tabs, value=session.tab, animated=False, keep_alive=False).classes("w-full"):
+    tabs.set_value(display.tab)
+    tabs.on_value_change(lambda change: setattr(display, "tab", change.value))
+    page.show_tab = tabs.set_value
+    with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
         for key, _, _, draw in TABS:
             with ui.tab_panel(key):
                 draw(page)
-    page.call_on_change(lambda: _notify(session), "message")
+    page.call_on_change(lambda: _show_message(session), "message")
     ui.timer(0.2, page.poll)
 
 
-def _turn_to(tabs: ui.tabs, tab: str) -> None:
-    tabs.set_value(tab)
-
-
 def _header(page: Page, dark: ui.dark_mode) -> None:
-    session = page.session
+    session, jobs, recorder = page.session, page.session.jobs, page.session.recorder
+    outline = "outline dense color=white"
     with ui.header().classes("items-center q-py-xs gap-3 no-wrap").style("height: 64px"):
         ui.label("delta-workbench").classes("text-lg font-medium")
-        job = ui.label().classes("ellipsis").props('role=status aria-live="polite"')
-        set_test_id(job, "job")
+        status = set_test_id(ui.label().classes("ellipsis").props('role=status aria-live="polite"'), "job")
         spinner = ui.spinner(color="white", size="1.3em")
-        cancel = ui.button("Cancel", on_click=page.handler(session.cancel)).props("outline dense color=white")
-        set_test_id(cancel, "cancel")
-        pause = ui.button("Pause", on_click=page.handler(session.pause)).props("outline dense color=white")
-        resume = ui.button("Resume", on_click=page.handler(session.resume)).props("outline dense color=white")
-        set_test_id(pause, "pause")
-        set_test_id(resume, "resume")
+        cancel = page.button("Cancel", "cancel", jobs.cancel, props=outline)
+        pause = page.button("Pause", "pause", jobs.pause, props=outline)
+        resume = page.button("Resume", "resume", jobs.resume, props=outline)
         ui.space()
-        stop = ui.button("STOP", icon="dangerous", on_click=page.handler(session.recorder.stop))
-        stop.props("color=negative size=lg push").tooltip(
-            "Ramp down and disable the drives; press again for a quick stop. Key: Esc"
-        )
-        set_test_id(stop, "stop")
+        tooltip = "Ramp down and disable the drives; press again for a quick stop. Key: Esc"
+        props = "color=negative size=lg push"
+        stop = page.button("STOP", "stop", recorder.stop, icon="dangerous", props=props, tooltip=tooltip)
 
         def toggle_dark() -> None:
-            session.dark = not session.dark
-            dark.set_value(session.dark)
-            session.mark_changed(
+            session.display.dark = not session.display.dark
+            dark.set_value(session.display.dark)
+            session.changes.mark(
                 "recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
             )
 
-        contrast = ui.button(icon="contrast", on_click=toggle_dark).tooltip("Dark or light")
-        contrast.props('flat round color=white aria-label="Dark or light"')
-        set_test_id(contrast, "contrast")
+        tooltip, props = "Dark or light", "flat round color=white"
+        page.button("", "contrast", toggle_dark, icon="contrast", props=props, label=tooltip, tooltip=tooltip)
 
     def update() -> None:
-        busy = session.job is not None
-        paused = session.job is not None and session.job.paused_at is not None
-        job.text = _job_text(session.job) if session.job else _status_text(session)
-        spinner.visible = pause.visible = busy and not paused
-        resume.visible, cancel.visible = paused, busy
-        stop.visible = session.recorder.running
+        job = jobs.current
+        paused = job is not None and job.paused_at is not None
+        status.text = _job_text(job) if job else _status_text(session)
+        spinner.visible = pause.visible = job is not None and not paused
+        resume.visible, cancel.visible = paused, job is not None
+        stop.visible = recorder.running
 
     def stop_on_escape(pressed: events.KeyEventArguments) -> None:
-        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and session.recorder.running:
-            session.recorder.stop()
+        if pressed.key.escape and pressed.action.keydown and not pressed.action.repeat and recorder.running:
+            recorder.stop()
 
     ui.keyboard(stop_on_escape, ignore=[])  # also while the user types
     update()
@@ -133,73 +118,13 @@ def _job_text(job: Job) -> str:
 
 
 def _status_text(session: WorkbenchSession) -> str:
-    if session.train is None:
+    train, validate, ladder = session.recordings.train, session.recordings.validate, session.selection.ladder
+    if train is None:
         return "choose a recording on the left"
-    simulated = " · simulated" if session.ladder and session.ladder.simulated else ""
-    return f"train {session.train}" + (f" · check {session.validate}" if session.validate else "") + simulated
+    simulated = " · simulated" if ladder and ladder.simulated else ""
+    return f"train {train}" + (f" · validate {validate}" if validate else "") + simulated
 
 
-def _notify(session: WorkbenchSession) -> None:
-    if session.message:
-        ui.notify(session.message, type="info", position="bottom", timeout=8000, close_button=True)
-
-
-def _recordings(page: Page) -> None:
-    session = page.session
-    ui.label("Recordings").classes("head")
-    root = session.folder.root
-    ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
-    page.draw_on_change(lambda: _draw_list(page), "folder")
-    ui.label(
-        "Train: fit the model to this recording. Check: validate it on this recording of another motion."
-    ).classes("quiet")
-
-    async def add(upload: events.UploadEventArguments) -> None:
-        await _save_upload(page, upload)
-        box.run_method("removeUploadedFiles")  # they are now in the list above
-
-    box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
-    box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
-    box.on(
-        "rejected",
-        lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."),
-    )
-    set_test_id(box, "upload")
-
-
-async def _save_upload(page: Page, upload: events.UploadEventArguments) -> None:
-    from recordings.errors import BadInput
-
-    session = page.session
-    try:
-        path = session.folder.new_file(upload.file.name, SUFFIX)
-        await upload.file.save(path)
-    except BadInput as error:
-        ui.notify(str(error), type="warning", position="bottom", timeout=8000, close_button=True)
-    session.mark_changed("folder")
-
-
-def _draw_list(page: Page) -> None:
-    session = page.session
-    names = session.folder.recordings()
-    if not names:
-        ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
-    for number, file_name in enumerate(names):
-        with ui.row().classes("w-full items-center no-wrap gap-1 q-mb-xs"):
-            ui.label(file_name).classes("ellipsis col").tooltip(file_name)
-            for text, selected, action in (
-                ("Train", file_name == session.train, _train_handler(session, file_name)),
-                ("Check", file_name == session.validate, _check_handler(session, file_name)),
-            ):
-                button = ui.button(text, on_click=page.handler(action)).props("dense size=sm no-caps")
-                button.props("unelevated" if selected else "outline")
-                button.props(f"aria-pressed={'true' if selected else 'false'}")
-                set_test_id(button, f"{text.lower()}-{number}")
-
-
-def _train_handler(session: WorkbenchSession, file_name: str) -> Callable[[], None]:
-    return lambda: session.choose(file_name, None if session.validate == file_name else session.validate)
-
-
-def _check_handler(session: WorkbenchSession, file_name: str) -> Callable[[], None]:
-    return lambda: session.choose(session.train, None if session.validate == file_name else file_name)
+def _show_message(session: WorkbenchSession) -> None:
+    if session.jobs.message:
+        notify(session.jobs.message, "info")

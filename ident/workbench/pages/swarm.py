@@ -2,11 +2,10 @@
 
 from nicegui import ui
 
-from ident.identification import model_file as file
-from ident.identification.model_file import FittedParameter, ModelFile
+from ident.identification.model_file import ModelFile
+from ident.output.figures.theme import interval, number
 from ident.workbench import plots
-from ident.workbench.pages.page import Page, draw_figure, set_test_id
-from ident.workbench.views import SwarmResult
+from ident.workbench.pages.page import Page, draw_table, set_test_id
 
 _ABOUT = (
     "Fits the parameters with 300 particles, which minimise the sum of absolute residuals, objective (33), until a "
@@ -19,14 +18,16 @@ def draw(page: Page) -> None:
     """Draw the button, the convergence and the result."""
     session = page.session
     with ui.row().classes("items-center gap-3"):
-        start = ui.button("Fit by swarm", icon="bubble_chart").props("no-caps")
-        set_test_id(start, "swarm")
+
+        def fit() -> None:
+            session.swarm.start(int(seed.value or 0), session.selection.ladder)
+
+        start = page.button("Fit by swarm", "swarm", fit, icon="bubble_chart")
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")
-        start.on_click(page.handler(lambda: session.swarm(int(seed.value or 0))))
     ui.label(_ABOUT).classes("quiet")
 
     def update_enabled() -> None:
-        start.enabled = session.train is not None and (session.job is None or not session.job.blocking)
+        start.enabled = session.recordings.train is not None and not session.jobs.blocked
 
     update_enabled()
     page.call_on_change(update_enabled, "job", "folder")
@@ -35,18 +36,15 @@ def draw(page: Page) -> None:
 
 
 def _draw_progress(page: Page) -> None:
-    session = page.session
-    progress = session.swarm_progress or (session.swarm_result.progress if session.swarm_result else None)
+    progress = page.session.swarm.progress
     if progress is None:
         return
     set_test_id(ui.label(f"{len(progress.excess)} steps").classes("font-medium q-mt-sm"), "swarm-steps")
-    draw_figure(
-        plots.swarm_convergence(progress), "objective above its certified minimum, step by step", session.dark
-    )
+    page.draw_figure(plots.swarm_convergence(progress), "objective above its certified minimum, step by step")
 
 
 def _draw_result(page: Page) -> None:
-    result = page.session.swarm_result
+    result = page.session.swarm.result
     if result is None:
         return
     model = result.model
@@ -63,54 +61,33 @@ def _draw_result(page: Page) -> None:
     _parameters(model)
     ui.label("Equivalent command").classes("head q-mt-md")
     set_test_id(ui.code(result.command, language="bash").classes("w-full"), "swarm-command")
-    _save_row(page, result)
+    stem = model.train.recordings[0].name.removesuffix(".mcap")
+    with ui.row().classes("items-center gap-3 q-mt-sm"):
+        page.save_form(model, f"{stem}.pso.model.json", "swarm-save")
 
 
 def _errors(model: ModelFile) -> None:
     ui.label("Error").classes("head q-mt-sm")
-    units = model.effort_units
-    with ui.element("table").classes("figures"):
-        _row("", *(f"joint {j} [{unit} RMS]" for j, unit in enumerate(units, start=1)), cell="th")
-        _row("training", *(f"{value:.4f}" for value in model.train.fitted.rms))
-        if model.validate_:
-            _row("held out", *(f"{value:.4f}" for value in model.validate_.fitted.rms))
+    joints = [f"joint {j} [{unit} RMS]" for j, unit in enumerate(model.effort_units, start=1)]
+    agreements = {"training": model.train, "held out": model.validate_}
+    rows = [
+        (label, *(f"{value:.4f}" for value in agreement.fitted.rms))
+        for label, agreement in agreements.items()
+        if agreement
+    ]
+    draw_table(["", *joints], rows)
 
 
 def _parameters(model: ModelFile) -> None:
     ui.label(f"Parameters{', relative' if model.relative else ''}").classes("head q-mt-md")
-    with ui.element("table").classes("figures"):
-        _row("name", "value", "95 % interval", "unit", "at bound", cell="th")
-        for parameter in model.parameters:
-            _row(
-                parameter.name,
-                f"{parameter.value:.4g}",
-                _interval(parameter),
-                parameter.unit,
-                "yes" if parameter.at_bound else "",
-            )
-
-
-def _interval(parameter: FittedParameter) -> str:
-    return f"{parameter.ci95[0]:.4g} to {parameter.ci95[1]:.4g}" if parameter.ci95 else "not available"
-
-
-def _row(*cells: str, cell: str = "td") -> None:
-    with ui.element("tr"):
-        for text in cells:
-            with ui.element(cell):
-                ui.label(text)
-
-
-def _save_row(page: Page, swarm_result: SwarmResult) -> None:
-    with ui.row().classes("items-center gap-3 q-mt-sm"):
-        stem = swarm_result.model.train.recordings[0].name.removesuffix(".mcap")
-        out = ui.input("file", value=f"{stem}.pso.model.json").props("dense outlined").classes("min-w-64")
-        save = ui.button("Save next to the recording", icon="save").props("no-caps")
-        save.on_click(page.handler(lambda: _save(page, str(out.value), swarm_result.model)))
-        set_test_id(save, "swarm-save")
-
-
-def _save(page: Page, file_name: str, model: ModelFile) -> None:
-    file.save(model, page.session.folder.new_file(file_name, ".json"))
-    page.session.mark_changed("folder")
-    ui.notify(f"Saved {file_name} next to the recording.", type="positive", position="bottom")
+    rows = [
+        (
+            parameter.name,
+            number(parameter.value, 4),
+            interval(*parameter.ci95) if parameter.ci95 else "–",
+            parameter.unit,
+            "yes" if parameter.at_bound else "",
+        )
+        for parameter in model.parameters
+    ]
+    draw_table(("parameter", "value", "95 % interval", "unit", "at bound"), rows, words=(0, 3))

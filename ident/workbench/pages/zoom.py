@@ -4,8 +4,7 @@ from collections.abc import Callable
 
 from nicegui import events
 
-from ident.workbench import plots
-from ident.workbench.pages.page import draw_figure
+from ident.workbench.pages.page import Page
 from ident.workbench.plots import Figure, Span
 
 
@@ -13,17 +12,17 @@ class ZoomablePlot:
     """Shows `make_figure(span)`; `full_span` returns the span of the whole recording."""
 
     def __init__(
-        self, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str, dark: bool
+        self, page: Page, make_figure: Callable[[Span], Figure], full_span: Callable[[], Span], label: str
     ) -> None:
-        self._make_figure, self._full_span, self._dark = make_figure, full_span, dark
+        self._page, self._make_figure, self._full_span = page, make_figure, full_span
         self.span = full_span()
-        self.plot = draw_figure(make_figure(self.span), label, dark)
+        self.plot = page.draw_figure(make_figure(self.span), label)
         self.plot.on("plotly_relayout", self._on_relayout)
 
     def show(self, span: Span | None = None) -> None:
         """Draw this span, or draw the current span again."""
         self.span = span or self.span
-        self.plot.update_figure(plots.with_theme(self._make_figure(self.span), self._dark))
+        self._page.update_figure(self.plot, self._make_figure(self.span))
 
     def _on_relayout(self, event: events.GenericEventArguments) -> None:
         changes = event.args if isinstance(event.args, dict) else {}

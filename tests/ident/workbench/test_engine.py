@@ -10,7 +10,7 @@ from ident.identification.identify import FitOptions, identify
 from ident.workbench import views
 from ident.workbench.cli_equivalent import shell_script
 from ident.workbench.engine import Engine
-from ident.workbench.selection import describe_span, rank_effects, summary
+from ident.workbench.time_span import describe_span, rank_effects, summary
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 

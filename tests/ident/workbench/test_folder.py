@@ -66,5 +66,5 @@ def test_only_one_folder_can_be_opened(folder: Folder, tmp_path: Path) -> None:
         with pytest.raises(BadInput):
             open_session(paths)
     session = open_session([folder.root])
-    assert session.train is None
+    assert session.recordings.train is None
     session.close()

@@ -9,7 +9,7 @@ import pytest
 
 from ident.workbench.folder import Folder
 from ident.workbench.session import WorkbenchSession
-from ident.workbench.worker import Worker
+from ident.workbench.worker import Message, TaskEnd, Worker
 from recordings.recording import Recording
 from tests.ident.workbench.conftest import Browser, Serve
 from web.security import MAX_BODY_BYTES
@@ -50,14 +50,15 @@ def test_names_and_metadata_are_shown_as_text(folder: Path, serve: Serve, browse
 
 def test_worker_refuses_a_huge_file(folder: Path) -> None:
     """It neither exhausts the memory nor ends the page."""
-    messages: list[tuple[str, object]] = []
-    worker = Worker(lambda kind, value: messages.append((kind, value)), ())
+    messages: list[Message] = []
+    worker = Worker(messages.append, ())
     worker.submit("view_recording", folder / "huge.mcap")
     for _ in range(600):
-        if any(kind == "failed" for kind, _ in messages):
+        if any(isinstance(message, TaskEnd) for message in messages):
             break
         time.sleep(0.1)
-    assert "is not an MCAP file" in str(messages[-1][1])
+    assert isinstance(messages[-1], TaskEnd)
+    assert "is not an MCAP file" in str(messages[-1].error)
     assert not worker.needs_start
     worker.cancel()
     assert worker.needs_start
@@ -69,11 +70,11 @@ def test_session_refuses_names_outside_the_folder(folder: Path) -> None:
         with pytest.raises(ValueError, match="expected"):
             session.choose(name, None)
         with pytest.raises(ValueError, match="expected"):
-            session.show_recording(name)
+            session.recordings.show(name)
     with pytest.raises(ValueError, match="another recording"):
         session.choose("evil.mcap", "evil.mcap")
     with pytest.raises(ValueError, match="none chosen"):
-        session.fit()
-    assert session.train is None
+        session.selection.fit()
+    assert session.recordings.train is None
     assert MAX_BODY_BYTES < 2**30
     session.close()

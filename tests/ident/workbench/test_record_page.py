@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.workbench.pages.record import run_summary
+from ident.workbench.pages.live import run_summary
 from ident.workbench.recording_process import RunStatus
 
 SIMULATED = ("daq", "record", "--traj", "fig5a")

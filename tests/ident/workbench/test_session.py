@@ -9,6 +9,7 @@ import pytest
 
 from ident.workbench.folder import Folder
 from ident.workbench.session import WorkbenchSession
+from ident.workbench.worker import TaskEnd
 from recordings.errors import BadInput
 from tests.ident.commands.test_axes import write
 
@@ -20,8 +21,8 @@ def session() -> Iterator[WorkbenchSession]:
     """Return a session with a fitted base model."""
     session = WorkbenchSession(Folder.at(SAMPLES))
     session.choose("fig5a.mcap", "fig5b.mcap")
-    session.fit()
-    wait(lambda: session.residuals is not None and session.job is None)
+    session.selection.fit()
+    wait(lambda: session.selection.residuals is not None and session.jobs.current is None)
     yield session
     session.close()
 
@@ -35,7 +36,7 @@ def wait(done: Callable[[], bool], timeout: float = 300.0) -> None:
 
 def state(session: WorkbenchSession) -> list[str]:
     """Return /proc/PID/stat of the worker from its third field on; see proc(5)."""
-    process = session._worker._process
+    process = session.jobs.worker._process
     assert process is not None
     return Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
 
@@ -52,37 +53,37 @@ def cpu_time(session: WorkbenchSession) -> float:
 
 @pytest.mark.slow
 def test_paused_job_uses_no_processor_time_and_resumes(session: WorkbenchSession) -> None:
-    session.diagnose()
-    wait(lambda: session.job is not None)
-    session.pause()
+    jobs, selection = session.jobs, session.selection
+    selection.diagnose()
+    wait(lambda: jobs.current is not None)
+    jobs.pause()
     wait(lambda: suspended(session))
     before = cpu_time(session)
-    assert session.job
-    waited = session.job.seconds
+    assert jobs.current
+    waited = jobs.current.seconds
     time.sleep(1.0)
     assert cpu_time(session) == before, "it does not compute"
-    assert session.job.seconds == waited, "the clock of the job stops too"
+    assert jobs.current.seconds == waited, "the clock of the job stops too"
     with pytest.raises(BadInput, match="paused"):
-        session.show_recording("fig5a.mcap")
+        session.recordings.show("fig5a.mcap")
     with pytest.raises(BadInput, match="paused"):
-        session.fit()
-    assert session.diagnosis is None
-    session.resume()
-    wait(lambda: session.diagnosis is not None)
+        selection.fit()
+    assert selection.diagnosis is None
+    jobs.resume()
+    wait(lambda: selection.diagnosis is not None)
 
 
 def test_job_that_ends_while_it_is_being_paused_does_not_block_the_next() -> None:
     session = WorkbenchSession(Folder.at(SAMPLES))
-    session.choose("fig5a.mcap", None)
-    wait(lambda: session.job is None)
-    session.show_recording("fig5b.mcap")
-    session.pause()
-    session._on_message("idle", None)  # its last message was already sent
-    assert session.job is None
-    session.recording = None
-    session.show_recording("fig5a.mcap")
-    wait(lambda: session.recording is not None)
-    session.close()
+    jobs = session.jobs
+    with jobs.worker.lock:  # no other message arrives meanwhile
+        session.choose("fig5a.mcap", None)
+        jobs.pause()
+        wait(lambda: suspended(session))
+        jobs.receive(TaskEnd())  # its last message was already sent
+        assert jobs.current is None
+        wait(lambda: not suspended(session))
+        session.close()
 
 
 def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: Path) -> None:
@@ -90,46 +91,66 @@ def test_recording_of_another_machine_is_not_accepted_for_validation(tmp_path: P
     write(tmp_path / "slide.mcap", 0)
     session = WorkbenchSession(Folder.at(tmp_path))
     session.choose("fig5a.mcap", "slide.mcap")
-    wait(lambda: session.recording is not None and session.job is None)
-    assert session.train == "fig5a.mcap"
-    assert session.validate is None
-    assert "axes in slide.mcap" in session.message
+    recordings, jobs = session.recordings, session.jobs
+    wait(lambda: recordings.shown is not None and jobs.current is None)
+    assert recordings.train == "fig5a.mcap"
+    assert recordings.validate is None
+    assert "axes in slide.mcap" in jobs.message
     session.close()
 
 
 @pytest.mark.slow
 def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> None:
-    ladder = session.ladder
-    session.add("torque_offset")
-    wait(lambda: session.ladder is not ladder and session.job is None)
-    session.undo()
-    wait(lambda: session.ladder is ladder or session.job is None)
-    for start_job in (session.diagnose, lambda: session.swarm(0), session.redo):
-        before = session.branches
+    jobs, selection, swarm = session.jobs, session.selection, session.swarm
+    ladder = selection.ladder
+    selection.add("torque_offset")
+    wait(lambda: selection.ladder is not ladder and jobs.current is None)
+    selection.undo()
+    wait(lambda: selection.ladder is ladder or jobs.current is None)
+    for start_job in (selection.diagnose, lambda: swarm.start(0, selection.ladder), selection.redo):
+        before = selection.branches
         start_job()
-        session.pause()
-        session.cancel()
-        assert session.job is None
-        assert session.swarm_progress is None
-        assert session.branches is before
-    assert session.branches
-    assert len(session.branches.current.undone_ladders) == 1
-    session.redo()
-    wait(lambda: session.job is None)
-    assert session.ladder
-    assert session.ladder.steps[-1].label == "+ torque_offset"
-    assert session.residuals, "a new process continues from there"
+        jobs.pause()
+        jobs.cancel()
+        assert jobs.current is None
+        assert swarm.progress is None
+        assert selection.branches is before
+    assert selection.branches
+    assert len(selection.branches.current.undone_ladders) == 1
+    selection.redo()
+    wait(lambda: jobs.current is None)
+    assert selection.ladder
+    assert selection.ladder.steps[-1].label == "+ torque_offset"
+    assert selection.residuals, "a new process continues from there"
 
 
 @pytest.mark.slow
 def test_interrupted_analysis_is_resumed_afterwards(session: WorkbenchSession) -> None:
-    session.add("torque_offset")
-    wait(lambda: session.candidates is None)
-    wait(lambda: bool(session.ladder and len(session.ladder.steps) == 3 and session.job and not session.job.blocking))
-    session.swarm(0)
-    wait(lambda: session.swarm_result is not None and session.residuals is not None)
-    assert session.swarm_result
-    assert session.swarm_result.model.effects == ("rod_inertia", "torque_offset")
-    assert session.candidates
-    assert session.ladder
-    assert len(session.ladder.steps) == 3
+    jobs, selection, swarm = session.jobs, session.selection, session.swarm
+    selection.add("torque_offset")
+    wait(lambda: selection.candidates is None)
+    wait(lambda: bool(selection.ladder and len(selection.ladder.steps) == 3 and jobs.current and not jobs.blocked))
+    swarm.start(0, selection.ladder)
+    wait(lambda: swarm.result is not None and selection.residuals is not None)
+    assert swarm.result
+    assert swarm.result.model.effects == ("rod_inertia", "torque_offset")
+    assert selection.candidates
+    assert selection.ladder
+    assert len(selection.ladder.steps) == 3
+
+
+def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
+    shutil.copy(SAMPLES / "fig5a.mcap", tmp_path)
+    shutil.copy(SAMPLES / "fig5b.mcap", tmp_path)
+    session = WorkbenchSession(Folder.at(tmp_path))
+    session.choose("fig5a.mcap", None)
+    session.selection.fit()
+    wait(lambda: session.selection.ladder is not None)
+    session.choose("fig5b.mcap", "fig5a.mcap")
+    assert session.selection.branches is None
+    wait(lambda: session.recordings.shown is not None)
+    assert session.recordings.shown
+    assert session.recordings.shown.name == "fig5b.mcap"
+    wait(lambda: session.jobs.current is None)
+    assert session.selection.ladder is None, "views of the discarded ladder never arrive"
+    session.close()

@@ -1,0 +1,50 @@
+"""Fit of the parameters by particle swarm, as the page shows it."""
+
+from ident.workbench.chosen_recordings import ChosenRecordings
+from ident.workbench.cli_equivalent import effect_options
+from ident.workbench.jobs import Jobs
+from ident.workbench.topics import Changes
+from ident.workbench.views import LadderView, SwarmProgress, SwarmRequest, SwarmResult, View
+
+
+class SwarmFit:
+    """The running swarm, and the result of the last one."""
+
+    def __init__(self, recordings: ChosenRecordings, jobs: Jobs, changes: Changes) -> None:
+        self._recordings, self._jobs, self._changes = recordings, jobs, changes
+        self.running: SwarmProgress | None = None
+        self.result: SwarmResult | None = None
+        jobs.on_end.append(self._on_end)
+
+    @property
+    def progress(self) -> SwarmProgress | None:
+        """Return the convergence of the running swarm, or of the last one."""
+        return self.running or (self.result.progress if self.result else None)
+
+    def clear(self) -> None:
+        """Discard everything."""
+        self.result = None
+        self._changes.mark("swarm_result")
+        self._show_progress(None)
+
+    def start(self, seed: int, ladder: LadderView | None) -> None:
+        """Fit the current model of `ladder`, or the base model."""
+        request = SwarmRequest(effect_options(ladder), ladder.bandwidth, seed) if ladder else SwarmRequest(seed=seed)
+        self._jobs.submit("swarm", self._receive, "swarm", *self._recordings.files, request)
+
+    def _receive(self, view: View) -> None:
+        match view:
+            case SwarmProgress():
+                self._show_progress(view)
+            case SwarmResult():
+                self.result = view
+                self._changes.mark("swarm_result")
+                self._show_progress(None)
+
+    def _on_end(self, completed: bool) -> None:
+        if self.running:
+            self._show_progress(None)
+
+    def _show_progress(self, progress: SwarmProgress | None) -> None:
+        self.running = progress
+        self._changes.mark("swarm_progress")
