@@ -29,6 +29,6 @@ def command(places: tuple[Path, ...], port: int | None, no_browser: bool, effect
     The page can access only this folder, and only this machine's user can open it.
     """
     from ident.workbench.app import serve
-    from ident.workbench.startup import open_session
+    from ident.workbench.session import open_session
 
     serve(open_session(places, effect_files), port, not no_browser)

@@ -34,7 +34,7 @@ def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> st
 
 def effect_options(ladder: LadderView) -> tuple[str, ...]:
     """Return the effects of the current model as values of `ident fit --with`."""
-    return tuple(_effect_option(name, joints, len(ladder.joints)) for name, joints in ladder.steps[-1].terms)
+    return tuple(_effect_option(name, joints, len(ladder.units)) for name, joints in ladder.steps[-1].terms)
 
 
 def _recordings(ladder: LadderView) -> list[str]:
@@ -47,8 +47,7 @@ def _model_command(ladder: LadderView, recordings: list[str]) -> list[str]:
     `ident diagnose` always includes the mandatory effects. A model without one of them, or without added effects, is
     therefore made by `ident fit`.
     """
-    terms = ladder.steps[-1].terms
-    names = [name for name, _ in terms]
+    names = [name for name, _ in ladder.steps[-1].terms]
     mandatory = {name for step in ladder.steps for name, _ in step.terms if name in ladder.mandatory}
     added = [name for name in names if name not in mandatory]
     if ladder.diagnosed:

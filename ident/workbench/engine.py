@@ -17,7 +17,7 @@ from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
 from ident.diagnosis.screening import Candidate
-from ident.diagnosis.steps import SelectionStep
+from ident.diagnosis.steps import FittedModel, SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
@@ -50,7 +50,7 @@ class Engine:
         self._effect_files = tuple(effect_files)
         self._library = library(effect_files)
         self._selection: SelectionState | None = None
-        self._candidates: dict[str, Candidate] = {}
+        self._screened: tuple[FittedModel, dict[str, Candidate], views.CandidateList] | None = None
         self._step_views: WeakKeyDictionary[LabelledStep, views.StepView] = WeakKeyDictionary()
 
     def view_recording(self, path: Path, validate: Path | None = None) -> Iterator[View]:
@@ -72,15 +72,14 @@ class Engine:
     def add(self, base: LadderSpec, name: str) -> Iterator[View]:
         """Add an effect and refit all parameters."""
         selection = self._selection_at(base)
-        if not self._candidates:  # a new process has no candidates yet
-            self._candidate_list(selection)
-        if name not in self._candidates:
+        candidates, _ = self._screen(selection)
+        if name not in candidates:
             raise BadInput(
                 f"an effect that this motion excites, with an admissible sign, expected, '{name}' found; "
                 "choose another card"
             )
         self._progress(f"fitting everything with {name}")
-        selection.push(f"+ {name}", name, selection.selector.search.add(selection.model, self._candidates[name]))
+        selection.push(f"+ {name}", name, selection.selector.search.add(selection.model, candidates[name]))
         yield from self._views(selection)
 
     def remove(self, base: LadderSpec, index: int) -> Iterator[View]:
@@ -102,11 +101,10 @@ class Engine:
         findings = {finding.term.name: finding for finding in reversed(diagnosis.selection.findings)}
         figures = {name: plots.to_dict(before_after(diagnosis, finding)) for name, finding in findings.items()}
         yield views.DiagnosisView(verdict.to_document(diagnosis).as_json(), figures)
-        selection.inputs = DiagnosisInputs(
-            diagnosis.split, selection.inputs.observable, diagnosis.unobservable, diagnosis.excerpt_share
-        )
-        selection.selector = Selector(diagnosis.split, selection.inputs.observable, self._progress)
-        selection.known_steps.clear()
+        observable = selection.inputs.observable
+        inputs = DiagnosisInputs(diagnosis.split, observable, diagnosis.unobservable, diagnosis.excerpt_share)
+        selector = Selector(diagnosis.split, observable, self._progress)
+        self._selection = selection = SelectionState(selection.files, inputs, selector)
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
         selection.diagnosed = selection.model
         yield from self._views(selection)
@@ -122,7 +120,6 @@ class Engine:
         if selection is None or selection.files != (base.train, base.validate):
             selection = self._start(base.train, base.validate)
         if selection.specs != base.steps:
-            self._candidates = {}
             selection.set_steps(*self._rebuild(selection, base.steps))
         self._selection = selection
         return selection
@@ -138,7 +135,6 @@ class Engine:
         if selection.model is not model:  # mandatory effects are in the model whether or not they improve it
             name = model.terms[-1].name
             selection.push(f"+ {name}", name, model)
-        self._candidates = {}
         return selection
 
     def _rebuild(self, selection: SelectionState, specs: tuple[ModelSpec, ...]) -> Iterator[LabelledStep]:
@@ -161,18 +157,18 @@ class Engine:
         return Term(name, self._library[name], tuple(joint - 1 for joint in joints))
 
     def _views(self, selection: SelectionState) -> Iterator[View]:
-        self._candidates = {}
         yield self._ladder_view(selection)
         yield _torque_series(selection)
         self._progress("rating every effect of the library")
-        yield self._candidate_list(selection)
+        candidates, view = self._screen(selection)
+        yield view
         self._progress("drawing the candidate previews")
-        yield candidate_previews(
-            selection.inputs.split, selection.model, self._candidates, selection.model.noise_floor
-        )
+        noise_floor = selection.model.noise_floor
+        yield candidate_previews(selection.inputs.split, selection.model, candidates, noise_floor)
         self._progress("analysing the residual")
         if selection.inputs.excerpt_share is None:
-            yield self._residual_view(selection)
+            solution, bandwidth = selection.model.solution, selection.inputs.split.recordings[0].bandwidth
+            yield residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
         else:
             yield residual_view_of_excerpts(selection.inputs.split, selection.model)
 
@@ -186,11 +182,6 @@ class Engine:
         structure = ModelStructure(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
         yield residual_view((base.train, base.validate), (structure, np.array(x)), bandwidth, self._library)
 
-    def _residual_view(self, selection: SelectionState) -> views.ResidualView:
-        solution = selection.model.solution
-        bandwidth = selection.inputs.split.recordings[0].bandwidth
-        return residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
-
     def _ladder_view(self, selection: SelectionState) -> views.LadderView:
         split, (train, validate) = selection.inputs.split, selection.files
         recording = split.recordings[0].recording
@@ -199,7 +190,6 @@ class Engine:
             validate=validate.name if validate else None,
             steps=tuple(self._step_view(selection, step) for step in selection.steps),
             noise_rms=tuple(selection.model.noise_floor.rms.tolist()),
-            joints=recording.rig.joint_names,
             units=recording.rig.effort_units,
             position_units=recording.rig.position_units,
             relative=recording.rig.torque.gain_source == "assumed" and not holds_torque(recording),
@@ -224,16 +214,21 @@ class Engine:
             )
         return self._step_views[step]
 
-    def _candidate_list(self, selection: SelectionState) -> views.CandidateList:
-        candidates, not_excited, improvements = selection.selector.search.screen(selection.model)
-        self._candidates = {}
-        for candidate in candidates:
-            self._candidates.setdefault(candidate.term.name, candidate)  # of several spectral lines the best
-        cards = [
-            views.CandidateCard(name, _joints(candidate.term), improvements[name])
-            for name, candidate in self._candidates.items()
-        ]
-        return views.CandidateList(tuple(cards), tuple(not_excited), dict(selection.inputs.unobservable))
+    def _screen(self, selection: SelectionState) -> tuple[dict[str, Candidate], views.CandidateList]:
+        """Rate the effects that could be added to the current model; return them by name, and their view."""
+        if self._screened is None or self._screened[0] is not selection.model:
+            self._screened = None  # its memory is needed
+            ranked, not_excited, improvements = selection.selector.search.screen(selection.model)
+            candidates: dict[str, Candidate] = {}
+            for candidate in ranked:
+                candidates.setdefault(candidate.term.name, candidate)  # of several spectral lines the best
+            cards = tuple(
+                views.CandidateCard(name, _joints(candidate.term), improvements[name])
+                for name, candidate in candidates.items()
+            )
+            view = views.CandidateList(cards, tuple(not_excited), dict(selection.inputs.unobservable))
+            self._screened = selection.model, candidates, view
+        return self._screened[1:]
 
 
 def _as_list(path: Path | None) -> list[Path]:

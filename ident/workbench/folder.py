@@ -22,14 +22,9 @@ class Folder:
             raise BadInput(f"an existing folder or recording expected, {path} found; check the path")
         return cls(path.resolve())
 
-    def recordings(self) -> list[str]:
-        """Return the names of the recordings in alphabetical order."""
-        files = (path for path in self.root.iterdir() if path.suffix == SUFFIX)
-        return sorted(path.name for path in files if path.is_file() and self._inside(path))
-
-    def trajectories(self) -> list[str]:
-        """Return the names of files that may hold a motion, a rig or a simulation."""
-        files = (path for path in self.root.iterdir() if path.suffix in (".csv", ".toml"))
+    def names(self, *suffixes: str) -> list[str]:
+        """Return the names of the files with one of the `suffixes` in alphabetical order."""
+        files = (path for path in self.root.iterdir() if path.suffix in suffixes)
         return sorted(path.name for path in files if path.is_file() and self._inside(path))
 
     def existing_file(self, name: str) -> Path:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ident.workbench.topics import Changes
 from ident.workbench.views import View
-from ident.workbench.worker import Message, StatusText, TaskEnd, Worker
+from ident.workbench.worker import Message, StatusText, TaskEnd, Worker, WorkerEnd
 from recordings.errors import BadInput
 
 Receiver = Callable[[View], None]
@@ -83,7 +83,6 @@ class Jobs:
             if self.current and self.current.paused_at is None:
                 self.worker.pause()
                 self.current = replace(self.current, paused_at=time.monotonic())
-                self._changes.mark("job")
 
     def resume(self) -> None:
         """Resume the paused job."""
@@ -92,7 +91,6 @@ class Jobs:
                 start_time = time.monotonic() - self.current.seconds
                 self.current = replace(self.current, start_time=start_time, paused_at=None)
                 self.worker.resume()
-                self._changes.mark("job")
 
     def stop(self) -> None:
         """End the worker; the next task starts another one."""
@@ -102,10 +100,10 @@ class Jobs:
             self.current = None
             self._changes.mark("job")
 
-    def cancel(self) -> None:
+    def cancel(self, message: str = "Cancelled; nothing has changed.") -> None:
         """Cancel the current job; earlier results stay."""
         self.stop()
-        self.show_message("Cancelled; nothing has changed.")
+        self.show_message(message)
         self._end(completed=False)
 
     def show_message(self, text: str) -> None:
@@ -127,6 +125,8 @@ class Jobs:
                     self.current = None
                     self.worker.resume()  # it may have been paused just after its last message
                     self._end(completed=error is None)
+            case WorkerEnd(error):
+                self.cancel(error)
             case view:
                 self._receivers[0](view)
         self._changes.mark("job")

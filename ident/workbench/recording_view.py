@@ -7,10 +7,10 @@ import numpy as np
 
 from ident.data.compatibility import check_same_rig
 from ident.data.samples import drive_signal, holds_torque
-from ident.workbench.views import Float32s, Mismatch, RecordingView
+from ident.workbench.views import Mismatch, RecordingView
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Floats, Recording
+from recordings.recording import Recording
 
 _SIGNAL_NAMES = {"V": "voltage", "N": "force"}
 _WARNING_LEVELS = ("warning", "error", "fatal")
@@ -40,49 +40,43 @@ def mismatch(train: Path, validate: Path) -> Iterator[Mismatch]:
 
 def _recording_view(recording: Recording, warnings: tuple[str, ...]) -> RecordingView:
     rig = recording.rig
+    length = rig.position_units[0]
     unit = rig.effort_units[0] if holds_torque(recording) else "V"
+    signals = {
+        "position": (length, recording.position),
+        "following error": (f"m{length}", 1e3 * (recording.command - recording.position)),
+        _SIGNAL_NAMES.get(unit, "torque"): (unit, drive_signal(recording)),
+        "lateness": ("ms", 1e3 * recording.lateness[:, None]),
+    }
     return RecordingView(
         name=recording.path.name,
-        quality=tuple(_quality(recording)),
+        quality=_quality(recording),
         warnings=warnings,
         events=tuple((event.time, event.level, event.source, event.message) for event in recording.events),
         geometry=rig.geometry if rig.mechanism == "delta" else None,
-        position_units=rig.position_units,
         time=recording.time,
-        signals={
-            "position": (rig.position_units[0], _float32(recording.position)),
-            "following error": (
-                f"m{rig.position_units[0]}",
-                _float32(1e3 * (recording.command - recording.position)),
-            ),
-            _SIGNAL_NAMES.get(unit, "torque"): (unit, _float32(drive_signal(recording))),
-            "lateness": ("ms", _float32(1e3 * recording.lateness[:, None])),
-        },
+        signals={name: (unit, values.astype(np.float32)) for name, (unit, values) in signals.items()},
     )
 
 
-def _float32(x: Floats) -> Float32s:
-    return x.astype(np.float32)
-
-
-def _quality(recording: Recording) -> Iterator[tuple[str, str]]:
-    run, time = recording.run, recording.time
-    yield "Rig", recording.rig.name
-    yield "Drives", "simulated: no real robot moved" if run.simulated else "real"
-    yield "Motion", f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory
-    yield "Length", f"{time[-1] - time[0]:.2f} s, {len(time)} samples at {run.rate:g} Hz"
-    gaps = recording.gaps
-    yield "Lost samples", ", ".join(f"joint {j}: {n}" for j, n in enumerate(gaps, 1)) if gaps.any() else "none"
-    lateness = recording.lateness[np.isfinite(recording.lateness)]
-    if len(lateness):
-        yield "Lateness", f"median {1e3 * np.median(lateness):.2f} ms, worst {1e3 * lateness.max():.2f} ms"
-    error = recording.command - recording.position
-    if np.isfinite(error).any():
-        yield "Following error", f"worst {1e3 * np.nanmax(np.abs(error)):.2f} m{recording.rig.position_units[0]}"
-    source = "calibrated" if recording.rig.torque.gain_source == "calibrated" else "assumed: torques are relative"
-    yield "Torque gain", source
-    yield "Recorded", f"{run.start}, by {run.software}"
-    yield "Ended", "interrupted" if run.exit_status is None else f"{run.reason} (exit status {run.exit_status})"
+def _quality(recording: Recording) -> dict[str, str]:
+    run, time, gaps, rig = recording.run, recording.time, recording.gaps, recording.rig
+    lateness = 1e3 * recording.lateness[np.isfinite(recording.lateness)]
+    error = 1e3 * np.abs(recording.command - recording.position)
+    worst_error = np.nanmax(error, initial=0.0, where=np.isfinite(error))
+    quality = {
+        "Rig": rig.name,
+        "Drives": "simulated: no real robot moved" if run.simulated else "real",
+        "Motion": f"{run.trajectory}, {run.cycles} × {run.period:g} s" if run.period else run.trajectory,
+        "Length": f"{time[-1] - time[0]:.2f} s, {len(time)} samples at {run.rate:g} Hz",
+        "Lost samples": ", ".join(f"joint {j}: {n}" for j, n in enumerate(gaps, 1)) if gaps.any() else "none",
+        "Lateness": f"median {np.median(lateness):.2f} ms, worst {lateness.max():.2f} ms" if len(lateness) else "",
+        "Following error": f"worst {worst_error:.2f} m{rig.position_units[0]}" if np.isfinite(error).any() else "",
+        "Torque gain": "calibrated" if rig.torque.gain_source == "calibrated" else "assumed: torques are relative",
+        "Recorded": f"{run.start}, by {run.software}",
+        "Ended": "interrupted" if run.exit_status is None else f"{run.reason} (exit status {run.exit_status})",
+    }
+    return {label: value for label, value in quality.items() if value}
 
 
 def _warnings(recording: Recording) -> Iterator[str]:

@@ -40,17 +40,6 @@ def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualV
 
 
 def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
-    return ResidualView(
-        model=model,
-        recordings=tuple(dict.fromkeys(item.prepared.recording.path.name for item in analysed.predictions)),
-        unit=analysed.joints[0].unit,
-        sentences=analysed.sentences,
-        windows=analysed.windows,
-        figures=_figures(analysed),
-    )
-
-
-def _figures(analysed: ResidualAnalysis) -> dict[str, plots.Figure]:
     models = {"model": analysed}
     figures = {
         "Residual by motion phase": residuals.phases(models),
@@ -59,4 +48,11 @@ def _figures(analysed: ResidualAnalysis) -> dict[str, plots.Figure]:
     }
     if analysed.windows:
         figures["Worst intervals in detail"] = torque.worst_windows(analysed)
-    return {title: plots.to_dict(figure) for title, figure in figures.items()}
+    return ResidualView(
+        model=model,
+        recordings=tuple(dict.fromkeys(item.prepared.recording.path.name for item in analysed.predictions)),
+        unit=analysed.joints[0].unit,
+        sentences=analysed.sentences,
+        windows=analysed.windows,
+        figures={title: plots.to_dict(figure) for title, figure in figures.items()},
+    )

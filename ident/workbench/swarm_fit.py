@@ -8,24 +8,20 @@ from ident.workbench.views import LadderView, SwarmProgress, SwarmRequest, Swarm
 
 
 class SwarmFit:
-    """The running swarm, and the result of the last one."""
+    """Progress and result."""
 
     def __init__(self, recordings: ChosenRecordings, jobs: Jobs, changes: Changes) -> None:
         self._recordings, self._jobs, self._changes = recordings, jobs, changes
-        self.running: SwarmProgress | None = None
+        self.progress: SwarmProgress | None = None
+        """Convergence of the running swarm, or of the last one."""
         self.result: SwarmResult | None = None
-        jobs.on_end.append(self._on_end)
-
-    @property
-    def progress(self) -> SwarmProgress | None:
-        """Return the convergence of the running swarm, or of the last one."""
-        return self.running or (self.result.progress if self.result else None)
+        jobs.on_end.append(self._show_result)
 
     def clear(self) -> None:
         """Discard everything."""
         self.result = None
         self._changes.mark("swarm_result")
-        self._show_progress(None)
+        self._show_result()
 
     def start(self, seed: int, ladder: LadderView | None) -> None:
         """Fit the current model of `ladder`, or the base model."""
@@ -35,16 +31,13 @@ class SwarmFit:
     def _receive(self, view: View) -> None:
         match view:
             case SwarmProgress():
-                self._show_progress(view)
+                self.progress = view
+                self._changes.mark("swarm_progress")
             case SwarmResult():
                 self.result = view
                 self._changes.mark("swarm_result")
-                self._show_progress(None)
 
-    def _on_end(self, completed: bool) -> None:
-        if self.running:
-            self._show_progress(None)
-
-    def _show_progress(self, progress: SwarmProgress | None) -> None:
-        self.running = progress
+    def _show_result(self, completed: bool = True) -> None:
+        """Show the last result when a job has ended, whether or not it was `completed`."""
+        self.progress = self.result.progress if self.result else None
         self._changes.mark("swarm_progress")

@@ -25,14 +25,13 @@ def describe_span(
     if inside.sum() < _MIN_ROWS or not (valid & ~inside).any():
         return ("The selection is too short, or covers everything; select a part of the residual.",)
     rms_inside, rms_outside = _rms(residual[inside]), _rms(residual[valid & ~inside])
-    span = f"{start:.2f} to {end:.2f} s, joint {joint + 1}"
-    sentences = [
-        f"{span}: residual {rms_inside:.3g} {unit} RMS, {rms_inside / rms_outside:.1f} times the residual elsewhere; "
-        f"mean {float(residual[inside].mean()):+.3g} {unit}."
-    ]
-    sentences.append(_motion_sentence(series, joint, inside, valid, angle))
-    sentences.append(_phase_sentence(series, joint, inside, valid))
-    return tuple(sentences)
+    return (
+        f"{start:.2f} to {end:.2f} s, joint {joint + 1}: residual {rms_inside:.3g} {unit} RMS, "
+        f"{rms_inside / rms_outside:.1f} times the residual elsewhere; "
+        f"mean {float(residual[inside].mean()):+.3g} {unit}.",
+        _motion_sentence(series, joint, inside, valid, angle),
+        _phase_sentence(series, joint, inside, valid),
+    )
 
 
 @dataclass(frozen=True)

@@ -22,14 +22,13 @@ class RecordingView:
     """A recording before any fit."""
 
     name: str
-    quality: tuple[tuple[str, str], ...]
-    """Metadata and quality, as label and value."""
+    quality: dict[str, str]
+    """Metadata and quality by label."""
     warnings: tuple[str, ...]
     events: tuple[tuple[float, str, str, str], ...]
     """Time [s], level, source, message."""
     geometry: Geometry | None
     """None unless the mechanism is a delta robot."""
-    position_units: tuple[str, ...]
     time: Floats
     """(n,) [s]."""
     signals: dict[str, tuple[str, Float32s]]
@@ -159,8 +158,8 @@ class LadderView:
     steps: tuple[StepView, ...]
     noise_rms: tuple[float, ...]
     """Noise floor of each joint."""
-    joints: tuple[str, ...]
     units: tuple[str, ...]
+    """Units of the efforts."""
     position_units: tuple[str, ...]
     relative: bool
     """True where the torque gain is assumed."""

@@ -30,7 +30,14 @@ class TaskEnd:
     error: str | None = None
 
 
-Message = View | StatusText | TaskEnd
+@dataclass(frozen=True)
+class WorkerEnd:
+    """The process has ended by itself, and with it all tasks."""
+
+    error: str
+
+
+Message = View | StatusText | TaskEnd | WorkerEnd
 MessageHandler = Callable[[Message], None]
 """Called from a separate thread with every message of the worker."""
 
@@ -53,8 +60,7 @@ class Worker:
     def submit(self, task: str, *arguments: object) -> None:
         """Send `task` to the engine; results arrive as messages."""
         with self.lock:
-            if self.needs_start:
-                self._start()
+            self.prepare()
             assert self._connection is not None
             self._connection.send((task, arguments))
 
@@ -100,7 +106,7 @@ class Worker:
             while True:
                 self._deliver(process, connection.recv())
         except (EOFError, OSError):
-            self._deliver(process, TaskEnd("The worker process has ended unexpectedly; check the free memory."))
+            self._deliver(process, WorkerEnd("The worker process has ended unexpectedly; check the free memory."))
 
     def _deliver(self, process: multiprocessing.process.BaseProcess, message: Message) -> None:
         with self.lock:

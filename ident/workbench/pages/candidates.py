@@ -1,6 +1,7 @@
 """Cards of the candidate effects, with the estimated improvement and a preview of each."""
 
 from collections.abc import Callable
+from functools import partial
 
 from nicegui import ui
 
@@ -16,40 +17,36 @@ class PreviewPanel:
     It is drawn separately from the cards, because a click on a card that is being redrawn is lost.
     """
 
-    def __init__(self, page: Page) -> None:
-        self._page, self._selection = page, page.session.selection
-        self._title: ui.label | None = None
-        self._plot: ui.plotly | None = None
+    def __init__(self) -> None:
+        self.show: Callable[[str], None] = lambda effect: None
+        """Show the preview of another candidate."""
 
-    def draw(self) -> None:
+    def draw(self, page: Page) -> None:
         """Draw the preview of the best candidate."""
-        candidates, previews = self._selection.candidates, self._selection.previews
-        self._title = self._plot = None
+        candidates, previews = page.session.selection.candidates, page.session.selection.previews
+        self.show = lambda effect: None
         if candidates is None or not candidates.cards:
             return
-        self._title = set_test_id(ui.label("Drawing the previews …").classes("font-medium"), "preview")
+        title = set_test_id(ui.label("Drawing the previews …").classes("font-medium"), "preview")
         if previews is None:
             return
-        best = candidates.cards[0].name
-        label = "residual, and the part that the effect would explain"
-        self._plot = self._page.draw_figure(previews.figures[best], label)
-        self.show(best)
+        best, figures = candidates.cards[0].name, previews.figures
+        plot = page.draw_figure(figures[best], "residual, and the part that the effect would explain")
 
-    def show(self, effect: str) -> None:
-        """Show the preview of another candidate."""
-        previews = self._selection.previews
-        if self._title is None or self._plot is None or previews is None:
-            return
-        self._title.text = f"{effect}: part of the residual that it would explain"
-        self._page.update_figure(self._plot, previews.figures[effect])
+        def show(effect: str) -> None:
+            title.text = f"{effect}: part of the residual that it would explain"
+            page.update_figure(plot, figures[effect])
+
+        self.show = show
+        show(best)
 
 
 def draw(page: Page) -> None:
     """Draw the heading, the preview panel and the cards in descending order of improvement."""
-    panel = PreviewPanel(page)
-    page.draw_on_change(lambda: _head(page), "candidates", "job")
+    panel = PreviewPanel()
+    page.draw_on_change(_head, "candidates", "job")
     page.draw_on_change(panel.draw, "candidates", "previews").classes("preview")
-    page.draw_on_change(lambda: _cards(page, panel.show), "candidates")
+    page.draw_on_change(partial(_cards, panel=panel), "candidates")
 
 
 def _head(page: Page) -> None:
@@ -69,13 +66,13 @@ def _head(page: Page) -> None:
         page.button("Rate every effect", "resume-analysis", selection.resume_analysis, props="outline")
 
 
-def _cards(page: Page, show_preview: Callable[[str], None]) -> None:
+def _cards(page: Page, panel: PreviewPanel) -> None:
     candidates = page.session.selection.candidates
     if candidates is None:
         return
     with ui.element("div").classes("w-full grid gap-2").style(_COLUMNS):
         for candidate in candidates.cards:
-            _card(page, candidate, show_preview)
+            _card(page, candidate, panel)
     if candidates.not_excited:
         names = ", ".join(candidates.not_excited)
         ui.label(f"Not excited by this motion, or only with an inadmissible sign: {names}.").classes("quiet q-mt-sm")
@@ -83,12 +80,12 @@ def _cards(page: Page, show_preview: Callable[[str], None]) -> None:
         ui.label(f"{effect}: {why}").classes("quiet")
 
 
-def _card(page: Page, candidate: CandidateCard, show_preview: Callable[[str], None]) -> None:
+def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
     effect, name = page.session.library[candidate.name], candidate.name
     joints = f"joint {', '.join(map(str, candidate.joints))}" if candidate.joints else "whole robot"
     card = set_test_id(ui.card().classes("q-pa-sm gap-1").props("flat bordered tabindex=0"), f"card-{name}")
     for event in ("mouseenter", "focusin"):
-        card.on(event, lambda: show_preview(name), args=[])
+        card.on(event, lambda: panel.show(name), args=[])
     with card:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label(name).classes("font-medium ellipsis")

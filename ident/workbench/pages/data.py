@@ -9,10 +9,6 @@ from ident.workbench.pages.zoom import ZoomablePlot
 
 def draw(page: Page) -> None:
     """Draw the selected recording."""
-    page.draw_on_change(lambda: _draw(page), "recording")
-
-
-def _draw(page: Page) -> None:
     recordings = page.session.recordings
     view = recordings.shown
     if view is None:
@@ -28,7 +24,7 @@ def _draw(page: Page) -> None:
             ui.icon("warning", color="warning")
             ui.label(warning)
     with ui.grid(columns="max-content 1fr max-content 1fr").classes("w-full gap-x-4 gap-y-1"):
-        for label, value in view.quality:
+        for label, value in view.quality.items():
             ui.label(label).classes("quiet")
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
     full_span = (float(view.time[0]), float(view.time[-1]))

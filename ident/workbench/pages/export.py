@@ -12,10 +12,6 @@ from ident.workbench.views import LadderView
 
 def draw(page: Page) -> None:
     """Draw the export of the current model."""
-    page.draw_on_change(lambda: _draw(page), "residuals", "ladder")
-
-
-def _draw(page: Page) -> None:
     ladder, residuals = page.session.selection.ladder, page.session.selection.residuals
     if ladder is None or residuals is None:
         pending = "The residual is being analysed; the model can then be saved here." if ladder else None

@@ -19,7 +19,7 @@ def draw(page: Page) -> None:
         }
     messages = ui.column().classes("gap-0 font-mono text-sm")
 
-    def update() -> None:
+    def update(page: Page) -> None:
         run = recorder.run
         state.text, bar.visible = run_summary(run), run is not None
         for kind, figure in _figures(run).items():
@@ -33,8 +33,7 @@ def draw(page: Page) -> None:
             for line in list(run.messages)[-6:]:
                 ui.label(line)
 
-    update()
-    page.call_on_change(update, "run", min_interval=0.5)
+    page.call_now_and_on_change(update, "run", min_interval=0.5)
 
 
 def run_summary(run: RunStatus | None) -> str:

@@ -13,9 +13,9 @@ from ident.workbench.views import LadderView, StepView
 def draw(page: Page) -> None:
     """Draw the buttons, the ladder, the branches, the findings and the candidates."""
     _buttons(page)
-    page.draw_on_change(lambda: _draw_ladder(page), "ladder")
-    page.draw_on_change(lambda: branching.draw(page), "ladder")
-    page.draw_on_change(lambda: findings.draw(page), "diagnosis")
+    page.draw_on_change(_draw_ladder, "ladder")
+    page.draw_on_change(branching.draw, "ladder")
+    page.draw_on_change(findings.draw, "diagnosis")
     candidates.draw(page)
 
 
@@ -32,16 +32,15 @@ def _buttons(page: Page) -> None:
         tooltip = "Automatic stepwise selection with a check of every finding; takes about half a minute"
         full = button("Full diagnosis", "diagnose", selection.diagnose, icon="biotech", tooltip=tooltip)
 
-    def update_enabled() -> None:
+    def update_enabled(page: Page) -> None:
         idle = not session.jobs.blocked
         fit.enabled = idle and session.recordings.train is not None
-        branch = selection.branches.current if selection.branches else None
-        undo.enabled = idle and branch is not None and len(branch.history) > 1
-        redo.enabled = idle and branch is not None and bool(branch.undone_ladders)
-        fork.enabled = full.enabled = idle and branch is not None
+        branch = selection.branches.current if selection.branches and idle else None
+        undo.enabled = branch is not None and len(branch.history) > 1
+        redo.enabled = branch is not None and bool(branch.undone_ladders)
+        fork.enabled = full.enabled = branch is not None
 
-    update_enabled()
-    page.call_on_change(update_enabled, "job", "folder", "ladder")
+    page.call_now_and_on_change(update_enabled, "job", "folder", "ladder")
 
 
 def _draw_ladder(page: Page) -> None:

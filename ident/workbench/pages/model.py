@@ -21,10 +21,6 @@ _SELECTED_RANGE_JS = "(event) => emit(event && event.range ? {range: {x: event.r
 
 def draw(page: Page) -> None:
     """Draw the current model on all recordings."""
-    page.draw_on_change(lambda: _draw(page), "series")
-
-
-def _draw(page: Page) -> None:
     display, all_series, ladder = page.session.display, page.session.selection.series, page.session.selection.ladder
     if not all_series or ladder is None:
         ui.label("Fit the base model first: Missing effects → Fit.").classes("quiet")
@@ -36,7 +32,7 @@ def _draw(page: Page) -> None:
             value=_initial_series(all_series, requested_span),
         )
         recording.props("dense outlined").classes("min-w-64")
-        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.joints))}, value=display.joint)
+        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.units))}, value=display.joint)
         joint.props("dense")
         select = set_test_id(ui.switch("select a time span"), "mark")
 

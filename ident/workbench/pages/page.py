@@ -22,10 +22,10 @@ Cell = str | Callable[[], object]
 
 @dataclass
 class _Watch:
-    callback: Callable[[], None]
+    callback: Callable[["Page"], None]
     topics: tuple[Topic, ...]
     min_interval: float
-    version: int
+    count: int
     last_call: float = 0.0
 
 
@@ -40,20 +40,26 @@ class Page:
         """Update the header at once, because the server ignores clicks on buttons that it believes to be hidden."""
         self._watches: list[_Watch] = []
 
-    def draw_on_change(self, draw: Callable[[], None], *topics: Topic) -> ui.element:
+    def draw_on_change(self, draw: Callable[["Page"], None], *topics: Topic) -> ui.element:
         """Call `draw` here, and again whenever one of `topics` changes; return the container of its elements."""
-        with ui.element("div").classes("w-full") as container:
+        container = ui.element("div").classes("w-full")
 
-            def redraw() -> None:
-                container.clear()
-                with container:
-                    draw()
+        def redraw(page: Page) -> None:
+            container.clear()
+            with container:
+                draw(page)
 
-            draw()
-        self.call_on_change(redraw, *topics)
+        self.call_now_and_on_change(redraw, *topics)
         return container
 
-    def call_on_change(self, callback: Callable[[], None], *topics: Topic, min_interval: float = 0.0) -> None:
+    def call_now_and_on_change(
+        self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0
+    ) -> None:
+        """Call `callback`, and again as `call_on_change` does."""
+        callback(self)
+        self.call_on_change(callback, *topics, min_interval=min_interval)
+
+    def call_on_change(self, callback: Callable[["Page"], None], *topics: Topic, min_interval: float = 0.0) -> None:
         """Call `callback` whenever one of `topics` changes, but not again within `min_interval` [s]."""
         self._watches.append(_Watch(callback, topics, min_interval, self.session.changes.count(topics)))
 
@@ -62,10 +68,10 @@ class Page:
         self.session.recorder.mark_seen()
         now = time.monotonic()
         for watch in self._watches:
-            version = self.session.changes.count(watch.topics)
-            if version != watch.version and now - watch.last_call >= watch.min_interval:
-                watch.version, watch.last_call = version, now
-                watch.callback()
+            count = self.session.changes.count(watch.topics)
+            if count != watch.count and now - watch.last_call >= watch.min_interval:
+                watch.count, watch.last_call = count, now
+                watch.callback(self)
 
     def handler(self, action: Callable[..., Any], *arguments: Any) -> Callable[[], None]:
         """Return an event handler that calls `action` and shows its errors."""

@@ -27,7 +27,7 @@ _SAFETY = {
 def draw(page: Page) -> None:
     """Draw the form, the buttons and the live view."""
     session = page.session
-    files = session.folder.trajectories()
+    files = session.folder.names(".csv", ".toml")
     with ui.row().classes("items-end gap-3"):
         motion = ui.select([*names(), *files], value="fig5a", label="motion").classes("min-w-28")
         rig = ui.select([_SIMULATED, *files], value=_SIMULATED, label="rig").classes("min-w-36")
@@ -64,7 +64,7 @@ def draw(page: Page) -> None:
 
 
 def _free_name(page: Page, stem: str) -> str:
-    used_names = set(page.session.folder.recordings())
+    used_names = set(page.session.folder.names(SUFFIX))
     candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
     return next(file_name for file_name in candidates if file_name not in used_names)
 
@@ -74,23 +74,26 @@ async def _check(page: Page, options: dict[str, str], column: ui.column) -> None
     rig = {option: value for option, value in options.items() if option == "--rig"}
     column.clear()
     with column:
-        ui.label("checking …").classes("quiet")
-    root = page.session.folder.root
-    dry_run = ("record", *command_line(options), "--dry-run", "--json", "--out", "preflight.mcap")
-    try:
-        checked = await background.io_bound(run_daq, root, "check", "--json", *command_line(rig))
-        rehearsed = await background.io_bound(run_daq, root, *dry_run)
-    except (BadInput, OSError, TimeoutExpired) as error:
-        notify(str(error), "warning")
-        return
-    if checked is None or rehearsed is None:  # the page is being closed
-        return
-    column.clear()
-    with column:
-        for line in _check_lines(checked, "drives and bus"):
-            set_test_id(ui.label(line), "preflight-check")
-        for line in _check_lines(rehearsed, "dry run without power"):
-            set_test_id(ui.label(line), "preflight-dry-run")
+        pending = ui.label("checking …").classes("quiet")
+    for test_id, title, command in (
+        ("preflight-check", "drives and bus", ("check", "--json", *command_line(rig))),
+        (
+            "preflight-dry-run",
+            "dry run without power",
+            ("record", *command_line(options), "--dry-run", "--json", "--out", "preflight.mcap"),
+        ),
+    ):
+        try:
+            process = await background.io_bound(run_daq, page.session.folder.root, *command)
+        except (BadInput, OSError, TimeoutExpired) as error:
+            notify(str(error), "warning")
+            return
+        if process is None:  # the page is being closed
+            return
+        with column:
+            for line in _check_lines(process, title):
+                set_test_id(ui.label(line), test_id)
+    pending.delete()
 
 
 def _check_lines(process: "CompletedProcess[str]", title: str) -> list[str]:

@@ -13,7 +13,7 @@ def draw(page: Page) -> None:
     root = page.session.folder.root
     ui.label("Recordings").classes("head")
     ui.label(f"in {root.name or root}").classes("quiet ellipsis w-full").tooltip(str(root))
-    page.draw_on_change(lambda: _draw_list(page), "folder")
+    page.draw_on_change(_draw_list, "folder")
     ui.label(
         "Train: fit the model to this recording. Validate: compare it with this recording of another motion."
     ).classes("quiet")
@@ -32,7 +32,7 @@ def draw(page: Page) -> None:
 
 
 def _draw_list(page: Page) -> None:
-    names = page.session.folder.recordings()
+    names = page.session.folder.names(SUFFIX)
     if not names:
         ui.label("No recordings here yet: record one, or drop a file below.").classes("quiet")
     for number, name in enumerate(names):

@@ -9,10 +9,6 @@ from ident.workbench.pages.page import Cell, Page, draw_table, set_test_id
 
 def draw(page: Page) -> None:
     """Draw the sentences, the worst intervals and the figures."""
-    page.draw_on_change(lambda: _draw(page), "residuals")
-
-
-def _draw(page: Page) -> None:
     view = page.session.selection.residuals
     if view is None:
         pending = "Analysing the residual …" if page.session.selection.ladder else None

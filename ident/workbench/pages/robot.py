@@ -13,10 +13,6 @@ _LIFT = np.array([0.0, 0.0, 1.0])
 
 def draw(page: Page) -> None:
     """Draw the robot of the selected recording."""
-    page.draw_on_change(lambda: _draw(page), "series", "recording")
-
-
-def _draw(page: Page) -> None:
     session, selection = page.session, page.session.selection
     view = session.recordings.shown
     if view is None or view.geometry is None:

@@ -1,22 +1,26 @@
 """Frame of the page: header with the current job, list of recordings, tabs."""
 
+from collections.abc import Callable
+
 from nicegui import events, ui
 
 from ident.workbench.jobs import Job
 from ident.workbench.pages import data, export, missing_effects, model, record, recordings, residuals, robot, swarm
 from ident.workbench.pages.page import Page, notify, set_test_id
 from ident.workbench.session import WorkbenchSession
+from ident.workbench.topics import Topic
 
-TABS = (
-    ("data", "Recording", "show_chart", data.draw),
-    ("model", "Model", "stacked_line_chart", model.draw),
-    ("residuals", "Residuals", "troubleshoot", residuals.draw),
-    ("missing", "Missing effects", "extension", missing_effects.draw),
-    ("swarm", "Swarm", "bubble_chart", swarm.draw),
-    ("robot", "Robot", "precision_manufacturing", robot.draw),
-    ("record", "Record", "fiber_manual_record", record.draw),
-    ("export", "Export", "save_alt", export.draw),
+TABS: tuple[tuple[str, str, str, Callable[[Page], None], tuple[Topic, ...]], ...] = (
+    ("data", "Recording", "show_chart", data.draw, ("recording",)),
+    ("model", "Model", "stacked_line_chart", model.draw, ("series",)),
+    ("residuals", "Residuals", "troubleshoot", residuals.draw, ("residuals",)),
+    ("missing", "Missing effects", "extension", missing_effects.draw, ()),
+    ("swarm", "Swarm", "bubble_chart", swarm.draw, ()),
+    ("robot", "Robot", "precision_manufacturing", robot.draw, ("series", "recording")),
+    ("record", "Record", "fiber_manual_record", record.draw, ()),
+    ("export", "Export", "save_alt", export.draw, ("residuals", "ladder")),
 )
+"""Key, label, icon, the function that draws the tab, and the topics whose changes redraw all of it, if any."""
 _STYLE = """
 .q-tab__label, .q-btn { text-transform: none !important; letter-spacing: 0; }
 .q-tab__label { font-size: 0.95rem; }
@@ -57,16 +61,19 @@ def build(session: WorkbenchSession) -> None:
     with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
         recordings.draw(page)
     with ui.tabs().props("dense inline-label align=left").classes("w-full") as tabs:
-        for key, label, icon, _ in TABS:
+        for key, label, icon, *_ in TABS:
             set_test_id(ui.tab(key, label, icon), f"tab-{key}")
     tabs.set_value(display.tab)
     tabs.on_value_change(lambda change: setattr(display, "tab", change.value))
     page.show_tab = tabs.set_value
     with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
-        for key, _, _, draw in TABS:
+        for key, _, _, draw, topics in TABS:
             with ui.tab_panel(key):
-                draw(page)
-    page.call_on_change(lambda: _show_message(session), "message")
+                if topics:
+                    page.draw_on_change(draw, *topics)
+                else:
+                    draw(page)
+    page.call_on_change(_show_message, "message")
     ui.timer(0.2, page.poll)
 
 
@@ -125,6 +132,6 @@ def _status_text(session: WorkbenchSession) -> str:
     return f"train {train}" + (f" · validate {validate}" if validate else "") + simulated
 
 
-def _show_message(session: WorkbenchSession) -> None:
-    if session.jobs.message:
-        notify(session.jobs.message, "info")
+def _show_message(page: Page) -> None:
+    if page.session.jobs.message:
+        notify(page.session.jobs.message, "info")

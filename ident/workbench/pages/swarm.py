@@ -26,13 +26,12 @@ def draw(page: Page) -> None:
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")
     ui.label(_ABOUT).classes("quiet")
 
-    def update_enabled() -> None:
+    def update_enabled(page: Page) -> None:
         start.enabled = session.recordings.train is not None and not session.jobs.blocked
 
-    update_enabled()
-    page.call_on_change(update_enabled, "job", "folder")
-    page.draw_on_change(lambda: _draw_progress(page), "swarm_progress")
-    page.draw_on_change(lambda: _draw_result(page), "swarm_result")
+    page.call_now_and_on_change(update_enabled, "job", "folder")
+    page.draw_on_change(_draw_progress, "swarm_progress")
+    page.draw_on_change(_draw_result, "swarm_result")
 
 
 def _draw_progress(page: Page) -> None:

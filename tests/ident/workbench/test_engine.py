@@ -32,7 +32,7 @@ def ladder_of(task: object) -> views.LadderView:
 def test_view_of_a_recording(engine: Engine) -> None:
     (view,) = engine.view_recording(TRAIN)
     assert isinstance(view, views.RecordingView)
-    assert dict(view.quality)["Drives"].startswith("simulated")
+    assert view.quality["Drives"].startswith("simulated")
     assert view.signals["position"][1].shape == (len(view.time), 3)
     assert not view.warnings
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from ident.workbench.folder import SUFFIX, Folder
-from ident.workbench.startup import open_session
+from ident.workbench.session import open_session
 from recordings.errors import BadInput
 
 
@@ -22,7 +22,7 @@ def folder(tmp_path: Path) -> Folder:
 
 
 def test_only_recordings_directly_in_the_folder_are_listed(folder: Folder) -> None:
-    assert folder.recordings() == ["a.mcap"]
+    assert folder.names(SUFFIX) == ["a.mcap"]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ident.workbench.folder import Folder
+from ident.workbench.folder import SUFFIX, Folder
 from ident.workbench.session import WorkbenchSession
 from ident.workbench.worker import Message, TaskEnd, Worker
 from recordings.recording import Recording
@@ -34,7 +34,7 @@ def folder(tmp_path: Path, make: Callable[..., Recording], write: Callable[[Reco
 @pytest.mark.slow
 def test_names_and_metadata_are_shown_as_text(folder: Path, serve: Serve, browser: Browser) -> None:
     browser.open(serve(folder).address)
-    page, names = browser.page, Folder.at(folder).recordings()
+    page, names = browser.page, Folder.at(folder).names(SUFFIX)
     page.get_by_text(NAME).wait_for()
     browser.click(f"train-{names.index('evil.mcap')}")
     assert browser.text("quality-rig") == IMAGE

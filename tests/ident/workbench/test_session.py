@@ -154,3 +154,18 @@ def test_new_choice_of_recordings_discards_the_results(tmp_path: Path) -> None:
     wait(lambda: session.jobs.current is None)
     assert session.selection.ladder is None, "views of the discarded ladder never arrive"
     session.close()
+
+
+def test_all_tasks_end_with_the_worker() -> None:
+    session = WorkbenchSession(Folder.at(SAMPLES))
+    jobs, recordings = session.jobs, session.recordings
+    for name in ("fig5a.mcap", "fig5b.mcap"):
+        recordings.show(name)
+    process = jobs.worker._process
+    assert process is not None
+    process.kill()
+    wait(lambda: jobs.current is None)
+    assert "ended unexpectedly" in jobs.message
+    recordings.show("fig5a.mcap")
+    wait(lambda: recordings.shown is not None)
+    session.close()
