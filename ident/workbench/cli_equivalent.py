@@ -25,11 +25,13 @@ def report_command(ladder: LadderView, model: str) -> list[str]:
 
 def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> str:
     """Return the command that fits the same parameters by particle swarm."""
-    words = ["ident", "fit", train, *(["--validate", validate] if validate else [])]
-    words += ["--cutoff", f"{request.cutoff:g}"] if request.cutoff else []
-    words += [word for name in request.effects for word in ("--with", name)]
-    words += ["--seed", str(request.seed)] if request.seed else []
-    return _command_line(*words)
+    options = [
+        *(("--validate", validate) if validate else ()),
+        *(("--cutoff", f"{request.cutoff:g}") if request.cutoff else ()),
+        *(word for name in request.effects for word in ("--with", name)),
+        *(("--seed", str(request.seed)) if request.seed else ()),
+    ]
+    return _command_line("ident", "fit", train, *options)
 
 
 def effect_options(ladder: LadderView) -> tuple[str, ...]:

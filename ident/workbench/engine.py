@@ -5,7 +5,7 @@ that has this ladder continues at once, a new process rebuilds it. Models, error
 `ident diagnose` (`ident.diagnosis.stepwise_selection`), one step at a time.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from weakref import WeakKeyDictionary
@@ -16,16 +16,16 @@ from ident.data.samples import holds_torque
 from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
+from ident.diagnosis.effect_contribution import EffectContribution
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.steps import FittedModel, SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
 from ident.dynamics.structure import ModelStructure, Term
-from ident.output.figures.finding import before_after
+from ident.output.figures.finding import before_after, effect_contribution
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
-from ident.workbench.preview import candidate_previews
 from ident.workbench.recording_view import PREVIEW_BYTES, mismatch, recording_views
 from ident.workbench.residual_task import residual_view, residual_view_of_excerpts
 from ident.workbench.selection_state import LabelledStep, SelectionState
@@ -33,15 +33,13 @@ from ident.workbench.views import LadderSpec, ModelSpec, View
 from recordings.errors import BadInput
 from recordings.reader import read
 
-StatusCallback = Callable[[str], None]
-
 
 class Engine:
     """Executes the tasks of one session."""
 
     def __init__(
         self,
-        progress: StatusCallback,
+        progress: Callable[[str], None],
         effect_files: Sequence[Path] = (),
         on_swarm_progress: Callable[[views.SwarmProgress], None] = lambda progress: None,
     ) -> None:
@@ -163,8 +161,7 @@ class Engine:
         candidates, view = self._screen(selection)
         yield view
         self._progress("drawing the candidate previews")
-        noise_floor = selection.model.noise_floor
-        yield candidate_previews(selection.inputs.split, selection.model, candidates, noise_floor)
+        yield _previews(selection, candidates)
         self._progress("analysing the residual")
         if selection.inputs.excerpt_share is None:
             solution, bandwidth = selection.model.solution, selection.inputs.split.recordings[0].bandwidth
@@ -261,3 +258,15 @@ def _torque_series(selection: SelectionState) -> tuple[views.TorqueSeries, ...]:
         )
         for data, residual, train, test in zip(split.recordings, residuals, split.train, split.test, strict=True)
     )
+
+
+def _previews(selection: SelectionState, candidates: Mapping[str, Candidate]) -> views.CandidatePreviews:
+    """Compute the part of the residual that each candidate would explain, and draw it."""
+    split, model = selection.inputs.split, selection.model
+    estimator, noise_rms = EffectContribution(split, model.solution), model.noise_floor.rms
+    contributions, figures = {}, {}
+    for name, candidate in candidates.items():
+        torques = estimator.compute(candidate)
+        contributions[name] = tuple(torque.astype(np.float32) for torque in torques)
+        figures[name] = plots.to_dict(effect_contribution(model, candidate.term, torques, noise_rms))
+    return views.CandidatePreviews(contributions, figures)

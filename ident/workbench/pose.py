@@ -3,14 +3,15 @@
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ident.workbench.views import RecordingView, TorqueSeries
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
 
-_RATE = 20.0
-"""Poses per second [Hz]."""
+STEP = 0.05
+"""Time between two poses [s]."""
 _SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR = (138, 148, 156), (213, 94, 0)
 """RGB colours of a limb with the smallest and the largest residual."""
 
@@ -19,10 +20,8 @@ _SMALL_RESIDUAL_COLOUR, _LARGE_RESIDUAL_COLOUR = (138, 148, 156), (213, 94, 0)
 class PoseSequence:
     """Poses of the three limbs at n instants."""
 
-    geometry: Geometry
-    step: float
-    """[s]"""
     time: Floats
+    """[s]."""
     platform: Floats
     """(n, 3) [m]."""
     shoulders: Floats
@@ -45,20 +44,16 @@ class PoseSequence:
     @staticmethod
     def cylinder_rotation(start: Floats, end: Floats) -> list[list[float]]:
         """Return the rotation matrix that turns a cylinder along y into the direction from `start` to `end` (3,)."""
-        y = (end - start) / np.linalg.norm(end - start)
-        x = np.cross(y, [0.0, 0.0, 1.0])
-        x = x / np.linalg.norm(x) if np.linalg.norm(x) > 1e-9 else np.array([1.0, 0.0, 0.0])
-        turned: list[list[float]] = np.stack([x, y, np.cross(x, y)], axis=1).tolist()
-        return turned
+        rotation, _ = Rotation.align_vectors(end - start, [0.0, 1.0, 0.0])
+        matrix: list[list[float]] = rotation.as_matrix().tolist()
+        return matrix
 
 
-def pose_sequence(view: RecordingView, series: TorqueSeries | None) -> PoseSequence:
+def pose_sequence(view: RecordingView, geometry: Geometry, series: TorqueSeries | None) -> PoseSequence:
     """Compute the poses of the delta robot in `view`; `series` gives the residuals that colour the limbs."""
-    geometry = view.geometry
-    assert geometry is not None
     position = view.signals["position"][1].astype(float)
     valid_rows = np.flatnonzero(np.isfinite(position).all(axis=1))
-    sample_times = np.arange(view.time[valid_rows[0]], view.time[valid_rows[-1]], 1 / _RATE)
+    sample_times = np.arange(view.time[valid_rows[0]], view.time[valid_rows[-1]], STEP)
     rows = valid_rows[np.minimum(np.searchsorted(view.time[valid_rows], sample_times), len(valid_rows) - 1)]
     theta = position[rows]
     platform = kinematics.forward(geometry, theta)
@@ -67,8 +62,6 @@ def pose_sequence(view: RecordingView, series: TorqueSeries | None) -> PoseSeque
     elbows = (geometry.R + geometry.L1 * np.cos(theta))[:, :, None] * directions
     elbows[:, :, 2] = geometry.L1 * np.sin(theta)
     return PoseSequence(
-        geometry=geometry,
-        step=1 / _RATE,
         time=view.time[rows],
         platform=platform,
         shoulders=geometry.R * directions,

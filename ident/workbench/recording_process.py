@@ -94,25 +94,26 @@ class RecordingProcess:
             text=True,
             start_new_session=True,
         )
-        message_reader = threading.Thread(target=_read_messages, args=(process, run), daemon=True)
+        assert process.stderr is not None
+        lines = map(str.rstrip, process.stderr)
+        message_reader = threading.Thread(target=run.messages.extend, args=(lines,), daemon=True)
         message_reader.start()
         threading.Thread(target=self._read_status, args=(process, run, message_reader), daemon=True).start()
         self._changes.mark("run", "folder")
 
     def stop(self) -> None:
         """Ramp down along the motion and disable the drives; called again: quick stop."""
-        if self._process is not None and self.running and self.run:
+        if self._process is not None and self.run and self.running:
             self.run.stop_count += 1
             self._process.send_signal(signal.SIGTERM)
             self._changes.mark("run")
 
     def close(self) -> None:
         """Bring the drives to rest before the server ends. After the timeout the closed pipe stops them."""
-        if self._process is None or not self.running:
-            return
         self.stop()
         try:
-            self._process.wait(_STOP_TIMEOUT)
+            if self._process is not None:
+                self._process.wait(_STOP_TIMEOUT)
         except subprocess.TimeoutExpired:
             self.stop()
 
@@ -138,12 +139,6 @@ class RecordingProcess:
             run.messages.append("no browser shows the page any more: stopping")
             self.stop()
         self._changes.mark("run")
-
-
-def _read_messages(process: "subprocess.Popen[str]", run: RunStatus) -> None:
-    assert process.stderr is not None
-    for line in process.stderr:
-        run.messages.append(line.rstrip())
 
 
 def command_line(options: Mapping[str, str]) -> list[str]:

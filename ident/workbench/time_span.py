@@ -1,7 +1,6 @@
 """Description of a selected time span: its residual, its motion, and the effects that would explain it."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -34,44 +33,38 @@ def describe_span(
     )
 
 
-@dataclass(frozen=True)
-class ExplainedShare:
-    """Share of a span's residual that one effect would explain."""
-
-    effect: str
-    share: float
-    """Share of the residual's mean square in the span; negative if the effect increases it."""
-
-
 def rank_effects(
     series: TorqueSeries, contributions: Mapping[str, Float32s], joint: int, start: float, end: float
-) -> tuple[ExplainedShare, ...]:
-    """Rank effects by the share of the residual of `joint` (from 0) between `start` and `end` [s] that they explain.
+) -> dict[str, float]:
+    """Return the share of the residual of `joint` (from 0) between `start` and `end` [s] that each effect explains.
 
     contributions: (m, dof) by effect, with coefficients fitted to all rows. An effect that would explain the span
-    only at the expense of the rest therefore ranks low.
+    only at the expense of the rest therefore ranks low. The result is in descending order of the share of the
+    residual's mean square, which is negative if the effect increases it; empty for a span that is too short.
     """
     residual = series.residual[:, joint]
     inside = (series.time >= start) & (series.time <= end) & np.isfinite(residual)
     if inside.sum() < _MIN_ROWS:
-        return ()
-    total = _rms(residual[inside]) ** 2
-    ranking = []
+        return {}
+    total = _rms(residual[inside])
+    shares = {}
     for effect, torque in contributions.items():
-        rows = torque[inside, joint].astype(float)
-        share = 1 - float(np.mean((residual[inside] - np.nan_to_num(rows)) ** 2)) / total if total else 0.0
-        ranking.append(ExplainedShare(effect, share))
-    return tuple(sorted(ranking, key=lambda item: -item.share))
+        remaining = _rms(residual[inside] - np.nan_to_num(torque[inside, joint].astype(float)))
+        shares[effect] = 1 - (remaining / total) ** 2 if total else 0.0
+    return dict(sorted(shares.items(), key=lambda item: -item[1]))
 
 
-def summary(ranking: Sequence[ExplainedShare]) -> str:
+def summary(shares: Mapping[str, float]) -> str:
     """Return the heading of the ranking."""
-    if not ranking:
+    if not shares:
         return "The selection is too short to say what explains it."
-    if ranking[0].share >= MIN_SHARE:
+    best, share = next(iter(shares.items()))
+    if share >= MIN_SHARE:
         return "Effects that would explain this selection, with coefficients fitted to the whole recording:"
-    best = f"{ranking[0].effect} explains most, {100 * max(ranking[0].share, 0.0):.0f} %"
-    return f"No effect of the library explains this selection: {best} of its mean square."
+    return (
+        f"No effect of the library explains this selection: {best} explains most, {100 * max(share, 0.0):.0f} % of "
+        "its mean square."
+    )
 
 
 def _motion_sentence(series: TorqueSeries, joint: int, inside: Bools, valid: Bools, angle: str) -> str:

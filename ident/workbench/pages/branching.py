@@ -16,12 +16,11 @@ def draw(page: Page) -> None:
     page.draw_figure(plots.branches(branches.all), "error of each branch, training and held out")
     with ui.row().classes("items-center gap-2"):
         for index, branch in enumerate(branches.all):
-            name, is_current = branch.name, index == branches.index
+            name, note = branch.name, " (current)" if index == branches.index else ""
             with ui.row().classes("items-center no-wrap gap-1 chip"):
-                set_test_id(ui.label(branch.title + (" (current)" if is_current else "")), f"branch-{name}")
-                if not is_current:
-                    style = {"props": "flat dense size=sm"}
-                    page.button(
-                        "Switch", f"switch-{name}", selection.switch, index, label=f"Switch to branch {name}", **style
-                    )
-                    page.button("Drop", f"drop-{name}", selection.drop, index, label=f"Drop branch {name}", **style)
+                set_test_id(ui.label(branch.title + note), f"branch-{name}")
+                if not note:
+                    props = f'flat dense size=sm aria-label="Switch to branch {name}"'
+                    page.button("Switch", f"switch-{name}", selection.switch, index, props=props)
+                    props = f'flat dense size=sm aria-label="Drop branch {name}"'
+                    page.button("Drop", f"drop-{name}", selection.drop, index, props=props)

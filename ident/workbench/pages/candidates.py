@@ -110,5 +110,5 @@ def _card(page: Page, candidate: CandidateCard, panel: PreviewPanel) -> None:
 
 def add_button(page: Page, effect: str) -> None:
     """Draw a button that adds `effect` to the model."""
-    props = "dense size=sm unelevated"
-    page.button("Add", f"add-{effect}", page.session.selection.add, effect, props=props, label=f"Add {effect}")
+    props = f'dense size=sm unelevated aria-label="Add {effect}"'
+    page.button("Add", f"add-{effect}", page.session.selection.add, effect, props=props)

@@ -38,26 +38,22 @@ def _fit_whole_button(page: Page) -> None:
     ui.label(
         "The ladder uses excerpts of these long recordings; a model can be saved after a fit to all of the data."
     )
-    page.button(
-        "Fit to the whole recording",
-        "whole",
-        page.session.selection.fit_whole_recording,
-        icon="timelapse",
-        tooltip="Takes about a minute for an hour at 500 Hz; the ladder is fitted again when you continue with it",
+    fit = page.session.selection.fit_whole_recording
+    page.button("Fit to the whole recording", "whole", fit, icon="timelapse").tooltip(
+        "Takes about a minute for an hour at 500 Hz; the ladder is fitted again when you continue with it"
     )
 
 
 def _files(page: Page, model: ModelFile, ladder: LadderView, file_name: str) -> None:
-    with ui.row().classes("items-center gap-3"):
-        out = page.save_form(model, file_name, "save")
-        report = ui.button("Save and create the report", icon="description").props("outline")
-        report.tooltip("One HTML file to send to a colleague; takes a minute or two")
-        set_test_id(report, "report")
-    status = set_test_id(ui.label().classes("quiet"), "report-state")
-
     async def create_report() -> None:
         status.text = "creating the report …"
         create = page.session.export.create_report
         status.text = await background.io_bound(create, model, ladder, str(out.value)) or ""
 
-    report.on_click(create_report)
+    with ui.row().classes("items-center gap-3"):
+        out = page.save_form(model, file_name, "save")
+        report = ui.button("Save and create the report", icon="description", on_click=create_report)
+        set_test_id(report, "report").props("outline").tooltip(
+            "One HTML file to send to a colleague; takes a minute or two"
+        )
+    status = set_test_id(ui.label().classes("quiet"), "report-state")

@@ -9,7 +9,6 @@ from ident.workbench.recording_process import RunStatus
 
 def draw(page: Page) -> None:
     """Draw the live view; updates change it in place, so that the layout stays still."""
-    recorder = page.session.recorder
     state = set_test_id(ui.label().classes("font-medium q-mt-sm"), "run-state")
     bar = ui.linear_progress(0.0, show_value=False).props("aria-hidden=true")
     counts = ui.label().classes("quiet")
@@ -20,7 +19,7 @@ def draw(page: Page) -> None:
     messages = ui.column().classes("gap-0 font-mono text-sm")
 
     def update(page: Page) -> None:
-        run = recorder.run
+        run = page.session.recorder.run
         state.text, bar.visible = run_summary(run), run is not None
         for kind, figure in _figures(run).items():
             page.update_figure(figures[kind], figure)

@@ -1,7 +1,5 @@
 """Stepwise selection: fit, ladder of models, candidate effects, findings."""
 
-from functools import partial
-
 from nicegui import ui
 
 from ident.workbench import plots
@@ -21,16 +19,15 @@ def draw(page: Page) -> None:
 
 def _buttons(page: Page) -> None:
     session, selection = page.session, page.session.selection
-    button = partial(page.button, props="outline")
     with ui.row().classes("items-center gap-2"):
-        tooltip = "Fit the base model with the mandatory effects"
-        fit = page.button("Fit", "fit", selection.fit, icon="play_arrow", tooltip=tooltip)
-        undo = button("Undo", "undo", selection.undo, icon="undo")
-        redo = button("Redo", "redo", selection.redo, icon="redo")
-        tooltip = "Keep this ladder and continue in a copy, to compare two models"
-        fork = button("New branch", "fork", selection.fork, icon="call_split", tooltip=tooltip)
-        tooltip = "Automatic stepwise selection with a check of every finding; takes about half a minute"
-        full = button("Full diagnosis", "diagnose", selection.diagnose, icon="biotech", tooltip=tooltip)
+        fit = page.button("Fit", "fit", selection.fit, icon="play_arrow")
+        fit.tooltip("Fit the base model with the mandatory effects")
+        undo = page.button("Undo", "undo", selection.undo, icon="undo", props="outline")
+        redo = page.button("Redo", "redo", selection.redo, icon="redo", props="outline")
+        fork = page.button("New branch", "fork", selection.fork, icon="call_split", props="outline")
+        fork.tooltip("Keep this ladder and continue in a copy, to compare two models")
+        full = page.button("Full diagnosis", "diagnose", selection.diagnose, icon="biotech", props="outline")
+        full.tooltip("Automatic stepwise selection with a check of every finding; takes about half a minute")
 
     def update_enabled(page: Page) -> None:
         idle = not session.jobs.blocked
@@ -53,12 +50,12 @@ def _draw_ladder(page: Page) -> None:
         return
     page.draw_figure(plots.ladder(ladder), "error of each model, training and held out")
     _draw_table(ladder)
-    notes = [
+    relative = " Torques are relative: the gain is assumed." if ladder.relative else ""
+    excerpt = f" {100 * ladder.excerpt:.0f} % of these long recordings was analysed." if ladder.excerpt else ""
+    ui.label(
         f"Held out: {ladder.held_out}. Noise floor: residual of a correct model, from noise and encoder resolution."
-    ]
-    notes += ["Torques are relative: the gain is assumed."] if ladder.relative else []
-    notes += [f"{100 * ladder.excerpt:.0f} % of these long recordings was analysed."] if ladder.excerpt else []
-    ui.label(" ".join(notes)).classes("quiet")
+        f"{relative}{excerpt}"
+    ).classes("quiet")
     _draw_terms(page, ladder.steps[-1])
 
 
@@ -95,7 +92,6 @@ def _improvement(step: StepView) -> str:
 def _draw_terms(page: Page, step: StepView) -> None:
     if not step.terms:
         return
-    remove = partial(page.button, "Remove", props="flat dense size=sm")
     with ui.row().classes("items-center gap-2 q-mt-xs"):
         ui.label("In the model:")
         for index, (effect, joints) in enumerate(step.terms):
@@ -103,4 +99,5 @@ def _draw_terms(page: Page, step: StepView) -> None:
             note = "" if all_joints else f" (joint {', '.join(map(str, joints))})"
             with ui.row().classes("items-center no-wrap gap-1 chip"):
                 ui.label(f"{effect}{note}")
-                remove(f"remove-{effect}", page.session.selection.remove, index, label=f"Remove {effect}")
+                props = f'flat dense size=sm aria-label="Remove {effect}"'
+                page.button("Remove", f"remove-{effect}", page.session.selection.remove, index, props=props)

@@ -27,13 +27,15 @@ def draw(page: Page) -> None:
         return
     requested_span, display.requested_span = display.requested_span, None
     with ui.row().classes("items-center gap-4"):
-        recording = ui.select(
-            {number: _label(item, all_series) for number, item in enumerate(all_series)},
-            value=_initial_series(all_series, requested_span),
+        recording = (
+            ui.select(
+                {number: _label(item, all_series) for number, item in enumerate(all_series)},
+                value=_initial_series(all_series, requested_span),
+            )
+            .props("dense outlined")
+            .classes("min-w-64")
         )
-        recording.props("dense outlined").classes("min-w-64")
-        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.units))}, value=display.joint)
-        joint.props("dense")
+        joint = ui.toggle({i: f"joint {i + 1}" for i in range(len(ladder.units))}, value=display.joint).props("dense")
         select = set_test_id(ui.switch("select a time span"), "mark")
 
     def series() -> TorqueSeries:
@@ -84,14 +86,13 @@ def _show_ranking(page: Page, number: int, joint: int, span: Span) -> None:
         ui.label("The effects are still being rated; select again in a moment to see which one explains it.")
         return
     contributions = {effect: arrays[number] for effect, arrays in selection.previews.contributions.items()}
-    ranking = rank_effects(selection.series[number], contributions, joint, *span)
-    set_test_id(ui.label(summary(ranking)), "explained")
-    for item in ranking[:_MAX_EFFECTS]:
-        if item.share >= MIN_SHARE:
+    shares = rank_effects(selection.series[number], contributions, joint, *span)
+    set_test_id(ui.label(summary(shares)), "explained")
+    for effect, share in list(shares.items())[:_MAX_EFFECTS]:
+        if share >= MIN_SHARE:
             with ui.row().classes("items-center gap-3"):
-                text = f"{item.effect}: {100 * item.share:.0f} % of its mean square"
-                set_test_id(ui.label(text), f"explains-{item.effect}")
-                add_button(page, item.effect)
+                set_test_id(ui.label(f"{effect}: {100 * share:.0f} % of its mean square"), f"explains-{effect}")
+                add_button(page, effect)
 
 
 def _initial_series(series: Sequence[TorqueSeries], requested_span: tuple[str, float, float] | None) -> int:

@@ -93,16 +93,10 @@ class Page:
         *arguments: Any,
         icon: str | None = None,
         props: str = "",
-        label: str = "",
-        tooltip: str = "",
     ) -> ui.button:
-        """Draw a button that calls `action`; `label` replaces its text for screen readers."""
-        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments)).props(props)
-        if label:
-            button.props["aria-label"] = label
-        if tooltip:
-            button.tooltip(tooltip)
-        return set_test_id(button, test_id)
+        """Draw a button that calls `action` with `arguments` and shows its errors."""
+        button = ui.button(text, icon=icon, on_click=self.handler(action, *arguments))
+        return set_test_id(button.props(props), test_id)
 
     def save_form(self, model: ModelFile, file_name: str, test_id: str) -> ui.input:
         """Draw an input for the file name and a button that saves `model`; return the input."""

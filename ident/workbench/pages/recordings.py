@@ -24,11 +24,10 @@ def draw(page: Page) -> None:
 
     box = ui.upload(on_upload=add, auto_upload=True, multiple=True, max_file_size=MAX_BODY_BYTES)
     box.props(f'label="Drop files here" accept={SUFFIX} flat bordered').classes("w-full q-mt-sm")
-    box.on(
+    set_test_id(box, "upload").on(
         "rejected",
         lambda: ui.notify("Only .mcap files of up to 256 MiB are accepted; copy larger ones into the folder."),
     )
-    set_test_id(box, "upload")
 
 
 def _draw_list(page: Page) -> None:
@@ -55,9 +54,8 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
         ("Train", name == chosen.train, train),
         ("Validate", name == chosen.validate, validate),
     ):
-        button = page.button(text, f"{text.lower()}-{number}", action, props="dense size=sm")
-        button.props("unelevated" if selected else "outline")
-        button.props(f"aria-pressed={'true' if selected else 'false'}")
+        state = "unelevated aria-pressed=true" if selected else "outline aria-pressed=false"
+        page.button(text, f"{text.lower()}-{number}", action, props=f"dense size=sm {state}")
 
 
 async def _save_upload(page: Page, upload: events.UploadEventArguments) -> None:

@@ -88,9 +88,9 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
         pause = page.button("Pause", "pause", jobs.pause, props=outline)
         resume = page.button("Resume", "resume", jobs.resume, props=outline)
         ui.space()
-        tooltip = "Ramp down and disable the drives; press again for a quick stop. Key: Esc"
-        props = "color=negative size=lg push"
-        stop = page.button("STOP", "stop", recorder.stop, icon="dangerous", props=props, tooltip=tooltip)
+        stop = page.button(
+            "STOP", "stop", recorder.stop, icon="dangerous", props="color=negative size=lg push"
+        ).tooltip("Ramp down and disable the drives; press again for a quick stop. Key: Esc")
 
         def toggle_dark() -> None:
             session.display.dark = not session.display.dark
@@ -99,8 +99,8 @@ def _header(page: Page, dark: ui.dark_mode) -> None:
                 "recording", "ladder", "series", "previews", "residuals", "diagnosis", "swarm_progress", "run"
             )
 
-        tooltip, props = "Dark or light", "flat round color=white"
-        page.button("", "contrast", toggle_dark, icon="contrast", props=props, label=tooltip, tooltip=tooltip)
+        props = 'flat round color=white aria-label="Dark or light"'
+        page.button("", "contrast", toggle_dark, icon="contrast", props=props).tooltip("Dark or light")
 
     def update() -> None:
         job = jobs.current

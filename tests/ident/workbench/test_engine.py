@@ -171,13 +171,13 @@ def test_ranking_of_the_effects_that_explain_a_span(slow_then_fast: views.Torque
         "worse": -residual,
         "all, but late": np.roll(residual, 200),
     }
-    ranking = rank_effects(slow_then_fast, contributions, 0, 0.0, 0.99)
-    assert [item.effect for item in ranking[:2]] == ["all", "half"]
-    assert ranking[0].share == pytest.approx(1.0)
-    assert ranking[1].share == pytest.approx(0.75)
-    assert ranking[-1].effect == "worse"
-    assert ranking[-1].share == pytest.approx(-3.0)
-    assert "would explain" in summary(ranking)
+    shares = rank_effects(slow_then_fast, contributions, 0, 0.0, 0.99)
+    assert [*shares][:2] == ["all", "half"]
+    assert [*shares][-1] == "worse"
+    assert shares["all"] == pytest.approx(1.0)
+    assert shares["half"] == pytest.approx(0.75)
+    assert shares["worse"] == pytest.approx(-3.0)
+    assert "would explain" in summary(shares)
     none = rank_effects(slow_then_fast, {"nothing": 0 * residual, "worse": -residual}, 0, 0.0, 0.99)
     assert (
         summary(none)

@@ -28,7 +28,7 @@ def test_limbs_have_the_lengths_of_the_geometry() -> None:
     theta = np.stack([0.3 * np.sin(time + phase) - 0.3 for phase in (0, 1, 2)], axis=1).astype(np.float32)
     theta[50] = np.nan
     view = RecordingView("a", {}, (), (), geometry, time, {"position": ("rad", theta)})
-    poses = pose_sequence(view, None)
+    poses = pose_sequence(view, geometry, None)
     arms = np.linalg.norm(poses.elbows - poses.shoulders, axis=2)
     rods = np.linalg.norm(poses.platform_joints - poses.elbows, axis=2)
     np.testing.assert_allclose(arms, geometry.L1)
