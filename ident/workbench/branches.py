@@ -53,7 +53,7 @@ class Branches:
     def extended(self, ladder: LadderView) -> "Branches":
         """Append `ladder` to the current branch and discard what was undone."""
         history = (*self.current.history, ladder)[-_MAX_HISTORY:]
-        return self._with_current(replace(self.current, history=history, undone_ladders=()))
+        return self._with_current(Branch(self.current.name, history))
 
     def undone(self) -> "Branches":
         """Go one ladder back in the current branch.

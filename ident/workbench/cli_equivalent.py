@@ -36,7 +36,10 @@ def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> st
 
 def effect_options(ladder: LadderView) -> tuple[str, ...]:
     """Return the effects of the current model as values of `ident fit --with`."""
-    return tuple(_effect_option(name, joints, len(ladder.units)) for name, joints in ladder.steps[-1].terms)
+    return tuple(
+        name if len(joints) == len(ladder.units) else f"{name}:{','.join(map(str, joints))}"
+        for name, joints in ladder.steps[-1].terms
+    )
 
 
 def _recordings(ladder: LadderView) -> list[str]:
@@ -58,10 +61,6 @@ def _model_command(ladder: LadderView, recordings: list[str]) -> list[str]:
         return ["diagnose", *recordings, *(word for name in added for word in ("--only", name)), "--apply"]
     options = [word for effect in effect_options(ladder) for word in ("--with", effect)]
     return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *options]
-
-
-def _effect_option(name: str, joints: tuple[int, ...], dof: int) -> str:
-    return name if len(joints) == dof else f"{name}:{','.join(map(str, joints))}"
 
 
 def _command_line(*words: str) -> str:

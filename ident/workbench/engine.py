@@ -14,7 +14,7 @@ import numpy as np
 
 from ident.data.samples import holds_torque
 from ident.diagnosis import verdict
-from ident.diagnosis.diagnosis import DiagnosisInputs, DiagnosisOptions, diagnose, prepare_inputs
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose, prepare_inputs
 from ident.diagnosis.document import labels
 from ident.diagnosis.effect_contribution import EffectContribution
 from ident.diagnosis.screening import Candidate
@@ -93,15 +93,19 @@ class Engine:
     def diagnose(self, base: LadderSpec) -> Iterator[View]:
         """Run `ident diagnose`; its steps become the current ladder."""
         selection = self._selection_at(base)
-        train, validate = selection.files
-        diagnosis = diagnose([train], _as_list(validate), self._library, DiagnosisOptions(), self._progress)
+        validate = [base.validate] if base.validate else []
+        diagnosis = diagnose([base.train], validate, self._library, DiagnosisOptions(), self._progress)
         self._progress("writing the diagnosis")
         findings = {finding.term.name: finding for finding in reversed(diagnosis.selection.findings)}
         figures = {name: plots.to_dict(before_after(diagnosis, finding)) for name, finding in findings.items()}
         yield views.DiagnosisView(verdict.to_document(diagnosis).as_json(), figures)
-        observable = selection.inputs.observable
-        inputs = DiagnosisInputs(diagnosis.split, observable, diagnosis.unobservable, diagnosis.excerpt_share)
-        selector = Selector(diagnosis.split, observable, self._progress)
+        inputs = replace(
+            selection.inputs,
+            split=diagnosis.split,
+            unobservable=diagnosis.unobservable,
+            excerpt_share=diagnosis.excerpt_share,
+        )
+        selector = Selector(inputs.split, inputs.observable, self._progress)
         self._selection = selection = SelectionState(selection.files, inputs, selector)
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
         selection.diagnosed = selection.model
@@ -124,7 +128,7 @@ class Engine:
 
     def _start(self, train: Path, validate: Path | None) -> SelectionState:
         self._progress("reading and preparing the recordings")
-        inputs = prepare_inputs([train], _as_list(validate), self._library, DiagnosisOptions())
+        inputs = prepare_inputs([train], [validate] if validate else [], self._library, DiagnosisOptions())
         selector = Selector(inputs.split, inputs.observable, self._progress)
         self._progress("fitting the base model")
         model, steps = selector.start(*inputs.initial_model(self._library))
@@ -226,10 +230,6 @@ class Engine:
             view = views.CandidateList(cards, tuple(not_excited), dict(selection.inputs.unobservable))
             self._screened = selection.model, candidates, view
         return self._screened[1:]
-
-
-def _as_list(path: Path | None) -> list[Path]:
-    return [path] if path else []
 
 
 def _labelled_steps(steps: Sequence[SelectionStep]) -> tuple[LabelledStep, ...]:

@@ -45,5 +45,6 @@ class ModelExport:
             capture_output=True,
             text=True,
         )
-        errors = [line for line in process.stderr.splitlines() if line.startswith("error")]
-        return f"Created {command[-1]} next to the recording." if process.returncode == 0 else " ".join(errors)
+        if process.returncode == 0:
+            return f"Created {command[-1]} next to the recording."
+        return " ".join(line for line in process.stderr.splitlines() if line.startswith("error"))

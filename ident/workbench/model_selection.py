@@ -78,10 +78,9 @@ class ModelSelection:
     def fit_whole_recording(self) -> None:
         """Fit the current model to entire long recordings, so that it can be saved."""
         self._jobs.check_free()
-        branches = self._require_branches()
-        task = "fit_whole_recording", self._spec(branches), branches.current.ladder.bandwidth
+        bandwidth = self._require_branches().current.ladder.bandwidth
         self._jobs.stop()  # a new process has enough memory; it rebuilds the ladder when needed
-        self._jobs.submit("whole recording", partial(self._receive, branches.extended), *task)
+        self._extend("fit_whole_recording", bandwidth)
 
     def _require_branches(self) -> Branches:
         if self.branches is None:

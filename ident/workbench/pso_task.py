@@ -33,8 +33,9 @@ def run_swarm(
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
-    command = swarm_command(request, train.name, validate.name if validate else None)
-    return SwarmResult(result.model, log.progress, command)
+    return SwarmResult(
+        result.model, log.progress, swarm_command(request, train.name, validate.name if validate else None)
+    )
 
 
 class _ConvergenceLog:

@@ -82,11 +82,9 @@ class RecordingProcess:
             raise BadInput("no other recording expected, one is in progress; stop it first")
         rig = load_rig(self._root / options["--rig"]) if "--rig" in options else simulated_rig()
         arguments = ("record", *command_line(options), "--status", "--out", file.name)
-        command = [*daq_command(), *arguments]
-        self.run = run = RunStatus(("daq", *arguments), file, rig.position_units[0])
         # A new session: Ctrl-C in the terminal must not reach the process directly, as it is stopped by `close`.
         self._process = process = subprocess.Popen(
-            command,
+            [*daq_command(), *arguments],
             cwd=self._root,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -94,9 +92,11 @@ class RecordingProcess:
             text=True,
             start_new_session=True,
         )
+        self.run = run = RunStatus(("daq", *arguments), file, rig.position_units[0])
         assert process.stderr is not None
-        lines = map(str.rstrip, process.stderr)
-        message_reader = threading.Thread(target=run.messages.extend, args=(lines,), daemon=True)
+        message_reader = threading.Thread(
+            target=run.messages.extend, args=(map(str.rstrip, process.stderr),), daemon=True
+        )
         message_reader.start()
         threading.Thread(target=self._read_status, args=(process, run, message_reader), daemon=True).start()
         self._changes.mark("run", "folder")
@@ -124,9 +124,8 @@ class RecordingProcess:
             assert process.stdout is not None
             for line in process.stdout:
                 self._take_status(run, _parse_status(line))
-            code = process.wait()
             message_reader.join()  # all messages are read before the exit status is set
-        run.exit_code = code
+        run.exit_code = process.wait()
         self._changes.mark("run", "folder")
 
     def _take_status(self, run: RunStatus, status: dict[str, Any]) -> None:

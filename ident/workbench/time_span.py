@@ -92,8 +92,7 @@ def _phase_sentence(series: TorqueSeries, joint: int, inside: Bools, valid: Bool
     most = sorted(names, key=lambda name: -shares[name])
     text = ", ".join(f"{name} {100 * shares[name]:.0f} % (usually {100 * usual[name]:.0f} %)" for name in most)
     cycles = [int(cycle) for cycle in np.unique(series.cycle[inside]) if cycle > 0]
-    cycle_text = f" Cycle {', '.join(map(str, cycles))}." if cycles else ""
-    return f"Motion phases: {text}.{cycle_text}"
+    return f"Motion phases: {text}." + (f" Cycle {', '.join(map(str, cycles))}." if cycles else "")
 
 
 def _rms(x: Floats) -> float:

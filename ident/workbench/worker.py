@@ -38,14 +38,14 @@ class WorkerEnd:
 
 
 Message = View | StatusText | TaskEnd | WorkerEnd
-MessageHandler = Callable[[Message], None]
-"""Called from a separate thread with every message of the worker."""
+"""What the worker sends to the page."""
 
 
 class Worker:
     """The worker process; started with the first task."""
 
-    def __init__(self, on_message: MessageHandler, effect_files: Sequence[Path]) -> None:
+    def __init__(self, on_message: Callable[[Message], None], effect_files: Sequence[Path]) -> None:
+        """`on_message`: called from a separate thread with every message."""
         self._on_message, self._effect_files = on_message, tuple(effect_files)
         self._process: multiprocessing.process.BaseProcess | None = None
         self._connection: Connection | None = None

@@ -27,10 +27,12 @@ def draw(page: Page) -> None:
         for label, value in view.quality.items():
             ui.label(label).classes("quiet")
             set_test_id(ui.label(value), f"quality-{label.lower().replace(' ', '-')}")
-    full_span = (float(view.time[0]), float(view.time[-1]))
     signal = ui.toggle(list(view.signals), value="position").props("dense").classes("q-mt-sm")
     plot = ZoomablePlot(
-        page, lambda span: plots.signal(view, str(signal.value), span), lambda: full_span, "signals over time"
+        page,
+        lambda span: plots.signal(view, str(signal.value), span),
+        lambda: (float(view.time[0]), float(view.time[-1])),
+        "signals over time",
     )
     signal.on_value_change(lambda: plot.show())
     with ui.expansion(f"Events of the run ({len(view.events)})").classes("w-full"):

@@ -14,8 +14,11 @@ def draw(page: Page) -> None:
     """Draw the export of the current model."""
     ladder, residuals = page.session.selection.ladder, page.session.selection.residuals
     if ladder is None or residuals is None:
-        pending = "The residual is being analysed; the model can then be saved here." if ladder else None
-        ui.label(pending or "Fit a model first; it can then be saved here.").classes("quiet")
+        ui.label(
+            "The residual is being analysed; the model can then be saved here."
+            if ladder
+            else "Fit a model first; it can then be saved here."
+        ).classes("quiet")
         return
     file_name = f"{ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")

@@ -40,8 +40,10 @@ def _header(finding: dict[str, Any], number: int) -> None:
     with ui.row().classes("w-full items-center gap-3"):
         set_test_id(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
         ui.label(f"joint {', '.join(map(str, finding['joints']))}").classes("quiet")
-        share = f"{100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f})"
-        ui.label(f"removes {share} of the held-out error above the noise floor")
+        ui.label(
+            f"removes {100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f}) of the held-out error above the noise "
+            "floor"
+        )
 
 
 def _finding(finding: dict[str, Any], number: int) -> None:

@@ -60,10 +60,10 @@ def _draw_ladder(page: Page) -> None:
 
 
 def _draw_table(ladder: LadderView) -> None:
-    joints = list(enumerate(ladder.units, start=1))
-    titles = [f"{kind} j{joint} [{unit}]" for kind in ("training", "held out") for joint, unit in joints]
-    rows = [_row(number, step) for number, step in enumerate(ladder.steps)]
-    draw_table(["model", *titles, "improvement, held out"], rows, classes="ladder")
+    joints = [f"j{joint} [{unit}]" for joint, unit in enumerate(ladder.units, start=1)]
+    errors = [f"{kind} {joint}" for kind in ("training", "held out") for joint in joints]
+    rows = (_row(number, step) for number, step in enumerate(ladder.steps))
+    draw_table(["model", *errors, "improvement, held out"], rows, classes="ladder")
 
 
 def _row(number: int, step: StepView) -> list[Cell]:

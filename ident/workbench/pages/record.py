@@ -50,33 +50,37 @@ def draw(page: Page) -> None:
         }
         return {option: str(value) for option, value in values.items() if value}
 
-    def start() -> None:
-        session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX))
-
     checked = ui.column().classes("gap-0")
     with ui.row().classes("items-center gap-3"):
         check = ui.button("Pre-flight check", icon="checklist", on_click=lambda: _check(page, arguments(), checked))
         set_test_id(check, "preflight").props("outline")
-        page.button("Record", "record", start, icon="fiber_manual_record")
+        page.button(
+            "Record",
+            "record",
+            lambda: session.recorder.start(arguments(), session.folder.new_file(str(out.value), SUFFIX)),
+            icon="fiber_manual_record",
+        )
         safety = set_test_id(ui.label(_SAFETY[True]).classes("quiet"), "safety")
         rig.on_value_change(lambda: safety.set_text(_SAFETY[rig.value == _SIMULATED]))
     live.draw(page)
 
 
 def _free_name(page: Page, stem: str) -> str:
-    used_names = set(page.session.folder.names(SUFFIX))
     candidates = [f"{stem}{SUFFIX}", *(f"{stem}-{number}{SUFFIX}" for number in range(2, 1000))]
-    return next(file_name for file_name in candidates if file_name not in used_names)
+    return next(name for name in candidates if not (page.session.folder.root / name).exists())
 
 
 async def _check(page: Page, options: dict[str, str], column: ui.column) -> None:
     """Run `daq check` and a dry run without power, and show the results."""
-    rig = {option: value for option, value in options.items() if option == "--rig"}
     column.clear()
     with column:
         pending = ui.label("checking …").classes("quiet")
     for test_id, title, command in (
-        ("preflight-check", "drives and bus", ("check", "--json", *command_line(rig))),
+        (
+            "preflight-check",
+            "drives and bus",
+            ("check", "--json", *command_line({k: v for k, v in options.items() if k == "--rig"})),
+        ),
         (
             "preflight-dry-run",
             "dry run without power",

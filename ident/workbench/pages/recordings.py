@@ -44,15 +44,13 @@ def _choice_buttons(page: Page, name: str, number: int) -> None:
     """Draw Train, which withdraws the recording from validation, and Validate, which another click withdraws."""
     choose, chosen = page.session.choose, page.session.recordings
 
-    def train() -> None:
-        choose(name, None if name == chosen.validate else chosen.validate)
-
-    def validate() -> None:
-        choose(chosen.train, None if name == chosen.validate else name)
-
     for text, selected, action in (
-        ("Train", name == chosen.train, train),
-        ("Validate", name == chosen.validate, validate),
+        ("Train", name == chosen.train, lambda: choose(name, chosen.validate if name != chosen.validate else None)),
+        (
+            "Validate",
+            name == chosen.validate,
+            lambda: choose(chosen.train, name if name != chosen.validate else None),
+        ),
     ):
         state = "unelevated aria-pressed=true" if selected else "outline aria-pressed=false"
         page.button(text, f"{text.lower()}-{number}", action, props=f"dense size=sm {state}")

@@ -11,8 +11,11 @@ def draw(page: Page) -> None:
     """Draw the sentences, the worst intervals and the figures."""
     view = page.session.selection.residuals
     if view is None:
-        pending = "Analysing the residual …" if page.session.selection.ladder else None
-        ui.label(pending or "Fit the base model first (Missing effects → Fit).").classes("quiet")
+        ui.label(
+            "Analysing the residual …"
+            if page.session.selection.ladder
+            else "Fit the base model first (Missing effects → Fit)."
+        ).classes("quiet")
         return
     ui.label(f"On {', '.join(view.recordings)}").classes("head")
     with ui.column().classes("gap-1"):

@@ -38,11 +38,8 @@ def draw(page: Page) -> None:
         clock.text = f"{poses.time[slider.value]:.2f} s"
         _show_residuals(column, series, selection.ladder, poses.time[slider.value])
 
-    def step() -> None:
-        slider.value = (slider.value + 1) % len(poses.time)
-
     slider.on_value_change(update)
-    timer = ui.timer(STEP, step, active=False)
+    timer = ui.timer(STEP, lambda: slider.set_value((slider.value + 1) % len(poses.time)), active=False)
     play.on_click(lambda: setattr(timer, "active", not timer.active))
     slider.value = len(poses.time) // 3  # in the middle of the motion there is something to see
     update()

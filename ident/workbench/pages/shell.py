@@ -60,11 +60,11 @@ def build(session: WorkbenchSession) -> None:
     _header(page, ui.dark_mode(display.dark))
     with ui.left_drawer(value=True, bordered=True).props("width=252 behavior=desktop").classes("q-pa-sm gap-2"):
         recordings.draw(page)
-    with ui.tabs().props("dense inline-label align=left").classes("w-full") as tabs:
+    tabs = ui.tabs(on_change=lambda change: setattr(display, "tab", change.value))
+    with tabs.props("dense inline-label align=left").classes("w-full"):
         for key, label, icon, *_ in TABS:
             set_test_id(ui.tab(key, label, icon), f"tab-{key}")
     tabs.set_value(display.tab)
-    tabs.on_value_change(lambda change: setattr(display, "tab", change.value))
     page.show_tab = tabs.set_value
     with ui.tab_panels(tabs, value=display.tab, animated=False, keep_alive=False).classes("w-full"):
         for key, _, _, draw, topics in TABS:
@@ -128,8 +128,8 @@ def _status_text(session: WorkbenchSession) -> str:
     train, validate, ladder = session.recordings.train, session.recordings.validate, session.selection.ladder
     if train is None:
         return "choose a recording on the left"
-    simulated = " · simulated" if ladder and ladder.simulated else ""
-    return f"train {train}" + (f" · validate {validate}" if validate else "") + simulated
+    parts = (f"train {train}", validate and f"validate {validate}", ladder and ladder.simulated and "simulated")
+    return " · ".join(part for part in parts if part)
 
 
 def _show_message(page: Page) -> None:

@@ -18,11 +18,12 @@ def draw(page: Page) -> None:
     """Draw the button, the convergence and the result."""
     session = page.session
     with ui.row().classes("items-center gap-3"):
-
-        def fit() -> None:
-            session.swarm.start(int(seed.value or 0), session.selection.ladder)
-
-        start = page.button("Fit by swarm", "swarm", fit, icon="bubble_chart")
+        start = page.button(
+            "Fit by swarm",
+            "swarm",
+            lambda: session.swarm.start(int(seed.value or 0), session.selection.ladder),
+            icon="bubble_chart",
+        )
         seed = ui.number("seed", value=0, min=0, step=1, format="%d").props("dense outlined").classes("w-24")
     ui.label(_ABOUT).classes("quiet")
 
@@ -60,8 +61,8 @@ def _draw_result(page: Page) -> None:
     _parameters(model)
     ui.label("Equivalent command").classes("head q-mt-md")
     set_test_id(ui.code(result.command, language="bash").classes("w-full"), "swarm-command")
-    stem = model.train.recordings[0].name.removesuffix(".mcap")
     with ui.row().classes("items-center gap-3 q-mt-sm"):
+        stem = model.train.recordings[0].name.removesuffix(".mcap")
         page.save_form(model, f"{stem}.pso.model.json", "swarm-save")
 
 
@@ -69,17 +70,19 @@ def _errors(model: ModelFile) -> None:
     ui.label("Error").classes("head q-mt-sm")
     joints = [f"joint {j} [{unit} RMS]" for j, unit in enumerate(model.effort_units, start=1)]
     agreements = {"training": model.train, "held out": model.validate_}
-    rows = [
-        (label, *(f"{value:.4f}" for value in agreement.fitted.rms))
-        for label, agreement in agreements.items()
-        if agreement
-    ]
-    draw_table(["", *joints], rows)
+    draw_table(
+        ["", *joints],
+        [
+            (label, *(f"{value:.4f}" for value in agreement.fitted.rms))
+            for label, agreement in agreements.items()
+            if agreement
+        ],
+    )
 
 
 def _parameters(model: ModelFile) -> None:
     ui.label(f"Parameters{', relative' if model.relative else ''}").classes("head q-mt-md")
-    rows = [
+    rows = (
         (
             parameter.name,
             number(parameter.value, 4),
@@ -88,5 +91,5 @@ def _parameters(model: ModelFile) -> None:
             "yes" if parameter.at_bound else "",
         )
         for parameter in model.parameters
-    ]
+    )
     draw_table(("parameter", "value", "95 % interval", "unit", "at bound"), rows, words=(0, 3))
