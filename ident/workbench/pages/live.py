@@ -14,14 +14,14 @@ def draw(page: Page) -> None:
     counts = ui.label().classes("quiet")
     with ui.element("div").classes("w-full grid grid-cols-2 gap-2"):
         figures = {
-            kind: page.draw_figure(figure, f"{kind} while recording") for kind, figure in _figures(None).items()
+            kind: page.draw_figure(figure, f"{kind} while recording") for kind, figure in live_figures(None).items()
         }
     messages = ui.column().classes("gap-0 font-mono text-sm")
 
     def update(page: Page) -> None:
         run = page.session.recorder.run
         state.text, bar.visible = run_summary(run), run is not None
-        for kind, figure in _figures(run).items():
+        for kind, figure in live_figures(run).items():
             page.update_figure(figures[kind], figure)
         if run is None:
             return
@@ -72,7 +72,7 @@ def _counts(run: RunStatus) -> str:
     )
 
 
-def _figures(run: RunStatus | None) -> dict[str, plots.Figure]:
+def live_figures(run: RunStatus | None) -> dict[str, plots.Figure]:
     """Return the live plots by quantity."""
     rows, lateness = (list(run.rows), list(run.lateness)) if run else ([], [])
     angle = run.position_unit if run else "rad"
