@@ -43,7 +43,6 @@ def _draw_list(page: Page) -> None:
 def _choice_buttons(page: Page, name: str, number: int) -> None:
     """Draw Train, which withdraws the recording from validation, and Validate, which another click withdraws."""
     choose, chosen = page.session.choose, page.session.recordings
-
     for text, selected, action in (
         ("Train", name == chosen.train, lambda: choose(name, chosen.validate if name != chosen.validate else None)),
         (
