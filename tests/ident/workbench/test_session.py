@@ -106,7 +106,7 @@ def test_cancelled_job_leaves_the_state_unchanged(session: WorkbenchSession) -> 
     selection.add("torque_offset")
     wait(lambda: selection.ladder is not ladder and jobs.current is None)
     selection.undo()
-    wait(lambda: selection.ladder is ladder or jobs.current is None)
+    wait(lambda: selection.ladder is ladder and not jobs.blocked)
     for start_job in (selection.diagnose, lambda: swarm.start(0, selection.ladder), selection.redo):
         before = selection.branches
         start_job()
