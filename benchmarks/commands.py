@@ -1,10 +1,14 @@
 """Measure time and peak memory of the commands `ident fit` and `ident diagnose` for several lengths of recordings.
 
-The recordings contain a hidden effect.
+The recordings contain a hidden effect. `--against CHECKOUT` runs the two commands of this and of another checkout in
+turn on the same recordings, and prints the ratios of their times.
 """
 
+import argparse
 import os
+import statistics
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Sequence
@@ -15,9 +19,53 @@ from benchmarks.long_recording import make
 
 SECONDS = (20.0, 600.0, 3600.0)
 """Lengths of the recordings [s]."""
+PAIRS = 7
+"""Runs of each checkout that are compared."""
+HERE = Path(__file__).parents[1]
 
 
 def main() -> None:
+    """Measure this checkout, or compare it with another."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--against", type=Path, metavar="CHECKOUT", help="compare with this checkout")
+    against: Path | None = parser.parse_args().against
+    if against:
+        compare(against.resolve())
+    else:
+        measure()
+
+
+def compare(other: Path) -> None:
+    """Print the ratio of the times of this checkout and of the `other`, pair by pair."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        demo, held_out = record(folder, "fig5a", "fig5b")
+        for title, arguments in (
+            (
+                "fit",
+                ["fit", str(demo), "-o", str(folder / "model.json"), "--plots", str(folder / "plots"), "--force"],
+            ),
+            ("diagnose", ["diagnose", str(demo), "--json"]),
+            ("diagnose, another recording held out", ["diagnose", str(demo), "--validate", str(held_out), "--json"]),
+        ):
+            pairs = [(_seconds(HERE, arguments), _seconds(other, arguments)) for _ in range(PAIRS + 1)][1:]
+            here, there = (statistics.median(times) for times in zip(*pairs, strict=True))
+            ratios = sorted(a / b for a, b in pairs)
+            print(
+                f"command: ident {title}: {here:.2f} s here, {there:.2f} s there; ratio "
+                f"{statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})",
+                flush=True,
+            )
+
+
+def _seconds(code: Path, arguments: Sequence[str]) -> float:
+    command = [sys.executable, "-c", "from ident.cli import main; main()", *arguments]
+    start = time.perf_counter()
+    subprocess.run(command, check=True, capture_output=True, cwd=code, env=os.environ | {"PYTHONPATH": str(code)})
+    return time.perf_counter() - start
+
+
+def measure() -> None:
     """Print time and memory. A first run fills the compilation cache and is not counted."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
