@@ -92,7 +92,7 @@ def _combination(
     changes = [f"{parameters[i].name} by {step[i]:+.3g} {parameters[i].unit}" for i in order]
     share = float(singular / np.abs(direction).max())
     names = tuple(parameters[i].name for i in order)
-    effect = "next to nothing" if share < _ROUNDING else f"only {100 * share:.2g} % of what {names[0]} alone would do"
+    effect = "next to nothing" if status == "not" else f"only {100 * share:.2g} % of what {names[0]} alone would do"
     known = "cannot be told apart" if status == "not" else "can hardly be told apart"
     sentence = f"{', '.join(names)} {known} by this motion: {' and '.join(changes)} together do {effect}"
     return Combination(names, status, sentence)
