@@ -10,9 +10,7 @@ from recordings.recording import Bools, Floats
 
 BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are averaged to one block [s]."""
-_RESAMPLES = 400
-_SEED = 0
-"""Fixed, so that results are reproducible."""
+_LEVEL = 0.95
 
 
 @dataclass(frozen=True)
@@ -21,7 +19,7 @@ class Improvement:
 
     share: float
     interval: tuple[float, float]
-    """95 % interval, from a block bootstrap."""
+    """95 % interval, by Fieller's theorem from the blocks."""
     t_statistic: float
     """Student's t of the reduction over the blocks."""
     reduction: float
@@ -54,18 +52,31 @@ def measure_improvement(
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     spread = float(reduction.std(ddof=1)) / np.sqrt(count)
     excess = mean_before - 1.0
-    samples = np.random.default_rng(_SEED).integers(0, count, (_RESAMPLES, count))
-    shares = _share(reduction[samples].mean(axis=1), excess[samples].mean(axis=1))
-    low, high = np.percentile(shares, [2.5, 97.5])
-    share = _share(reduction.mean(), excess.mean())
+    share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     t = float(reduction.mean() / spread) if spread else 0.0
     return Improvement(
-        float(share), (float(low), float(high)), t, float(reduction.mean()), float(mean_after.mean()) - 1.0
+        share, _ratio_interval(reduction, excess), t, float(reduction.mean()), float(mean_after.mean()) - 1.0
     )
 
 
-def _share(reduction: Floats, excess: Floats) -> Floats:
-    return np.where(excess > 0, np.clip(reduction / np.where(excess > 0, excess, 1.0), -1.0, 1.0), 0.0)
+def _ratio_interval(numerator: Floats, denominator: Floats) -> tuple[float, float]:
+    """95 % interval of the ratio of the means of two samples (b,), within -1 to 1.
+
+    Fieller, "Some problems in interval estimation", J. R. Statist. Soc. B 16 (1954): all ratios r for which the mean
+    of numerator - r denominator does not differ from zero by Student's t. If the denominator's own mean does not
+    exceed zero significantly, any ratio is possible.
+    """
+    from scipy.stats import t
+
+    count = len(numerator)
+    tolerance = t.ppf((1 + _LEVEL) / 2, count - 1) ** 2 / count * np.cov(numerator, denominator)
+    mean = np.array([numerator.mean(), denominator.mean()])
+    (a, b), (_, c) = np.outer(mean, mean) - tolerance  # the ratios fulfil a - 2 b r + c r^2 <= 0
+    if c <= 0 or mean[1] <= 0:
+        return -1.0, 1.0
+    root = np.sqrt(max(b**2 - a * c, 0.0))
+    low, high = np.clip([(b - root) / c, (b + root) / c], -1.0, 1.0)
+    return float(low), float(high)
 
 
 def _block_means(split: SplitData, residuals: Sequence[Floats], scale: Floats, rows: Sequence[Bools]) -> Floats:
