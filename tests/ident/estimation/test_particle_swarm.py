@@ -1,0 +1,87 @@
+"""The common part of the particle swarms."""
+
+import numpy as np
+import pytest
+
+from ident.estimation.particle_swarm import Settings, Swarm, search
+from ident.estimation.problem import Estimate, Problem
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+TRUTH = np.array([1.0, -2.0, 3.0, 0.5])
+
+
+def problem(noise: float = 0.1) -> Problem:
+    rng = np.random.default_rng(0)
+    regressor = rng.normal(size=(200, 4))
+    bounds = np.tile([-10.0, 10.0], (4, 1))
+    return Problem(regressor, regressor @ TRUTH + noise * rng.normal(size=200), bounds)
+
+
+def best(swarm: Swarm) -> Floats:
+    """Every particle follows the best one."""
+    return swarm.personal[[swarm.personal_value.argmin()] * len(swarm.current)]
+
+
+def run(settings: Settings, seed: int = 0, noise: float = 0.1) -> Estimate:
+    return search(problem(noise), np.random.default_rng(seed), lambda *_: None, settings, best)
+
+
+def test_search_reaches_the_certified_minimum_and_stops() -> None:
+    result = run(Settings(particles=30, iterations=500))
+    assert result.certificate is not None
+    assert result.certificate.excess(result.objective) <= 1e-8
+    np.testing.assert_allclose(result.parameters, result.certificate.parameters, atol=1e-5)
+    assert result.diagnostics["iterations"] == len(result.history) - 1 < 500
+
+
+def test_without_a_tolerance_all_iterations_are_made() -> None:
+    result = run(Settings(particles=30, iterations=300, tolerance=0.0))
+    assert len(result.history) == 301
+
+
+def test_best_objective_never_rises_and_belongs_to_the_result() -> None:
+    result, data = run(Settings(particles=10, iterations=40)), problem()
+    assert (np.diff(result.history) <= 0).all()
+    residual = data.torque - data.regressor @ result.parameters
+    assert result.objective == pytest.approx(np.abs(residual).sum())
+
+
+def test_result_is_repeatable_and_depends_on_the_seed() -> None:
+    settings = Settings(particles=5, iterations=3)
+    np.testing.assert_array_equal(run(settings).parameters, run(settings).parameters)
+    assert (run(settings).parameters != run(settings, seed=1).parameters).any()
+
+
+def test_result_stays_in_the_search_region() -> None:
+    """The minimum lies outside of the region: the result is on its edge."""
+    data = problem(0.0)
+    narrow = Problem(data.regressor, data.torque, np.array([[-10.0, 10.0], [-1.0, 1.0], *[[-10.0, 10.0]] * 2]))
+    result = search(narrow, np.random.default_rng(0), lambda *_: None, Settings(particles=30), best)
+    assert result.parameters[1] == -1.0
+
+
+def test_progress_counts_steps_and_gives_the_excess() -> None:
+    calls: list[tuple[int, int, float | None]] = []
+    search(
+        problem(),
+        np.random.default_rng(0),
+        lambda done, total, excess=None: calls.append((done, total, excess)),
+        Settings(particles=5, iterations=4, tolerance=0.0),
+        best,
+    )
+    assert [call[:2] for call in calls] == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    assert all(excess is not None and excess >= 0 for _, _, excess in calls)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"particles": 1}, "at least two particles expected, 1 found"),
+        ({"iterations": 0}, "at least one iteration expected, 0 found"),
+        ({"tolerance": 1.0}, "tolerance from 0 to below 1 expected, 1 found"),
+    ],
+)
+def test_impossible_settings_are_refused(changed: dict[str, float], message: str) -> None:
+    with pytest.raises(BadInput, match=message):
+        Settings(**changed)  # type: ignore[arg-type]
