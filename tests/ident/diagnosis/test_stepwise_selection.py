@@ -1,153 +1,228 @@
-"""Stepwise selection in a toy world where the residual of every set of effects is known."""
+"""Stepwise selection on recordings of one axis with planted effects."""
 
-from collections.abc import Iterable
-from types import SimpleNamespace
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 import pytest
 
-from ident.diagnosis import stepwise_selection
-from ident.diagnosis.improvement import Improvement
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import Selection
+from ident.diagnosis.stepwise_selection import Selector
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.library import library
+from ident.dynamics.motion import Motion
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from tests.ident import building
 
-Excess = dict[str, float]
-"""Mean square above the noise floor, in units of the squared floor, by effects; each effect is a letter."""
-
-
-class Toy(stepwise_selection.Selector):
-    """A selector with known residuals."""
-
-    def __init__(self, excess: Excess, floor: float = 0.95) -> None:
-        """floor: RMS of the noise floor; the training residual has an RMS of one."""
-        self._excess_by, self.floor = excess, floor
-        self.search: Any = SimpleNamespace(
-            extensions=self._extensions,
-            joint_extensions=self._none,
-            skipped_extensions=self._none,
-            is_significant=lambda *arguments: self.significant,
-        )
-        self.significant = False
-        """Whether models differ significantly on the training rows."""
-        rows = np.ones((1, 1), bool)
-        self._split: Any = SimpleNamespace(train=(rows,), scored=(rows,))
-        self._progress = lambda text: None
-
-    def model(self, names: Iterable[str]) -> Any:
-        terms = tuple(SimpleNamespace(name=name, joints=(0,)) for name in names)
-        loss = self._excess_by.get("".join(sorted(names)), np.inf)
-        return SimpleNamespace(
-            terms=terms, solution=SimpleNamespace(loss=loss, x=terms), residuals=(np.ones((1, 1)),)
-        )
-
-    def start(self, structure: Any, x: Any) -> Any:
-        return self.model(""), [stepwise_selection.SelectionStep(None, self.model(""), None)]
-
-    def _extensions(self, model: Any) -> Any:
-        names = {term.name for term in model.terms}
-        extensions = [self.model([*names, new]) for new in "abcd" if new not in names]
-        known = [extension for extension in extensions if np.isfinite(extension.solution.loss)]
-        return SimpleNamespace(models=sorted(known, key=lambda extension: extension.solution.loss))
-
-    def _none(self, *arguments: Any) -> list[Any]:
-        return []
-
-    def improvement(self, before: Any, after: Any) -> Improvement:
-        was, now = before.solution.loss, after.solution.loss
-        return Improvement((was - now) / was, (0.0, 1.0), 9.0, was - now, now)
-
-    def _simplest(self, model: Any, candidates: Any) -> Any:
-        return candidates[0]
-
-    def _is_confirmed(self, before: Any, after: Any) -> bool:
-        return after.solution.loss < before.solution.loss
-
-    def _pruned(self, model: Any) -> Any:
-        return model
-
-    def _review_effect(self, model: Any, index: int) -> Any:
-        return None, model
-
-    def noise_floor(self, model: Any) -> Any:
-        return SimpleNamespace(rms=np.full(1, self.floor))
-
-    def _computed(self, model: Any) -> Any:
-        return ()
+Torque = Callable[[Motion], Floats]
+LIBRARY = library()
+USUAL = {name: LIBRARY[name] for name in ("torque_offset", "quadratic_friction", "joint_spring", "stribeck")}
 
 
-@pytest.fixture(autouse=True)
-def all_models_are_physical(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stepwise_selection, "is_physical", lambda model, before: True)
+def drag(motion: Motion) -> Floats:
+    return 0.3 * motion.velocity * np.abs(motion.velocity)
 
 
-def select(excess: Excess) -> str:
-    selection = Toy(excess).select(None, None)  # type: ignore[arg-type]
-    return "".join(term.name for term in selection.steps[-1].model.terms)
+def spring(motion: Motion) -> Floats:
+    return 1.2 * motion.position
 
 
-def test_best_effect_is_added_first() -> None:
-    assert select({"": 100.0, "a": 10.0, "b": 50.0, "ab": 0.5}) == "ab"
+def offset(motion: Motion) -> Floats:
+    return np.full_like(motion.position, 0.4)
 
 
-def test_effect_that_imitates_two_others_is_replaced_by_them() -> None:
-    assert select({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "ab": 39.0, "ac": 38.0, "bc": 0.2}) == "bc"
+def ripple(motion: Motion) -> Floats:
+    """A torque that no effect of these tests explains."""
+    return np.cos(4 * motion.position)
 
 
-def test_effect_supported_only_beside_another_is_tried_if_it_explains_much(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    """Alone, neither is supported by the test rows."""
-    confirmed = Toy._is_confirmed
-    single = lambda self, before, after: len(after.terms) != 1 and confirmed(self, before, after)  # noqa: E731
-    monkeypatch.setattr(Toy, "_is_confirmed", single)
-    assert select({"": 100.0, "a": 40.0, "b": 45.0, "ab": 1.0}) == "ab"
-    assert select({"": 100.0, "a": 80.0, "b": 75.0, "ab": 1.0}) == ""
+def imitation(motion: Motion) -> Floats:
+    """Drag and spring with a ripple."""
+    return drag(motion) + spring(motion) + 0.5 * ripple(motion)
 
 
-def test_alternative_start_that_is_not_far_better_is_rejected() -> None:
-    assert select({"": 100.0, "a": 40.0, "b": 60.0, "c": 70.0, "bc": 30.0}) == "a"
+def split(*torques: Torque, noise: float = 0.05, joints: int = 1) -> SplitData:
+    def extra(motion: Motion) -> Floats:
+        return sum((torque(motion) for torque in torques), np.zeros_like(motion.position))
+
+    return building.split([building.record(joints, noise=noise, extra=extra)])
 
 
-@pytest.mark.parametrize(("before", "after", "expected"), [(40.0, 37.0, "a"), (40.0, 30.0, "ad"), (2.9, 2.8, "ad")])
-def test_minor_effect_is_not_added_while_a_large_error_remains(before: float, after: float, expected: str) -> None:
-    assert select({"": 100.0, "a": before, "ad": after}) == expected
+def selector(data: SplitData, effects: Mapping[str, Effect] = USUAL) -> tuple[Selector, Any]:
+    model = building.structure(data.recordings[0].recording)
+    return Selector(data, effects, lambda text: None), (model, building.start(model))
 
 
-def test_nothing_is_added_below_the_floor() -> None:
-    assert select({"": 100.0, "a": -0.1, "ad": -0.5}) == "a"
+def select(data: SplitData, effects: Mapping[str, Effect] = USUAL) -> Selection:
+    chosen, begin = selector(data, effects)
+    return chosen.select(*begin)
 
 
-def test_nothing_is_added_if_the_training_residual_is_at_the_floor() -> None:
-    selection = Toy({"": 100.0, "a": 1.0}, floor=1.0).select(None, None)  # type: ignore[arg-type]
-    assert [step.added for step in selection.steps] == [None]
+def added(selection: Selection) -> list[str | None]:
+    return [step.added for step in selection.steps]
 
 
-def test_selection_stops_when_the_added_effect_is_pruned(monkeypatch: pytest.MonkeyPatch) -> None:
-    toy = Toy({"": 100.0, "a": 40.0, "ad": 10.0})
-    monkeypatch.setattr(toy, "_pruned", lambda model: toy.model("a"))
-    assert [step.added for step in toy.select(None, None).steps] == [None, "a"]  # type: ignore[arg-type]
+def final(selection: Selection) -> set[str]:
+    return {term.name for term in selection.steps[-1].model.terms}
 
 
-@pytest.mark.parametrize(("excess", "preferred"), [(0.3, True), (0.04, False), (1e-3, False)])
-def test_model_close_to_the_floor_is_not_ruled_out(excess: float, preferred: bool) -> None:
-    toy = Toy({"a": excess, "b": 1e-4})
-    assert toy._is_preferred(toy.model("a"), toy.model("b")) is preferred
+def test_nothing_is_added_to_a_correct_model() -> None:
+    selection = select(split())
+    assert added(selection) == [None]
+    assert selection.findings == ()
 
 
 @pytest.mark.parametrize(
-    ("significant", "share", "preferred"), [(True, 0.9, True), (True, 0.3, False), (False, 0.9, False)]
+    ("torques", "names"),
+    [
+        ((drag,), ["quadratic_friction"]),
+        ((drag, offset), ["quadratic_friction", "torque_offset"]),
+        ((offset, drag, spring), ["joint_spring", "quadratic_friction"]),
+    ],
 )
-def test_all_rows_may_decide_if_the_test_rows_do_not(
-    monkeypatch: pytest.MonkeyPatch, significant: bool, share: float, preferred: bool
-) -> None:
-    scored: list[Any] = []
+def test_planted_effects_are_added_the_largest_first(torques: tuple[Torque, ...], names: list[str]) -> None:
+    selection = select(split(*torques))
+    assert added(selection) == [None, *names]
+    assert [finding.term.name for finding in selection.findings] == names
+    assert all(finding.improvement.share > 0.9 and finding.alternatives == () for finding in selection.findings)
 
-    def measure_improvement(split: Any, before: Any, after: Any, floor: Any, rows: Any) -> Improvement:
-        scored.extend(rows)
-        return Improvement(share, (0.0, 1.0), 9.0, 0.5, 0.0)
 
-    monkeypatch.setattr(stepwise_selection, "measure_improvement", measure_improvement)
-    toy = Toy({"a": 0.01, "b": 0.01})
-    toy.significant = significant
-    assert toy._is_preferred(toy.model("a"), toy.model("b")) is preferred
-    assert all(rows.all() for rows in scored)
-    assert bool(scored) is significant
+def test_parameters_are_those_that_were_planted() -> None:
+    solution = select(split(drag, noise=0.02)).steps[-1].model.solution
+    np.testing.assert_allclose(solution.x, [*building.parameters(), 0.3], rtol=0.02)
+
+
+def test_effect_is_added_to_the_joint_that_has_it() -> None:
+    selection = select(split(lambda motion: spring(motion) * [0.0, 1.0], joints=2))
+    (finding,) = selection.findings
+    assert (finding.term.name, finding.term.joints) == ("joint_spring", (1,))
+
+
+def test_effect_that_imitates_two_others_is_replaced_by_them() -> None:
+    """Alone it explains most, but neither of them improves it."""
+    effects = {"quadratic_friction": USUAL["quadratic_friction"], "joint_spring": USUAL["joint_spring"]}
+    assert final(select(split(drag, spring), {**effects, "imitation": building.effect(imitation)})) == set(effects)
+
+
+def test_imitation_is_kept_if_it_is_the_truth() -> None:
+    effects = {**USUAL, "sum": building.effect(imitation)}
+    assert final(select(split(imitation), effects)) == {"sum"}
+
+
+@pytest.mark.parametrize(("reach", "names"), [(3.0, {"wave", "correction"}), (2.0, set())])
+def test_effect_supported_only_beside_another_is_tried_if_it_explains_much(reach: float, names: set[str]) -> None:
+    """The wave acts beyond 1 rad only, and the other motion hardly goes there: alone it makes that worse.
+
+    With a smaller reach, the wave explains too little of the training data to deserve a second effect.
+    """
+
+    def wave(motion: Motion) -> Floats:
+        return np.cos(4 * motion.position)
+
+    def correction(motion: Motion) -> Floats:
+        inside = np.abs(motion.position) < 1
+        return np.where(inside, -np.cos(4 * motion.position), 0.4 * np.sin(4 * motion.position))
+
+    def true(motion: Motion) -> Floats:
+        return wave(motion) + correction(motion)
+
+    train = building.record(noise=0.05, extra=true, size=reach)
+    data = building.split([train], [building.record(noise=0.05, extra=true, size=0.7, shape=1, name="b")])
+    effects = {"wave": building.effect(wave), "correction": building.effect(correction)}
+    assert final(select(data, effects)) == names
+    for name in effects:
+        assert final(select(data, {name: effects[name]})) == set()
+
+
+@pytest.mark.parametrize(("size", "names"), [(0.0, {"quadratic_friction"}), (1.0, set())])
+def test_minor_effect_is_not_added_while_a_large_error_remains(size: float, names: set[str]) -> None:
+    """Drag of a fifteenth of its size, beside a ripple that no effect explains."""
+    data = split(lambda motion: drag(motion) / 15, lambda motion: size * ripple(motion), noise=0.02)
+    assert final(select(data, {"quadratic_friction": USUAL["quadratic_friction"]})) == names
+
+
+def test_effect_that_a_later_one_contains_is_removed() -> None:
+    """An offset explains most at first; a spring with a rest angle contains it."""
+    selection = select(split(lambda motion: 2.0 + 0.5 * motion.position))
+    assert final(selection) == {"joint_spring"}
+
+
+def test_effects_that_this_motion_cannot_tell_apart_are_alternatives() -> None:
+    """Both columns are the same but for a thousandth."""
+    twin = building.effect(lambda motion: drag(motion) * (1 + 1e-3 * np.cos(motion.position)))
+    effects = {"drag": building.effect(drag), "twin": twin}
+    (finding,) = select(split(drag), effects).findings
+    assert {finding.term.name, *finding.alternatives} == {"drag", "twin"}
+
+
+def test_clear_difference_leaves_no_alternative() -> None:
+    other = building.effect(lambda motion: drag(motion) * (1 + 0.3 * np.cos(motion.position)))
+    (finding,) = select(split(drag), {"drag": building.effect(drag), "other": other}).findings
+    assert (finding.term.name, finding.alternatives) == ("drag", ())
+
+
+def test_training_rows_decide_if_the_test_rows_cannot() -> None:
+    """The columns differ beyond 1 rad, where only the training motion goes."""
+
+    def weaker(motion: Motion) -> Floats:
+        return drag(motion) * np.where(np.abs(motion.position) > 1, 0.6, 1.0)
+
+    data = building.split(
+        [building.record(noise=0.05, extra=drag, size=1.3)],
+        [building.record(noise=0.05, extra=drag, size=0.5, shape=1, name="b")],
+    )
+    effects = {"weaker": building.effect(weaker), "drag": building.effect(drag)}
+    (finding,) = select(data, effects).findings
+    assert (finding.term.name, finding.alternatives) == ("drag", ())
+
+
+def test_mandatory_effect_is_always_in_the_model_and_never_an_extension() -> None:
+    effects = {"drag": building.effect(drag, mandatory=True), **USUAL}
+    selection = select(split(spring), effects)
+    assert added(selection) == [None, "joint_spring"]
+    assert [term.name for term in selection.steps[0].model.terms] == []
+    assert final(selection) == {"drag", "joint_spring"}
+    assert added(select(split(drag), {"drag": effects["drag"]})) == [None, "drag"]
+
+
+def test_forced_effects_are_added_in_their_order_and_no_others() -> None:
+    chosen, begin = selector(split(drag, spring))
+    selection = chosen.select_forced(*begin, ["torque_offset", "quadratic_friction"])
+    assert added(selection) == [None, "torque_offset", "quadratic_friction"]
+    assert [finding.term.name for finding in selection.findings] == ["torque_offset", "quadratic_friction"]
+
+
+@pytest.mark.parametrize(
+    ("names", "reason"),
+    [
+        (["quadratic_friction", "quadratic_friction"], "is in the model already"),
+        (["viscous"], "does not show in this motion"),
+        (["quadratic_friction"], "would need an impossible sign"),
+    ],
+)
+def test_impossible_forced_effect_is_refused(names: list[str], reason: str) -> None:
+    sign = -1.0 if "sign" in reason else 1.0
+    effects = {**USUAL, "viscous": building.effect(lambda motion: motion.velocity)}
+    chosen, begin = selector(split(lambda motion: sign * drag(motion)), effects)
+    with pytest.raises(BadInput, match=f"'{names[-1]}' {reason}"):
+        chosen.select_forced(*begin, names)
+
+
+def test_truncated_selection_has_the_findings_of_its_last_step() -> None:
+    chosen, begin = selector(split(drag, offset))
+    selection = chosen.select(*begin)
+    first = chosen.truncated(selection, 1)
+    assert added(first) == [None, "quadratic_friction"]
+    assert [finding.term.name for finding in first.findings] == ["quadratic_friction"]
+    assert "torque_offset" in {extension.terms[-1].name for extension in first.last_extensions.models}
+
+
+def test_computed_torque_and_residual_add_up_to_the_measured_one() -> None:
+    data = split(drag)
+    selection = select(data)
+    for dataset, computed, residual in zip(
+        data.recordings, selection.model.computed, selection.model.residuals, strict=True
+    ):
+        np.testing.assert_allclose(computed + residual, dataset.torque)
