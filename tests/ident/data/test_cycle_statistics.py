@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.signal import lfilter
 
-from ident.data.cycle_statistics import by_cycle, of_cycles, of_residuals, pooled
+from ident.data.cycle_statistics import by_cycle, of_cycles, of_residuals, pooled, repeating_share
 from ident.data.prepared_recording import PreparedRecording, prepare
 from recordings.recording import Floats, Recording
+from tests.ident import building
 
 PHASES = 500
 PHASE = np.arange(PHASES) / PHASES
@@ -167,3 +168,26 @@ def test_a_motion_without_cycles_gives_no_statistics(make: Callable[..., Recordi
     recording = make(cycles=2)
     prepared = prepare_parallel(replace(recording, repeat=np.full_like(recording.repeat, -1)), 30)
     assert of_residuals([prepared], [prepared.torque]) is None
+
+
+@pytest.mark.parametrize(("same", "expected"), [(True, 1.0), (False, 0.0)])
+def test_share_of_the_finest_part_that_repeats(same: bool, expected: float) -> None:
+    """Errors of the positions are the same in every cycle, or different."""
+    recording = building.record(cycles=5)
+    rows = round(building.PERIOD * building.RATE)
+    rng = np.random.default_rng(0)
+    error = np.tile(rng.normal(size=(rows, 1)), (5, 1)) if same else rng.normal(size=(5 * rows, 1))
+    recording.position[:] += 1e-3 * error
+    assert repeating_share(building.prepared(recording)) == pytest.approx([expected], abs=0.05)
+
+
+def test_half_of_the_power_repeats() -> None:
+    recording = building.record(cycles=6)
+    rows = round(building.PERIOD * building.RATE)
+    rng = np.random.default_rng(1)
+    recording.position[:] += 1e-3 * (np.tile(rng.normal(size=(rows, 1)), (6, 1)) + rng.normal(size=(6 * rows, 1)))
+    assert repeating_share(building.prepared(recording)) == pytest.approx([0.5], abs=0.05)
+
+
+def test_all_may_repeat_where_nothing_is_repeated() -> None:
+    assert repeating_share(building.prepared(building.record(cycles=1))) == pytest.approx([1.0])

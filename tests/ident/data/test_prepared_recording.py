@@ -7,8 +7,10 @@ import pytest
 
 from ident.data import prepared_recording
 from ident.data.prepared_recording import PreparedRecording, prepare, prepare_all
+from ident.dynamics import mechanisms
 from recordings.errors import BadInput
 from recordings.recording import Recording
+from tests.ident import building
 
 
 def prepare_parallel(recording: Recording) -> PreparedRecording:
@@ -119,3 +121,79 @@ def test_several_recordings_get_a_common_bandwidth(make: Callable[..., Recording
     assert both[0].bandwidth == both[1].bandwidth == alone.bandwidth < prepare_parallel(fine).bandwidth
     assert both[0].rate == both[1].rate
     assert both[0].cutoff == both[1].cutoff
+
+
+def test_true_motion_and_torque_satisfy_the_model() -> None:
+    prepared = prepare(building.record(2), "parallel", building.CUTOFF)
+    motion, expected = prepared.as_recorded.motion, building.motion_of(2)
+    known = np.isfinite(motion.acceleration)
+    for name in ("position", "velocity", "acceleration"):
+        error = (getattr(motion, name) - getattr(expected, name))[known]
+        assert np.abs(error).max() < 0.02 * np.abs(getattr(expected, name)).max()
+    residual = prepared.torque - prepared.condition(prepared.as_recorded.regressor) @ building.parameters(2)
+    assert np.nanstd(residual) < 0.01
+
+
+def test_rows_are_every_so_many_instants() -> None:
+    prepared = prepare(building.record(), "parallel", building.CUTOFF)
+    step = prepared.preprocessed.decimation
+    assert len(prepared.instant_time) == len(prepared.recording.time)
+    np.testing.assert_allclose(prepared.instant_time[::step], prepared.time)
+    assert prepared.condition(np.ones((len(prepared.instant_time), 3))).shape == (len(prepared.time), 3)
+
+
+def test_conditioning_is_linear_and_keeps_constants() -> None:
+    prepared = prepare(building.record(), "parallel", building.CUTOFF)
+    x, y = np.random.default_rng(0).normal(size=(2, len(prepared.instant_time), 2))
+    combined = prepared.condition(3 * x - y)
+    known = np.isfinite(combined)
+    np.testing.assert_allclose(combined[known], (3 * prepared.condition(x) - prepared.condition(y))[known], atol=1e-9)
+    constant = prepared.condition(np.full_like(x, 2.5))
+    np.testing.assert_allclose(constant[np.isfinite(constant)], 2.5)
+
+
+def test_start_shifts_the_time_and_nothing_else() -> None:
+    early, late = (prepare(building.record(), "parallel", building.CUTOFF, start) for start in (0.0, 100.0))
+    np.testing.assert_allclose(late.time, early.time + 100)
+    np.testing.assert_allclose(late.time, early.time + 100)
+    np.testing.assert_array_equal(late.torque, early.torque)
+
+
+def test_usable_rows_are_those_with_a_torque() -> None:
+    recording = building.record()
+    assert recording.effort is not None
+    recording.effort[500:520] = np.nan
+    prepared = prepare(recording, "parallel", building.CUTOFF)
+    np.testing.assert_array_equal(prepared.usable, np.isfinite(prepared.torque))
+    row = 510 // prepared.preprocessed.decimation
+    assert not prepared.usable[row].any()
+    assert prepared.usable[2 * row].all()
+
+
+def test_correction_of_positions_is_that_of_the_recording() -> None:
+    """A correction by an offset shifts the motion; one by a factor scales it."""
+    prepared = prepare(building.record(), "parallel", building.CUTOFF)
+    rig = prepared.as_recorded.rig
+    same, shifted, doubled = (
+        prepared.corrected_motion(rig, change) for change in (lambda q: q, lambda q: q + 0.1, lambda q: 2 * q)
+    )
+    motion = prepared.as_recorded.motion
+    np.testing.assert_allclose(same.motion.velocity, motion.velocity)
+    np.testing.assert_allclose(shifted.motion.position, motion.position + 0.1)
+    np.testing.assert_allclose(shifted.motion.acceleration, motion.acceleration, atol=1e-6)
+    np.testing.assert_allclose(doubled.motion.acceleration, 2 * motion.acceleration, atol=1e-6)
+
+
+def test_load_of_effects_is_the_torque_without_friction() -> None:
+    prepared = prepare(building.record(), "parallel", building.CUTOFF)
+    corrected = prepared.as_recorded
+    inputs = corrected.effect_inputs(building.RATE, prepared.instant_time, building.CUTOFF, building.parameters())
+    load, acceleration = inputs.rigid_at(corrected.motion), corrected.motion.acceleration
+    known = np.isfinite(load)
+    assert known.mean() > 0.9
+    np.testing.assert_allclose(load[known], building.INERTIA * acceleration[known])
+
+
+def test_mechanism_is_that_of_the_rig() -> None:
+    prepared = prepare(building.record(2), "parallel", building.CUTOFF)
+    assert prepared.as_recorded.mechanism.parameters == mechanisms.create(building.bench(2)).parameters
