@@ -4,6 +4,8 @@ All filters are symmetric and finite. An output is NaN exactly where the taps re
 recording.
 """
 
+from functools import lru_cache
+
 import numpy as np
 
 from recordings.recording import Bools, Floats
@@ -39,8 +41,9 @@ def contiguous_slices(known: Bools) -> list[slice]:
     return [slice(int(first), int(end)) for first, end in zip(edges[::2], edges[1::2], strict=True)]
 
 
+@lru_cache
 def low_pass(cutoff: float, rate: float) -> Floats:
-    """Compute the taps of a low-pass with -3 dB at `cutoff` [Hz], for `rate` samples per second.
+    """Compute the taps (read-only) of a low-pass with -3 dB at `cutoff` [Hz], for `rate` samples per second.
 
     A sinc with a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
     """
@@ -52,7 +55,9 @@ def low_pass(cutoff: float, rate: float) -> Floats:
     def excess(corner: float) -> float:
         return float(_windowed_sinc(corner / rate, half) @ at_cutoff - np.sqrt(0.5))
 
-    return _windowed_sinc(brentq(excess, cutoff, min(2 * cutoff, rate / 2)) / rate, half)
+    taps = _windowed_sinc(brentq(excess, cutoff, min(2 * cutoff, rate / 2)) / rate, half)
+    taps.flags.writeable = False
+    return taps
 
 
 def _windowed_sinc(corner: float, half: int) -> Floats:
