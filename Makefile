@@ -25,7 +25,6 @@ demo: $(READY)
 	$(BIN)/daq record --traj fig5b --hidden 9 --out $(DEMO)/fig5b.mcap
 	$(BIN)/ident fit $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap
 	$(BIN)/ident report $(DEMO)/fig5a.model.json $(DEMO)/fig5a.mcap --validate $(DEMO)/fig5b.mcap -o $(DEMO)/report.html
-	@echo "One file with all of it, for any browser: $(DEMO)/report.html"
 
 # A few minutes on two cores: what is worth running after every change.
 test: lint test-fast

@@ -57,6 +57,9 @@ def command(
     _check_not_repeated(inputs)
     refuse_existing(out, force=force, read=inputs)
 
+    from rich.console import Console
+
+    from ident.output.console.diagnosis import show_conclusion
     from ident.output.report import contents, page
     from recordings.progress import progress_bar
 
@@ -66,6 +69,8 @@ def command(
         )
         progress("drawing")
         page.write(gathered, out)
+    if gathered.diagnosis:
+        show_conclusion(gathered.diagnosis.document, Console())
     click.echo(f"report: {out}", err=True)
 
 

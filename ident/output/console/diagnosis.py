@@ -10,9 +10,7 @@ _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure"
 
 
 def show(document: Document, console: Console) -> None:
-    """Print verdict, steps of the selection, findings, unexplained residual and rejected effects."""
-    console.print(document.verdict, style=f"bold {_COLOURS[document.verdict]}", end=": ")
-    _print_plain(console, document.sentence)
+    """Print steps of the selection, findings, unexplained residual, rejected effects, and the conclusion."""
     if document.simulated:
         console.print("SIMULATED data.", style="bold yellow")
     for caution in document.cautions:
@@ -34,6 +32,17 @@ def show(document: Document, console: Console) -> None:
         # Never wrapped, so that it can be copied.
         _print_plain(console, f"Next: {document.next_motion.why}")
         console.print(f"  {document.next_motion.command}", markup=False, highlight=False, soft_wrap=True)
+    show_conclusion(document, console)
+
+
+def show_conclusion(document: Document, console: Console) -> None:
+    """Print verdict, effects with their joints, and the held-out error of each joint before and after."""
+    console.print(f"\n{document.verdict}", style=f"bold {_COLOURS[document.verdict]}", end=": ")
+    _print_plain(console, document.sentence)
+    console.print("Held-out error (RMS), first model → last model:", highlight=False)
+    errors = zip(document.rungs[0].validate_rms, document.rungs[-1].validate_rms, strict=True)
+    for joint, unit, (before, after) in zip(document.joints, document.effort_units, errors, strict=True):
+        _print_plain(console, f"  {joint}  {before:.3g} → {after:.3g} {unit}")
 
 
 def _print_plain(console: Console, text: str) -> None:

@@ -16,15 +16,17 @@ REMOVED = ParameterValue(
 PARAMETERS = {"payload_change.t_c": ADDED, "payload_change.t_e": REMOVED}
 
 
-def test_infinite_instant_is_printed_as_never() -> None:
+def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     finding = FindingEntry(
         effect="payload_change", joints=(1,), confusable_with=(), gain=0.5, gain_ci95=(0.4, 0.6), why="", sentence="",
         looks="", causes="", remedy="",
     )  # fmt: skip
     step = StepEntry(added="payload_change", effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters=PARAMETERS)
+    base = step.model_copy(update={"added": None, "validate_rms": (0.82,), "parameters": {}})
     document = Document(
-        schema=1, verdict="missing-effect", sentence="", bandwidth_hz=30.0, noise_rms=(0.1,), torque_rms=(5.0,),
-        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(step,),
+        schema=1, verdict="missing-effect", sentence="The base model lacks payload_change.", bandwidth_hz=30.0,
+        noise_rms=(0.1,), torque_rms=(5.0,),
+        joints=("joint_1",), effort_units=("N m",), simulated=True, held_out="", rungs=(base, step),
         findings=(finding,), rejected=(),
         remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
     )  # fmt: skip
@@ -33,8 +35,11 @@ def test_infinite_instant_is_printed_as_never() -> None:
     assert "payload_change.t_c = 7.25 s  when it is added" in output.getvalue()
     assert "95 % intervals" in output.getvalue()
     assert "payload_change.t_e = never  when it is taken off again" in output.getvalue()
+    conclusion = output.getvalue().splitlines()[-3:]
+    assert conclusion[0] == "missing-effect: The base model lacks payload_change.", "the last lines are the result"
+    assert conclusion[-1].split() == ["joint_1", "0.82", "→", "0.1", "N", "m"]
     assert [row[1] for row in parameter_values.table(PARAMETERS).rows] == ["7.250", "never"]
-    assert document.as_json()["rungs"][0]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
+    assert document.as_json()["rungs"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 
 def test_label_names_the_effects_added_and_removed() -> None:
