@@ -5,7 +5,7 @@ READY := .venv/.ready
 # As the programs do for themselves: matrices here are too narrow for BLAS's threads.
 export OPENBLAS_NUM_THREADS ?= 1
 
-.PHONY: setup demo test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden readme pictures bench samples lock
+.PHONY: setup demo test test-all test-fast test-slow test-realtime test-vcan lint faults fuzz hidden-effects golden docs docs-output pictures bench samples lock
 
 setup: $(READY)
 
@@ -78,22 +78,28 @@ hidden-effects: $(READY)
 golden: $(READY)
 	$(BIN)/python -m tests.golden compare
 
-# Runs the commands of README.md and writes what they print into it.
-readme: $(READY)
-	$(BIN)/python -m tests.readme
+# The documentation as a site: build/docs/index.html. Fails at the first warning, as a broken link is.
+docs: $(READY) .venv/.docs
+	$(BIN)/python -m sphinx -q -W --keep-going docs build/docs
+	@echo "build/docs/index.html"
 
-# The pictures of the workbench in README.md, taken by its own test in a real browser.
+# Runs the commands in the console blocks of README.md and docs/, and writes what they print below them.
+docs-output: $(READY)
+	$(BIN)/python -m tests.documents
+
+# The pictures of README.md and docs/, taken in a real browser: of the demo's report, and of the workbench by its own test.
 PICTURES := what-is-missing where-it-fails
-pictures: $(READY)
+pictures: demo
+	$(BIN)/python -m tests.picture_of_report $(DEMO)/report.html docs/pictures/error-falls.png
 	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py -k missing_effect
-	mkdir -p docs/pictures && cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
+	cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 
 bench: $(READY) .venv/.bench
 	env -u OPENBLAS_NUM_THREADS $(BIN)/python -m benchmarks
 
-# What the benchmarks compare with.
-.venv/.bench: requirements-bench.lock $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-bench.lock
+# What the benchmarks compare with, and what builds the documentation.
+.venv/.bench .venv/.docs: .venv/.%: requirements-%.lock $(READY)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -r requirements-$*.lock
 	touch $@
 
 # Pins for every platform, without addresses; needs network.
@@ -101,5 +107,7 @@ lock: $(READY)
 	$(BIN)/python -m pip install --quiet uv
 	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes \
 	    --no-emit-index-url --no-header pyproject.toml lock.in -o requirements.lock
-	$(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra bench --constraint requirements.lock \
-	    --generate-hashes --no-emit-index-url --no-header pyproject.toml -o requirements-bench.lock
+	for extra in bench docs; do \
+	    $(BIN)/uv pip compile --quiet --universal --python-version 3.11 --extra $$extra --constraint requirements.lock \
+	        --generate-hashes --no-emit-index-url --no-header pyproject.toml -o requirements-$$extra.lock || exit 1; \
+	done

@@ -1,4 +1,4 @@
-"""Table of named columns of a recording, as in CSV and Parquet files; see "CSV import" in README."""
+"""Table of named columns of a recording, as in CSV and Parquet files; see docs/reference/recordings.md."""
 
 from typing import Any
 

@@ -4,7 +4,7 @@
     diagnosis = ident.diagnose(["a.mcap"], validate="b.mcap")
 
 The commands of `ident` call these functions. Importing this package is fast: the modules behind it are loaded when
-they are needed. Arrays are (n, dof), in SI units. docs/python.md shows a session.
+they are needed. Arrays are (n, dof), in SI units. docs/reference/python.md shows a session.
 """
 
 from __future__ import annotations

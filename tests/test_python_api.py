@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import ident
-from tests.readme import ROOT
+from tests.documents import ROOT
 
 SAMPLES = ROOT / "recordings" / "samples"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.readme import ROOT
+from tests.documents import ROOT
 
 IDENT = {
     "course": "prepared recording",

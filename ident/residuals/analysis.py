@@ -51,7 +51,7 @@ class ResidualAnalysis:
         return phases.sentences([joint.summary for joint in self.joints])
 
     def as_json(self) -> dict[str, Any]:
-        """Return the document that `ident compare --json` prints, see docs/compare.md; its keys are stable."""
+        """Return the document of `ident compare --json`, whose keys are stable: docs/reference/compare-json.md."""
         recordings = [prediction.prepared for prediction in self.predictions]
         assert self.model is not None
         return {

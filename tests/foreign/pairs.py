@@ -95,7 +95,7 @@ def _truth_entry(effect: HiddenEffect, size: float) -> dict[str, Any]:
 
 
 def _write(out: Path, reported: Reported, plant: Plant, setting: Setting, rng: np.random.Generator) -> None:
-    """Write a CSV file as described in README and import it as the recording `out`."""
+    """Write a CSV file as described in docs/reference/recordings.md and import it as the recording `out`."""
     motion, rig = plant.reference, plant.robot.rig
     per_radian = np.array([drive.counts_per_radian for drive in rig.drives])
     position = np.rint(reported.position * per_radian) / per_radian

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import Runner
-from tests.readme import ROOT
+from tests.documents import ROOT
 
 SAMPLES = ROOT / "recordings" / "samples"
 

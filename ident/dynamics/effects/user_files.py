@@ -44,7 +44,7 @@ def from_file(path: Path) -> Effect:
     if not isinstance(effect, (Additive, Signal)):
         raise BadInput(
             f"effect file {path}: a variable 'effect' that is an Additive or a Signal expected, "
-            f"{type(effect).__name__} found; see docs/effects.md"
+            f"{type(effect).__name__} found; see docs/how-to/your-own-effect.md"
         )
     problem = validation_error(effect)
     if problem:

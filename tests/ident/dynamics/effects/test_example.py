@@ -1,4 +1,4 @@
-"""The worked example of docs/effects.md."""
+"""The worked example of docs/how-to/your-own-effect.md."""
 
 from pathlib import Path
 
