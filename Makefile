@@ -90,7 +90,7 @@ docs-output: $(READY)
 # The pictures of README.md and docs/, taken in a real browser: of the demo's report, and of the workbench by its own test.
 PICTURES := what-is-missing where-it-fails
 pictures: demo
-	$(BIN)/python -m tests.picture_of_report $(DEMO)/report.html docs/pictures/error-falls.png
+	$(BIN)/python -m tests.pictures $(DEMO)/report.html docs/pictures/error-falls.png
 	$(BIN)/python -m pytest -q tests/ident/workbench/test_mission.py -k missing_effect
 	cp $(PICTURES:%=runs/workbench-screenshots/%.png) docs/pictures/
 

@@ -59,7 +59,7 @@ def import_csv(path: Path, out: Path, description: Description) -> Imported:
     Time is counted from the first sample. Uneven time steps are kept.
 
     Raises:
-        BadInput: the file violates the format of docs/reference/recordings.md or contradicts the description, or `out` exists.
+        BadInput: the file violates the format or contradicts the description, or `out` exists.
         OSError: `out` cannot be written; no partial file is left.
     """
     table = read_table(path)

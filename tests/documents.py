@@ -28,7 +28,7 @@ class Example:
 
 @dataclass(frozen=True)
 class Session:
-    """A folder with `runs` and the sample recordings in which each command runs once, whatever number of documents show it."""
+    """A folder with `runs` and the sample recordings. A command runs once there, however many documents show it."""
 
     folder: Path
     outputs: dict[str, str] = field(default_factory=dict)

@@ -50,6 +50,14 @@ def test_every_named_make_target_and_file_exists(document: Path) -> None:
         assert (document.parent / link).exists(), link
 
 
+def test_pre_commit_runs_what_lint_runs() -> None:
+    recipe = re.search(r"^lint:.*\n((?:\t.*\n)+)", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
+    assert recipe
+    commands = [line.replace("$(BIN)", ".venv/bin") for line in recipe[1].split("\t")[1:]]
+    hooks = re.findall(r"entry: (.*)}", (ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
+    assert [command.strip().removesuffix(" .") for command in commands] == hooks
+
+
 def test_rig_and_sim_files_in_the_documents_are_valid() -> None:
     blocks = [
         block

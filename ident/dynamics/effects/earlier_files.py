@@ -220,8 +220,8 @@ class _Imports(ast.NodeTransformer):
 
     def _gone(self, name: str) -> BadInput:
         return BadInput(
-            f"effect file {self._path}: imports of what docs/how-to/your-own-effect.md lists expected, {name} found, which "
-            "does not exist (any longer); change the file"
+            f"effect file {self._path}: imports of what docs/how-to/your-own-effect.md lists expected, {name} found, "
+            "which does not exist (any longer); change the file"
         )
 
 

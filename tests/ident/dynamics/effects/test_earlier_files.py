@@ -134,9 +134,7 @@ effect = effect_of(
     ],
 )
 def test_an_import_of_what_is_gone_is_refused(tmp_path: Path, text: str, name: str) -> None:
-    with pytest.raises(
-        BadInput, match=rf"mine\.py: imports of what docs/.* lists expected, {name} found"
-    ):
+    with pytest.raises(BadInput, match=rf"mine\.py: imports of what docs/.* lists expected, {name} found"):
         from_file(written(tmp_path, text))
 
 
