@@ -1,22 +1,27 @@
 """Sphinx configuration of the documentation; `make docs` builds it and fails at the first warning."""
 
 import importlib
+import inspect
 import json
 import re
 from importlib.metadata import version as installed_version
-from typing import Any
+from typing import Any, Literal, get_args, get_origin
 
+import click
 from click.testing import CliRunner
 from sphinx.application import Sphinx
 from sphinx.pycode import ModuleAnalyzer
 
-from ident.cli import program
+import ident.cli
 
 project = "delta-workbench"
 version = installed_version(project)
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 exclude_patterns = ["examples"]
 autodoc_typehints_format = "short"
+default_role = "code"
+smartquotes = False
+html_show_copyright = False
 autodoc_member_order = "bysource"
 myst_heading_anchors = 3
 html_theme = "furo"
@@ -30,30 +35,49 @@ def setup(app: Sphinx) -> None:
 
 
 def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
-    """Replace the comments of a page by the tables that they name."""
-    source[0] = re.sub(r"<!-- keys of ([\w.]+)\.(\w+) -->", _keys, source[0])
-    source[0] = source[0].replace("<!-- effects of the library -->", _effects())
+    """Replace the comments of a page by what they name."""
+    for comment, text in (
+        (r"keys of ([\w.]+)\.(\w+)", _keys),
+        (r"commands of (\w+)", _commands),
+        (r"effects of the library", _effects),
+    ):
+        source[0] = re.sub(f"<!-- {comment} -->", lambda match, text=text: text(*match.groups()), source[0])
 
 
-def _keys(match: re.Match[str]) -> str:
-    """Table of the keys of a section of a TOML file, with their defaults and comments."""
-    module, name = match.groups()
+def _commands(name: str) -> str:
+    """Help of each command."""
+    program: click.Group = importlib.import_module(f"{name}.cli").program
+    commands = program.list_commands(click.Context(program))
+    return "\n\n".join(f"### {name} {command}\n\n```text\n{_help(name, program, command)}```" for command in commands)
+
+
+def _help(name: str, program: click.Group, command: str) -> str:
+    return CliRunner().invoke(program, [command, "--help"], prog_name=name).stdout
+
+
+def _keys(module: str, name: str) -> str:
+    """Purpose and table of the keys of a section of a TOML file."""
     section = getattr(importlib.import_module(module), name)
     comments = ModuleAnalyzer.for_module(module).find_attr_docs()
     rows = ["| key | default | meaning |", "|---|---|---|"]
     for key, field in section.model_fields.items():
-        default = "required" if field.is_required() else f"`{_default(field.get_default(call_default_factory=True))}`"
-        rows.append(f"| `{key}` | {default} | {' '.join(comments.get((name, key), []))} |")
-    return "\n".join(rows)
+        choices = get_args(field.annotation) if get_origin(field.annotation) is Literal else ()
+        meaning = [", ".join(f"`{json.dumps(choice)}`" for choice in choices), *comments.get((name, key), [])]
+        default = "required" if field.is_required() else _default(field.get_default(call_default_factory=True))
+        rows.append(f"| `{key}` | {default} | {' '.join(meaning)} |")
+    return "\n".join([" ".join(inspect.getdoc(section).split()), "", *rows])
 
 
 def _default(value: Any) -> str:
-    return "..." if hasattr(value, "model_dump") else json.dumps(value)
+    """A value as it would stand in the file, with six digits; nothing for what has no value of its own."""
+    if value is None or hasattr(value, "model_dump"):
+        return "section" if value else "none"
+    return f"`{re.sub(r'[0-9.]{8,}', lambda match: f'{float(match[0]):.6g}', json.dumps(value))}`"
 
 
 def _effects() -> str:
     """One section per effect, as `ident effects --json` has it."""
-    effects = json.loads(CliRunner().invoke(program, ["effects", "--json"]).stdout)["effects"]
+    effects = json.loads(CliRunner().invoke(ident.cli.program, ["effects", "--json"]).stdout)["effects"]
     return "\n".join(line for effect in effects for line in _effect(effect))
 
 
