@@ -1,4 +1,4 @@
-"""Python API: the session of docs/python.md, invalid input, and light imports."""
+"""Python API: the session of docs/reference/python.md, invalid input, and light imports."""
 
 import re
 import shutil
@@ -22,11 +22,11 @@ def test_session_in_the_documentation_runs(tmp_path: Path, monkeypatch: pytest.M
         shutil.copy(SAMPLES / name, tmp_path)
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(
-        r"^```python\n(.*?)^```$", (ROOT / "docs" / "python.md").read_text(), re.MULTILINE | re.DOTALL
+        r"^```python\n(.*?)^```$", (ROOT / "docs" / "reference" / "python.md").read_text(), re.MULTILINE | re.DOTALL
     )
     session: dict[str, Any] = {}
     for block in blocks:
-        exec(compile(block, "docs/python.md", "exec"), session)
+        exec(compile(block, "docs/reference/python.md", "exec"), session)
     assert session["diagnosis"].verdict == "adequate"
     assert session["better"].effects == ("rod_inertia",)
     steps = session["diagnosis"].document.rungs
