@@ -48,6 +48,8 @@ def test_every_named_make_target_and_file_exists(document: Path) -> None:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE), f"make {target}"
     for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
         assert (document.parent / link).exists(), link
+    for path in re.findall(r"`((?:daq|docs|drivers|ident|recordings|tests|trajectories|web)/[a-z0-9_/-]+\.py)", text):
+        assert (ROOT / path).exists(), path
 
 
 def test_pre_commit_runs_what_lint_runs() -> None:
