@@ -23,6 +23,7 @@ default_role = "code"
 smartquotes = False
 html_show_copyright = False
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True
 myst_heading_anchors = 3
 html_theme = "furo"
 html_title = project
