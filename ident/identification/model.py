@@ -1,5 +1,7 @@
 """An identified model as an object: torque, voltage and inertia for any motion."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -31,7 +33,7 @@ class Model:
     """
 
     file: ModelFile
-    """As it stands in a model file: parameters with their intervals, and what they were fitted to."""
+    """Content of the model file, with the parameters, their intervals, and what they were fitted to."""
     library: Mapping[str, Effect]
     """Effects by name, among them those of the model."""
     identification: Identification | None = None
