@@ -33,6 +33,7 @@ def setup(app: Sphinx) -> None:
     """Fill in what comes from the code."""
     app.connect("source-read", _fill_in)
     app.connect("autodoc-process-docstring", _list_arguments)
+    app.connect("autodoc-process-signature", _plain_aliases)
 
 
 def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
@@ -98,3 +99,10 @@ def _effect(effect: dict[str, Any]) -> list[str]:
 def _list_arguments(app: Sphinx, what: str, name: str, subject: object, options: object, lines: list[str]) -> None:
     """Show the lines `argument: meaning` of a docstring as a list."""
     lines[:] = [re.sub(r"^([a-z_]+(?:, [a-z_]+)*): ", r"* **\1**: ", line) for line in lines]
+
+
+def _plain_aliases(
+    app: Sphinx, what: str, name: str, subject: object, options: object, signature: str | None, returns: str | None
+) -> tuple[str | None, str | None]:
+    """Name a type alias also where Sphinx shows its own wrapper of it, as in `ArrayLike | None`."""
+    return signature and re.sub(r"TypeAliasForwardRef\('(\w+)'\)", r"\1", signature), returns
