@@ -48,6 +48,7 @@ class Session:
                 text=True,
                 timeout=900,
             )
+            assert "Traceback" not in done.stdout, done.stdout
             self.outputs[command] = done.stdout
         return self.outputs[command]
 
