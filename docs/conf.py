@@ -40,15 +40,15 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
     """Replace the comments of a page by what they name."""
     for comment, text in (
         (r"keys of ([\w.]+)\.(\w+)", _keys),
-        (r"commands of (\w+)", _commands),
+        (r"commands of (\w+): ([\w.]+)", _commands),
         (r"effects of the library", _effects),
     ):
         source[0] = re.sub(f"<!-- {comment} -->", lambda match, text=text: text(*match.groups()), source[0])
 
 
-def _commands(name: str) -> str:
+def _commands(name: str, module: str) -> str:
     """Help of each command."""
-    program: click.Group = importlib.import_module(f"{name}.cli").program
+    program: click.Group = importlib.import_module(module).program
     commands = program.list_commands(click.Context(program))
     return "\n\n".join(f"### {name} {command}\n\n```text\n{_help(name, program, command)}```" for command in commands)
 
