@@ -11,12 +11,13 @@ from tests.documents import ROOT
 
 IDENT = {
     "course": "prepared recording",
-    "path": "corrected motion",
+    "dataset": "prepared recording",
+    "path": "mechanism motion",
     "view": "effect inputs",
     "calmed": "low-passed",
     "where": "residual phases",
     "refine": "nonlinear least squares",
-    "frozen": "linearized model",
+    "frozen": "regression",
     "settle": "fit shape parameters",
     "evaluation": "predicted torque",
     "evaluator": "torque predictor",
