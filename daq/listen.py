@@ -20,8 +20,8 @@ from drivers.canopen import emcy
 from drivers.canopen.bus import Link, open_bus
 from drivers.canopen.setup import SYNC_ID
 from recordings.buses import SerialBus
-from recordings.container_writer import replacement
 from recordings.errors import BadInput, RunFailed
+from recordings.files import replacement
 from recordings.recording import Run
 from recordings.recovery import rewrite
 from recordings.rig import Rig

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from daq import listen
 from recordings.container import load
-from recordings.container_writer import replacement
 from recordings.errors import BadInput
+from recordings.files import replacement
 from recordings.reader import read_rig
 from recordings.recovery import RewriteSummary, rewrite
 

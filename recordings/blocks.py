@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from recordings import schemas
 from recordings.cdr import HEADER, Layout
 from recordings.container import RECORD_HEAD, Batch, message_record
-from recordings.container_writer import ContainerWriter, Packed, new_file, pack
+from recordings.container_writer import ContainerWriter, Packed, pack
+from recordings.files import new_file
 from recordings.metadata import rig_record, run_record
 from recordings.recording import Floats, Ints, Run
 from recordings.rig import Rig

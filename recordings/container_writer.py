@@ -3,14 +3,10 @@
 The mcap library writes message by message, which suits a live run but is slow for an hour of existing samples.
 """
 
-import os
 import zlib
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from io import BufferedWriter
-from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -35,7 +31,6 @@ from mcap.records import (
 from numpy.typing import NDArray
 
 from recordings.container import MAGIC, Batch
-from recordings.errors import BadInput, RunFailed
 
 PROFILE = "ros2"
 LIBRARY = "delta-workbench"
@@ -43,50 +38,6 @@ LIBRARY = "delta-workbench"
 
 Index = Mapping[int, NDArray[np.uint64]]
 """Message index of a chunk by channel: (m, 2) log time [ns] and offset in the unpacked chunk [bytes]."""
-
-
-def create(path: Path, what: str = "recording") -> BufferedWriter:
-    """Create a new file; `what` names its kind in errors.
-
-    Raises:
-        BadInput: the file exists, or cannot be created.
-    """
-    try:
-        return path.open("xb")
-    except FileExistsError:
-        raise BadInput(f"{what} {path} exists; choose another name or remove it") from None
-    except FileNotFoundError:
-        raise BadInput(f"folder {path.parent} does not exist; create it or choose another name") from None
-    except OSError as error:
-        raise BadInput(f"{what} {path} cannot be created: {error.strerror}; choose another name") from None
-
-
-@contextmanager
-def new_file(path: Path, what: str = "recording") -> Iterator[BufferedWriter]:
-    """Create a new file, as `create`; after an error in the block it is removed."""
-    with create(path, what) as stream:
-        try:
-            yield stream
-        except BaseException:
-            path.unlink()
-            raise
-
-
-@contextmanager
-def replacement(path: Path) -> Iterator[Path]:
-    """Yield the name of a new file that replaces `path` at the end of the block; after an error `path` is unchanged.
-
-    Errors name `path`, because the user does not know the other name.
-    """
-    partial = path.with_name(path.name + ".part")
-    partial.unlink(missing_ok=True)  # of an attempt that was killed
-    try:
-        yield partial
-        os.replace(partial, path)  # noqa: PTH105
-    except (BadInput, RunFailed) as error:
-        raise type(error)(str(error).replace(str(partial), str(path))) from None
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)

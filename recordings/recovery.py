@@ -10,8 +10,9 @@ from mcap.records import Channel, Chunk, Metadata, Schema
 
 from recordings import container
 from recordings.blocks import SampleTable, encode
-from recordings.container_writer import ContainerWriter, Packed, new_file
+from recordings.container_writer import ContainerWriter, Packed
 from recordings.errors import BadInput
+from recordings.files import new_file
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from recordings import schemas
 from recordings.cdr import Encoder
-from recordings.container_writer import LIBRARY, PROFILE, create
+from recordings.container_writer import LIBRARY, PROFILE
 from recordings.errors import BadInput, RunFailed
+from recordings.files import create
 from recordings.metadata import clean, rig_record, run_record
 from recordings.recording import Run
 from recordings.rig import Rig

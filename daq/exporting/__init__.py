@@ -35,7 +35,7 @@ def export(file: Path, name: str, out: Path) -> str:
         BadInput: there is no such format, `out` exists, or the recording does not suit the format.
         OSError: `out` cannot be written; no partial file is left.
     """
-    from recordings.container_writer import new_file
+    from recordings.files import new_file
 
     if name not in names():
         raise BadInput(f"one of {', '.join(names())} expected, format '{name}' found; choose one of these")

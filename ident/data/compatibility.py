@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from ident.data.samples import drive_signal, holds_torque
-from recordings.digest import sha256
 from recordings.errors import BadInput
+from recordings.files import sha256
 from recordings.recording import Recording
 
 

@@ -15,8 +15,8 @@ from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty
 from ident.uncertainty.time_delay import Delay
 from recordings.config import ConfigSection, validated
-from recordings.digest import sha256
 from recordings.errors import BadInput
+from recordings.files import replacement, sha256
 from recordings.recording import Recording
 from recordings.rig import Geometry, MechanismName, Torque
 
@@ -145,12 +145,8 @@ def recording_source(recording: Recording) -> RecordingSource:
 
 def save(model: ModelFile, path: Path) -> None:
     """Write `model` to `path`, replacing it in one step."""
-    partial = path.with_name(path.name + ".part")
-    try:
+    with replacement(path) as partial:
         partial.write_text(json.dumps(model.as_json(), indent=2, allow_nan=False) + "\n", encoding="utf-8")
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def load(path: Path) -> ModelFile:

@@ -13,7 +13,7 @@ from ident.identification import model_file, prediction
 from ident.identification.model_file import ModelFile, RecordingSource
 from ident.residuals import analysis
 from ident.residuals.analysis import ResidualAnalysis
-from recordings.digest import sha256
+from recordings.files import sha256
 from recordings.recording import Recording
 
 SCHEMA = 1

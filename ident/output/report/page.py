@@ -29,6 +29,7 @@ from ident.output.report.sections import (
     unexplained_residual,
 )
 from recordings.errors import BadInput
+from recordings.files import replacement
 
 _SCRIPT_ESCAPES = {ord(letter): f"\\u{ord(letter):04x}" for letter in "<>&\u2028\u2029"}
 """Escapes for characters that could end or break a script element; JSON decodes them."""
@@ -40,14 +41,11 @@ def write(contents: ReportContents, out: Path) -> None:
     Raises:
         BadInput: the file cannot be written.
     """
-    partial = out.with_name(out.name + ".part")
     try:
-        partial.write_text(render(contents), encoding="utf-8")
-        partial.replace(out)
+        with replacement(out) as partial:
+            partial.write_text(render(contents), encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{out} cannot be written: {error.strerror}; choose another place") from None
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def render(contents: ReportContents) -> str:

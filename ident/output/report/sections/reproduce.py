@@ -9,7 +9,7 @@ from pathlib import Path
 from ident.diagnosis.diagnosis import DiagnosisOptions
 from ident.output.report.blocks import Code, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.contents import ReportContents, ReportRequest
-from recordings.digest import sha256
+from recordings.files import sha256
 
 PACKAGES = ("delta-workbench", "numpy", "scipy", "numba", "plotly")
 

@@ -3,7 +3,7 @@
 import hashlib
 from pathlib import Path
 
-from recordings.digest import sha256
+from recordings.files import sha256
 
 
 def test_digest_is_the_sha_256_of_the_bytes(tmp_path: Path) -> None:
