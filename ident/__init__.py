@@ -10,6 +10,7 @@ they are needed. Arrays are (n, dof), in SI units. docs/reference/python.md show
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from numbers import Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
@@ -87,6 +88,7 @@ def fit(
         raise BadInput(f"intervals: one of {', '.join(get_args(IntervalMethod))} expected, {intervals!r} found")
     if seed < 0:
         raise BadInput(f"a seed of 0 or more expected, {seed} found")
+    hz = _cutoff(cutoff)
     paths, held_out = _paths(files), _paths([] if validate is None else [validate], least=0)
     check_not_repeated([*paths, *held_out])
     options = FitOptions(
@@ -94,7 +96,7 @@ def fit(
         settings=estimators.settings(method, settings or {}),
         seed=seed,
         preprocessing=preprocessing,
-        cutoff=cutoff,
+        cutoff=hz,
         effects=_names(effects),
         library=library(_paths(effect_files, least=0)),
         physical=physical,
@@ -158,7 +160,7 @@ def diagnose(
     if model is not None:
         _check_model(model)
     held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
-    options = DiagnosisOptions(preprocessing, cutoff, _names(only))
+    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only))
     return diagnosed(_paths(files), held_out, _paths(effect_files, least=0), options, progress, model)
 
 
@@ -176,6 +178,12 @@ def _names(effects: Sequence[str]) -> tuple[str, ...]:
     if isinstance(effects, str):
         raise BadInput(f"a list of effects expected, '{effects}' found; write ['{effects}']")
     return tuple(effects)
+
+
+def _cutoff(cutoff: object) -> float | None:
+    if cutoff is None or isinstance(cutoff, Real):
+        return None if cutoff is None else float(cutoff)
+    raise BadInput(f"cutoff: a frequency in Hz expected, {cutoff!r} found; give a number")
 
 
 def _check_model(model: object) -> None:

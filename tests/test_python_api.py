@@ -78,6 +78,8 @@ def test_unknown_method_or_setting_is_refused() -> None:
         (lambda: ident.load_model("."), "a folder found"),
         (lambda: ident.fit(["a.mcap"], intervals="foo"), "intervals: one of stationary, hac"),  # type: ignore[arg-type]
         (lambda: ident.fit(["a.mcap"], seed=-1), "a seed of 0 or more"),
+        (lambda: ident.fit(["a.mcap"], cutoff="30"), "a frequency in Hz"),  # type: ignore[arg-type]
+        (lambda: ident.diagnose(["a.mcap"], cutoff="30"), "a frequency in Hz"),  # type: ignore[arg-type]
     ],
 )
 def test_arguments_of_the_wrong_kind_are_refused(call: Callable[[], object], message: str) -> None:
