@@ -23,6 +23,7 @@ from typing import Literal
 
 import numpy as np
 
+from ident import slicing
 from ident.uncertainty import autocovariance
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
@@ -76,9 +77,7 @@ class Block:
     def split(self) -> Iterator["Block"]:
         """Yield the same rows in blocks of limited length."""
         for first in range(0, len(self.noise), _BLOCK):
-            rows = slice(first, first + _BLOCK)
-            names = ("regressor", "factor", "noise", "valid", "per_residual", "cycle")
-            yield Block(*(getattr(self, name)[rows] for name in names))
+            yield slicing.along_time(self, slice(first, first + _BLOCK))
 
 
 @dataclass(frozen=True, eq=False)

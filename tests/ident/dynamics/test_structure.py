@@ -1,0 +1,70 @@
+"""A mechanism with effects as one vector of parameters."""
+
+import numpy as np
+import pytest
+
+from ident.dynamics import mechanisms
+from ident.dynamics.effects.library import load
+from ident.dynamics.structure import ModelStructure, Term
+from recordings.rig import simulated_rig
+
+RIG = simulated_rig()
+BARE = ModelStructure(mechanisms.create(RIG), RIG)
+STRIBECK = Term("stribeck", load("stribeck"), (0, 2))
+OFFSETS = Term("encoder_zero_offset", load("encoder_zero_offset"), (1,))
+
+
+def test_parameters_are_the_mechanisms_then_each_terms_by_joint_then_its_shapes() -> None:
+    structure = BARE.with_term(STRIBECK).with_term(OFFSETS)
+    names = [entry.name for entry in structure.parameters[len(BARE.parameters) :]]
+    assert names == ["stribeck.a1", "stribeck.a3", "stribeck.v_s", "encoder_zero_offset.c2"]
+    assert [entry.linear for entry in structure.parameters[-4:]] == [True, True, False, False]
+    assert [parameter.name for parameter in structure.linear_parameters[-2:]] == names[:2]
+
+
+def test_values_of_a_term_are_found_in_the_vector() -> None:
+    structure = BARE.with_term(OFFSETS).with_term(STRIBECK)
+    x = np.arange(float(len(structure.parameters)))
+    np.testing.assert_array_equal(structure.local_values(1, x), x[-3:-1, None])
+    np.testing.assert_array_equal(structure.shape_values(1, x), x[-1:])
+    np.testing.assert_array_equal(structure.signal_values(0, x)["c"], [0.0, x[-4], 0.0])
+    shorter = structure.without_term(0)
+    assert [term.name for term in shorter.terms] == ["stribeck"]
+    np.testing.assert_array_equal(shorter.local_values(0, x[~structure.parameter_mask(0)]), x[-3:-1, None])
+
+
+def test_columns_of_a_term_act_on_its_joints_only() -> None:
+    columns = np.random.default_rng(0).normal(size=(5, 3, 1))
+    by_instance = STRIBECK.by_instance(columns)
+    assert by_instance.shape == (5, 3, 2)
+    np.testing.assert_array_equal(by_instance[:, 0, 0], columns[:, 0, 0])
+    np.testing.assert_array_equal(by_instance[:, 2, 1], columns[:, 2, 0])
+    assert np.count_nonzero(by_instance) == 10
+
+
+def test_a_repeated_effect_is_numbered() -> None:
+    line = Term("cogging", load("cogging"), (0,))
+    names = [entry.name for entry in BARE.with_term(line).with_term(line).parameters[-6:]]
+    assert names == ["cogging.a1", "cogging.b1", "cogging.N", "cogging#2.a1", "cogging#2.b1", "cogging#2.N"]
+
+
+@pytest.mark.parametrize("name", ["geometry_error", "encoder_zero_offset"])
+def test_corrections_without_size_change_nothing(name: str) -> None:
+    structure = BARE.with_term(Term(name, load(name), (0, 1, 2)))
+    rig, corrections = structure.corrections(np.zeros(len(structure.parameters)))
+    measured = np.random.default_rng(0).normal(size=(4, 3))
+    for correct in corrections:
+        measured_again = correct(measured)
+        np.testing.assert_array_equal(measured_again, measured)
+    assert rig.geometry == RIG.geometry
+    assert len(corrections) == (name == "encoder_zero_offset")
+
+
+def test_reports_follow_in_the_order_of_the_terms() -> None:
+    structure = BARE
+    for name in ("torque_gain_mismatch", "stribeck", "amplifier_deadband"):
+        structure = structure.with_term(Term(name, load(name), (0, 1, 2)))
+    assert [term.name for term, _ in structure.reports(np.zeros(len(structure.parameters)))] == [
+        "torque_gain_mismatch",
+        "amplifier_deadband",
+    ]
