@@ -96,7 +96,14 @@ class Screener:
         return sorted(best, key=lambda candidate: candidate.loss), excluded
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
-        suggestions = self._suggested(effect)
+        term = Term(name, effect, tuple(range(self._solution.structure.rig.dof)))
+        one_signed = np.array([float(quantity.lower >= 0) for quantity in term.local_parameters])
+        for guess, shapes in self._starts(term):
+            yield _Block(self._columns(term, guess, shapes), guess, shapes, one_signed)
+
+    def _starts(self, term: Term) -> list[tuple[Floats, Floats]]:
+        """Local parameters (instances, c), 1 for coefficients, and shapes (s,) at which columns are made."""
+        effect, suggestions = term.effect, self._suggested(term.effect)
         first_parameter = effect.parameters[0].name if isinstance(effect, Signal) else ""
         complete = [suggestion for suggestion in suggestions if first_parameter in suggestion]
         shapes = [np.array(values, float) for values in product(*(shape.initial_guesses for shape in effect.shapes))]
@@ -104,27 +111,26 @@ class Screener:
             _vector(suggestion, effect.shapes) for suggestion in suggestions if first_parameter not in suggestion
         ]
         if isinstance(effect, Additive):
-            one_signed = np.array([float(quantity.lower >= 0) for quantity in effect.coefficients])
-            for values in shapes:
-                columns = self._additive(Term(name, effect, self._joints(effect)), values)
-                instances = columns.shape[1] // len(effect.coefficients)
-                yield _Block(columns, np.ones((instances, len(effect.coefficients))), values, one_signed)
-        elif isinstance(effect, Signal):
-            instances = 1 if effect.whole_robot else len(self._joints(effect))
-            starts = [
-                np.array(start)
-                for start in zip(*_padded([quantity.initial_guesses for quantity in effect.parameters]), strict=True)
-            ]
-            guesses = [(np.tile(start, (instances, 1)), values) for start, values in product(starts, shapes)]
-            guesses += [
-                (_by_instance(suggestion, effect.parameters, instances), _vector(suggestion, effect.shapes))
+            starts = [np.ones(len(effect.coefficients))]
+        else:
+            guesses = _padded([quantity.initial_guesses for quantity in term.local_parameters])
+            starts = [np.array(start) for start in zip(*guesses, strict=True)]
+        return [
+            *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
+            *(
+                (_by_instance(suggestion, term.local_parameters, term.instances), _vector(suggestion, effect.shapes))
                 for suggestion in complete
-            ]
-            for guess, values in guesses:
-                yield self._signal(name, effect, guess, values)
+            ),
+        ]
 
-    def _joints(self, effect: Effect) -> tuple[int, ...]:
-        return tuple(range(self._solution.structure.rig.dof))
+    def _columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
+        """(r, instances * c) weighted rows of `effect_columns`."""
+        solution, rows = self._solution, []
+        for predictor, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
+            computed = predictor.prepared.torque - residual
+            columns = effect_columns(predictor, solution, term, guess, shapes, computed)
+            rows.append(np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None])
+        return np.concatenate(rows)
 
     def _suggested(self, effect: Effect) -> list[Suggestion]:
         """Initial guesses that the effect suggests from the residual of each recording."""
@@ -138,40 +144,6 @@ class Screener:
             masked = np.where(weight > 0, residual, np.nan)
             suggestions += effect.suggest(inputs.decimated(predictor.prepared.preprocessed.decimation), masked)
         return suggestions
-
-    def _additive(self, term: Term, shapes: Floats) -> Floats:
-        solution = self._solution
-        rows = []
-        for predictor, weight in zip(self._predictors, solution.weights, strict=True):
-            columns = added_columns(predictor, solution, term, shapes)
-            rows.append(self._weighted(predictor.prepared.condition(columns), weight))
-        return np.concatenate(rows)
-
-    def _signal(self, name: str, effect: Signal, guesses: Floats, shapes: Floats) -> _Block:
-        """Torque differences by the effect at `guesses` (instances, c), one column per instance and parameter."""
-        instances = [self._joints(effect)] if effect.whole_robot else [(joint,) for joint in self._joints(effect)]
-        columns = [
-            self._difference(Term(name, effect, joints), np.where(np.arange(len(guess)) == i, guess, 0.0), shapes)
-            for joints, guess in zip(instances, guesses, strict=True)
-            for i in range(len(guess))
-        ]
-        one_signed = np.array([float(quantity.lower >= 0) for quantity in effect.parameters])
-        return _Block(np.stack(columns, axis=1), guesses, shapes, one_signed)
-
-    def _difference(self, term: Term, local: Floats, shapes: Floats) -> Floats:
-        solution = self._solution
-        structure = solution.structure.with_term(term)
-        x = np.concatenate([solution.x, local, shapes])
-        rigid = solution.structure.load_parameters(solution.x)
-        rows = []
-        for predictor, weight, residual in zip(self._predictors, solution.weights, solution.residuals, strict=True):
-            computed = predictor.prepared.torque - residual
-            rows.append(self._weighted((predictor.torque(structure, x, rigid) - computed)[:, :, None], weight)[:, 0])
-        return np.concatenate(rows)
-
-    def _weighted(self, columns: Floats, weight: Floats) -> Floats:
-        rows: Floats = np.nan_to_num(columns[weight > 0]) * weight[weight > 0][:, None]
-        return rows
 
     def _evaluate(self, name: str, effect: Effect, block: _Block) -> Candidate | Exclusion:
         """The best joints for `block`, or the reason why there are none."""
@@ -191,7 +163,7 @@ class Screener:
         if best is None:
             return "sign" if instances else "collinear"
         reduction, coefficients = subsets[best]
-        term = Term(name, effect, self._joints(effect) if effect.whole_robot else best)
+        term = Term(name, effect, tuple(range(self._solution.structure.rig.dof)) if effect.whole_robot else best)
         scale = block.scale[list(best)]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
@@ -218,11 +190,25 @@ class Screener:
         return float(coefficients @ correlation[entries]), coefficients
 
 
-def added_columns(predictor: TorquePredictor, solution: Solution, term: Term, shapes: Floats) -> Floats:
-    """(n, dof, instances * c) columns of an additive `term` beside the model of `solution`, which stays as it is."""
-    extended = solution.structure.with_term(term)
-    x = np.concatenate([solution.x, np.zeros(term.instances * len(term.local_parameters)), shapes])
-    return predictor.columns(extended, len(extended.terms) - 1, x, solution.structure.load_parameters(solution.x))
+def effect_columns(
+    predictor: TorquePredictor, solution: Solution, term: Term, local: Floats, shapes: Floats, computed: Floats
+) -> Floats:
+    """(m, dof, instances * c) columns of a `term` beside the model of `solution`, which stays as it is.
+
+    They are the torque per unit of each coefficient; or the change of the `computed` torque (m, dof) by each
+    parameter of a signal effect, of the size `local` (instances, c).
+    """
+    structure = solution.structure.with_term(term)
+    load = solution.structure.load_parameters(solution.x)
+
+    def at(values: Floats) -> Floats:
+        return np.concatenate([solution.x, values, shapes])
+
+    if isinstance(term.effect, Additive):
+        last = len(structure.terms) - 1
+        return predictor.prepared.condition(predictor.columns(structure, last, at(np.zeros(local.size)), load))
+    changes = [predictor.torque(structure, at(values), load) - computed for values in np.diag(local.ravel())]
+    return np.stack(changes, axis=2)
 
 
 def _subsets(instances: Sequence[int]) -> Iterator[tuple[int, ...]]:
