@@ -24,13 +24,16 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
     """Check before the work that no output replaces a file without `force`, or an input (`read`) in any case.
 
     Raises:
-        BadInput: one of the `paths` exists and `force` is False; or it is an input, is named like a recording,
-            or is neither file nor folder; or its folder does not exist or is not writable.
+        BadInput: two of the `paths` are the same; one of them exists and `force` is False; or it is an input, is
+            named like a recording, or is neither file nor folder; or its folder does not exist or is not writable.
     """
     inputs = [input_path.resolve() for input_path in read]
+    outputs = [path.resolve() for path in paths if path]
     for path in filter(None, paths):
         if path.resolve() in inputs:
             raise BadInput(f"{path} is one of the inputs and would be replaced; give the output another name")
+        if outputs.count(path.resolve()) > 1:
+            raise BadInput(f"outputs with different names expected, {path} found twice; give one another name")
         if path.suffix == ".mcap":
             raise BadInput(f"{path}: an output expected, a recording's name (.mcap) found; give it another ending")
         if path.exists() and not (path.is_file() or path.is_dir()):

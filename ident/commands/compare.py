@@ -24,7 +24,7 @@ FILE = click.Path(path_type=Path)
     "--report",
     type=FILE,
     metavar="HTML",
-    help="Page with figures.  [default: first FILE's name, .compare.html; none with --json]",
+    help="Page with figures.  [default: names of first FILE and MODEL, .compare.html; none with --json]",
 )
 @click.option("--force", is_flag=True, help="Replace an existing page.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON document instead of tables.")
@@ -48,7 +48,8 @@ def command(
     import ident
     from ident.output.console import residuals as console_table
 
-    report = report or (None if as_json else files[0].with_suffix(".compare.html"))
+    model_name = model_path.stem.removesuffix(".model")
+    report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
     refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
     model = ident.load_model(model_path, effect_files)
     result = ident.compare(model, files)

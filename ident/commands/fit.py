@@ -73,7 +73,7 @@ FILE = click.Path(path_type=Path)
     metavar="PY",
     help="Python file with an effect of your own. It is executed.",
 )
-@click.option("--physical", is_flag=True, help="Allow only friction that opposes motion. For search methods.")
+@click.option("--physical", is_flag=True, help="Allow only friction that opposes motion.")
 @click.option(
     "--intervals",
     type=click.Choice(["stationary", "hac", "cycles"]),

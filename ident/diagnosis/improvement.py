@@ -11,6 +11,8 @@ from recordings.recording import Bools, Floats
 BLOCK_SECONDS = 0.25
 """Rows closer than this are not independent: they are averaged to one block [s]."""
 _LEVEL = 0.95
+_TINY = 1e-12
+"""Relative differences below this are rounding errors, of which Student's t would make anything."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ def measure_improvement(
     pairs = zip(rows, before, after, strict=True)
     rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
     mean_before, mean_after = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
-    reduction = mean_before - mean_after
+    difference = mean_before - mean_after
+    reduction = np.where(np.abs(difference) > _TINY * mean_before, difference, 0.0)
     count = len(reduction)
     if count < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)

@@ -50,11 +50,13 @@ class Model:
         return {parameter.name: parameter.value for parameter in self.file.parameters}
 
     def save(self, path: str | Path) -> None:
-        """Write the model file `path`, replacing an existing one.
+        """Write the model file `path`, replacing an existing file.
 
         Raises:
-            BadInput: the file cannot be written.
+            BadInput: the file cannot be written, or is named like a recording.
         """
+        if Path(path).suffix == ".mcap":
+            raise BadInput(f"{path}: a model's name expected, a recording's (.mcap) found; give it another ending")
         try:
             model_file.save(self.file, Path(path))
         except (OSError, ValueError) as error:

@@ -98,6 +98,11 @@ def test_unexpected_errors_propagate() -> None:
         run(failing(ZeroDivisionError()))
 
 
+def test_outputs_have_different_names(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="found twice"):
+        refuse_existing(tmp_path / "a.html", tmp_path / "." / "a.html")
+
+
 def test_output_in_a_missing_folder_is_refused_before_the_work(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=f"folder {tmp_path / 'none'} does not exist; create it"):
         refuse_existing(tmp_path / "none" / "model.json")

@@ -45,7 +45,7 @@ def test_inputs_are_checked(case: Case, tmp_path: Path) -> None:
     assert "twice" in refused(case.model, case.train, "--validate", case.train, "-o", out)
     assert "replaced" in refused(case.model, case.train, "-o", case.model, "--force")
     assert "does not exist" in refused(case.folder / "no.json", case.train, "-o", out)
-    assert "cannot be written" in refused(case.model, case.train, "-o", tmp_path / "no" / "r.html", "--no-diagnose")
+    assert "does not exist" in refused(case.model, case.train, "-o", tmp_path / "no" / "r.html", "--no-diagnose")
     assert not list(tmp_path.iterdir())
 
 

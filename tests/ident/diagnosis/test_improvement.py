@@ -75,13 +75,18 @@ def test_rows_where_one_model_is_undefined_are_not_compared() -> None:
     assert improvement.reduction == pytest.approx(3.0, rel=0.2)
 
 
-@given(seed=st.integers(0, 2**32 - 1), unit=st.floats(1e-6, 1e6), kept=st.floats(0.0, 1.0))
+@given(seed=st.integers(0, 2**32 - 1), unit=st.floats(1e-6, 1e6), kept=st.floats(0.0, 0.99))
 def test_unit_of_the_torque_does_not_matter(seed: int, unit: float, kept: float) -> None:
     before = 2 * np.random.default_rng(seed).normal(size=(500, 2))
     expected, result = compare(before, kept * before), compare(unit * before, kept * unit * before, floor=unit)
     assert result.share == pytest.approx(expected.share)
     assert result.interval == pytest.approx(expected.interval)
     assert result.t_statistic == pytest.approx(expected.t_statistic)
+
+
+def test_rounding_errors_are_no_improvement() -> None:
+    before = 2 * np.random.default_rng(0).normal(size=(500, 2))
+    assert compare(before, before * (1 - 2**-53)).t_statistic == 0
 
 
 @given(seed=st.integers(0, 2**32 - 1), kept=st.floats(-2.0, 2.0))

@@ -83,3 +83,11 @@ def test_what_is_no_array_or_no_time_step_is_refused(model: Model, tmp_path: Pat
         model.torque(Q, QD, QDD, dt=0.0)
     with pytest.raises(BadInput, match="cannot be written"):
         model.save(tmp_path / "nothing" / "m.json")
+
+
+def test_a_recording_is_not_replaced(model: Model, tmp_path: Path) -> None:
+    recording = tmp_path / "a.mcap"
+    recording.write_bytes(b"a recording")
+    with pytest.raises(BadInput, match="a model's name expected"):
+        model.save(recording)
+    assert recording.read_bytes() == b"a recording"
