@@ -98,10 +98,10 @@ class Screener:
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         term = Term(name, effect, tuple(range(self._solution.structure.rig.dof)))
         one_signed = np.array([float(quantity.lower >= 0) for quantity in term.local_parameters])
-        for guess, shapes in self._starts(term):
+        for guess, shapes in self._initial_guesses(term):
             yield _Block(self._columns(term, guess, shapes), guess, shapes, one_signed)
 
-    def _starts(self, term: Term) -> list[tuple[Floats, Floats]]:
+    def _initial_guesses(self, term: Term) -> list[tuple[Floats, Floats]]:
         """Local parameters (instances, c), 1 for coefficients, and shapes (s,) at which columns are made."""
         effect, suggestions = term.effect, self._suggested(term.effect)
         first_parameter = effect.parameters[0].name if isinstance(effect, Signal) else ""
