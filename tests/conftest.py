@@ -27,8 +27,8 @@ settings.load_profile("ci" if os.environ.get("CI") == "true" else "desk")
 def pytest_collection_finish() -> None:
     """Take what thousands of collected tests hold out of garbage collection.
 
-    A run of the drives collects garbage before it begins. With all tests in the same process that took 0.2 s, by which
-    a simulated machine in real time began late.
+    A run of the drives collects garbage before it begins. With all tests in the same process that took 0.2 s, and a
+    simulated machine in real time began late.
     """
     gc.collect()
     gc.freeze()
