@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.design.model import DesignModel, mandatory_effects, on_all_joints, with_effects
+from ident.design.model import DesignModel, mandatory_effects, with_effects
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
@@ -181,7 +181,7 @@ def discrimination_model(
     base = base if parameters is None else base.with_parameters(parameters[: len(base.parameters)])
     return DiscriminationModel(
         base,
-        {name: on_all_joints(name, effects[name], rig) for name in selected},
+        {name: Term.on_all_joints(name, effects[name], rig) for name in selected},
         tuple(pairs),
         tuple(joints) or tuple(range(rig.dof)),
     )

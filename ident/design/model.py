@@ -112,18 +112,13 @@ def with_effects(rig: Rig, effects: Sequence[str]) -> DesignModel:
                 f"effect {name}: an effect expected that adds torque to a {rig.mechanism} and does not change with "
                 "time; remove it"
             )
-        terms.append(on_all_joints(name, effect, rig))
+        terms.append(Term.on_all_joints(name, effect, rig))
     structure = ModelStructure(mechanisms.create(rig), rig, tuple(terms))
     known = _nominal_parameters(rig)
     values = np.array([known.get(entry.name, 0.0) for entry in structure.parameters])
     for index, term in enumerate(terms):
         values[structure.parameter_mask(index) & ~structure.linear] = _middle_shapes(term.effect)
     return DesignModel(structure, values)
-
-
-def on_all_joints(name: str, effect: Effect, rig: Rig) -> Term:
-    """Return the term of the effect on all joints of `rig`."""
-    return Term(name, effect, tuple(range(rig.dof)))
 
 
 def mandatory_effects(rig: Rig) -> list[str]:

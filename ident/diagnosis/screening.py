@@ -96,7 +96,7 @@ class Screener:
         return sorted(best, key=lambda candidate: candidate.loss), excluded
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
-        term = Term(name, effect, tuple(range(self._solution.structure.rig.dof)))
+        term = Term.on_all_joints(name, effect, self._solution.structure.rig)
         one_signed = np.array([float(quantity.lower >= 0) for quantity in term.local_parameters])
         for guess, shapes in self._initial_guesses(term):
             yield _Block(self._columns(term, guess, shapes), guess, shapes, one_signed)
@@ -163,7 +163,8 @@ class Screener:
         if best is None:
             return "sign" if instances else "collinear"
         reduction, coefficients = subsets[best]
-        term = Term(name, effect, tuple(range(self._solution.structure.rig.dof)) if effect.whole_robot else best)
+        everywhere = Term.on_all_joints(name, effect, self._solution.structure.rig)
+        term = everywhere if effect.whole_robot else Term(name, effect, best)
         scale = block.scale[list(best)]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():

@@ -156,12 +156,12 @@ class Selector:
 
     def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
         """Add the mandatory effects, whatever their coefficients: other effects may still bias these."""
-        joints = tuple(range(model.solution.structure.rig.dof))
         present = [term.name for term in model.terms]
         for name, effect in self._library.items():
             if not effect.mandatory or name in present:
                 continue
-            structure = model.solution.structure.with_term(Term(name, effect, joints))
+            structure = model.solution.structure
+            structure = structure.with_term(Term.on_all_joints(name, effect, structure.rig))
             zeros = np.zeros(len(structure.parameters) - len(model.solution.x))
             extended = self.search.fit(structure, np.concatenate([model.solution.x, zeros]))
             if self._is_confirmed(model, extended):

@@ -28,6 +28,11 @@ class Term:
     joints: tuple[int, ...]
     """From 0; all of them for an effect of the whole robot."""
 
+    @classmethod
+    def on_all_joints(cls, name: str, effect: Effect, rig: Rig) -> "Term":
+        """Return the term of `effect` on all joints of `rig`."""
+        return cls(name, effect, tuple(range(rig.dof)))
+
     @property
     def instances(self) -> int:
         """Number of sets of local parameters: one per joint, or one for the whole robot."""

@@ -10,7 +10,6 @@ from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.identification import identify, prediction
 from ident.identification.model_file import ModelFile
-from ident.identification.prediction import Prediction
 from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
 from ident.residuals.analysis import ResidualAnalysis
@@ -35,8 +34,7 @@ def residual_view(
 def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
     """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
     indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
-    predictions = [Prediction(split.recordings[i], split.recordings[i].torque - model.residuals[i]) for i in indices]
-    return _residual_view(None, analysis.analyse(None, predictions))
+    return _residual_view(None, analysis.analyse(None, [model.predictions[i] for i in indices]))
 
 
 def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:

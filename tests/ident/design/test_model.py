@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from ident.design.model import DesignModel, mandatory_effects, on_all_joints, with_effects
+from ident.design.model import DesignModel, mandatory_effects, with_effects
 from ident.dynamics.effects.library import load
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.errors import BadInput
 from recordings.rig import Axis, Rig, simulated_rig
 from trajectories.checks import nominal_parameters
@@ -28,7 +29,7 @@ def test_columns_of_an_eccentric_encoder_are_those_of_position_velocity_and_acce
     """True position q - a sin q: velocity changes by -a cos q q', acceleration by a (sin q q'^2 - cos q q'')."""
     motion = wave()
     columns = bench_model().columns(
-        on_all_joints("encoder_eccentricity", load("encoder_eccentricity"), BENCH), motion
+        Term.on_all_joints("encoder_eccentricity", load("encoder_eccentricity"), BENCH), motion
     )
     q, velocity, acceleration = motion.position, motion.velocity, motion.acceleration
     expected = INERTIA * (np.sin(q) * velocity**2 - np.cos(q) * acceleration) - VISCOUS * np.cos(q) * velocity
