@@ -15,6 +15,7 @@ from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import holds_torque, sample
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
+from ident.diagnosis.ripple import Ripple, find_ripple
 from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
@@ -90,6 +91,8 @@ class Diagnosis:
     unexplained: UnexplainedResidual
     learned: NonparametricFit | None
     """Learned curves for the unexplained residual, if it depends on any variable."""
+    ripple: Ripple
+    """What lies above the low-pass."""
     excerpt_share: float | None
     """Share of the rows that was analysed, if the recordings were too long to analyse them completely."""
     forced: bool = False
@@ -136,8 +139,18 @@ def diagnose(
         learned = fit_curves(selection.model)
         dependences = learned.dependences if learned and learned.supported else None
         unexplained = estimate_unexplained(selection.model, dependences)
+    progress("searching ripple above the low-pass")
+    wanted = {name: effect for name, effect in inputs.observable.items() if not options.only or name in options.only}
     return Diagnosis(
-        split, library, inputs.unobservable, selection, unexplained, learned, inputs.excerpt_share, bool(options.only)
+        split,
+        library,
+        inputs.unobservable,
+        selection,
+        unexplained,
+        learned,
+        find_ripple(selection.model, wanted),
+        inputs.excerpt_share,
+        bool(options.only),
     )
 
 

@@ -101,6 +101,27 @@ class Remaining(ConfigSection):
     """Per joint [N m]."""
 
 
+class VibrationEntry(ConfigSection):
+    """A wave over time above the low-pass: a vibration, or an electrical line as of the mains."""
+
+    joint: int
+    """From 1."""
+    frequency_hz: float
+    amplitude: float
+    """[N m]"""
+
+
+class AboveLowPass(ConfigSection):
+    """What lies above the low-pass of the analysis."""
+
+    low_hz: float
+    high_hz: float
+    unexplained_share: Numbers
+    """Per joint: RMS that nothing explains, relative to that of the measured torque."""
+    vibrations: tuple[VibrationEntry, ...]
+    why: str
+
+
 class LearnedCurveEntry(ConfigSection):
     """Learned curves in an effect file that replace an unknown effect."""
 
@@ -132,6 +153,7 @@ class Document(ConfigSection):
     sentence: str
     """The verdict in words."""
     bandwidth_hz: float
+    """Highest frequency in the errors: the low-pass of the analysis, or above the highest ripple that was found."""
     noise_rms: Numbers
     """Per joint: noise floor, including the propagated encoder quantization [N m]."""
     torque_rms: Numbers
@@ -146,6 +168,8 @@ class Document(ConfigSection):
     rejected: tuple[RejectedEntry, ...]
     remaining: Remaining
     next_motion: NextMotion | None
+    above_low_pass: AboveLowPass | None = None
+    """None if the preprocessing keeps no samples at full rate."""
     stand_in: LearnedCurveEntry | None = None
     cautions: tuple[str, ...] = ()
     """Limitations of these recordings that affect the results."""

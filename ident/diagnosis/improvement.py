@@ -47,18 +47,25 @@ def measure_improvement(
     # An effect may be undefined in more rows than the model without it: compare where both are defined.
     pairs = zip(rows, before, after, strict=True)
     rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
-    mean_before, mean_after = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
-    difference = mean_before - mean_after
-    reduction = np.where(np.abs(difference) > _TINY * mean_before, difference, 0.0)
+    return improvement_of_blocks(*(_block_means(split, residuals, scale, rows) for residuals in (before, after)), 1.0)
+
+
+def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0) -> Improvement:
+    """The improvement from the mean squares `before` to those `after` (b,) of independent blocks.
+
+    noise: mean square of the noise floor in the same unit.
+    """
+    difference = before - after
+    reduction = np.where(np.abs(difference) > _TINY * before, difference, 0.0)
     count = len(reduction)
     if count < 3:
         return Improvement(0.0, (0.0, 0.0), 0.0, 0.0, 0.0)
     spread = float(reduction.std(ddof=1)) / np.sqrt(count)
-    excess = mean_before - 1.0
+    excess = before - noise
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     t = float(reduction.mean() / spread) if spread else 0.0
     return Improvement(
-        share, _ratio_interval(reduction, excess), t, float(reduction.mean()), float(mean_after.mean()) - 1.0
+        share, _ratio_interval(reduction, excess), t, float(reduction.mean()), float(after.mean()) - noise
     )
 
 

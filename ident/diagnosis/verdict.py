@@ -1,6 +1,6 @@
 """Convert a diagnosis to the document that is printed: sentences and numbers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -22,6 +22,8 @@ from ident.diagnosis.document import (
     Verdict,
 )
 from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, step_errors, with_ripple
+from ident.diagnosis.ripple_document import steps as ripple_steps
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
 from ident.diagnosis.warnings import data_warnings, file_names
@@ -39,20 +41,23 @@ def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
     split, selection = diagnosis.split, diagnosis.selection
     rig = split.recordings[0].recording.rig
-    verdict = _verdict(diagnosis)
+    verdict, ripple = _verdict(diagnosis), diagnosis.ripple
+    rungs = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
     return Document(
         schema=1,
         verdict=verdict,
         sentence=_sentence(diagnosis, verdict),
-        bandwidth_hz=split.recordings[0].bandwidth,
-        noise_rms=_numbers(selection.model.noise_floor.rms),
+        bandwidth_hz=ripple.upper,
+        noise_rms=_numbers(ripple.with_noise(selection.model.noise_floor.rms)),
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
-        rungs=tuple(step_entry(split, step) for step in selection.steps),
-        findings=tuple(_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)),
+        rungs=(*rungs, *ripple_steps(ripple, rungs[-1])),
+        findings=with_ripple(
+            [_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple
+        ),
         rejected=tuple(_rejected(diagnosis)),
         remaining=Remaining(
             structured_share=diagnosis.unexplained.share,
@@ -60,6 +65,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
             why=diagnosis.unexplained.sentence,
             structured_rms=_numbers(diagnosis.unexplained.rms),
         ),
+        above_low_pass=above_low_pass(ripple),
         next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
         cautions=(
             *_bias_caution(diagnosis),
@@ -133,11 +139,12 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
 def _verdict(diagnosis: Diagnosis) -> Verdict:
     if diagnosis.unexplained.significant:
         return "unknown-structure"
-    return "missing-effect" if _new_findings(diagnosis) else "adequate"
+    return "missing-effect" if _new_findings(diagnosis) or diagnosis.ripple.lines else "adequate"
 
 
 def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
-    names = ", ".join(_describe(finding) for finding in _new_findings(diagnosis))
+    descriptions = [_describe(finding) for finding in _new_findings(diagnosis)]
+    names = ", ".join([*descriptions, *describe_ripple(diagnosis.ripple)])
     if diagnosis.forced:
         remains = (
             "no structured residual is left above the noise floor"
@@ -181,15 +188,23 @@ def describe_test_data(split: SplitData) -> str:
     return "phase segments of the same motion, because there is no other recording: pass one with --validate"
 
 
-def step_entry(split: SplitData, step: SelectionStep) -> StepEntry:
-    """One model of the selection in numbers."""
+def step_entry(
+    split: SplitData, step: SelectionStep, errors: Mapping[str, tuple[float, ...]] | None = None
+) -> StepEntry:
+    """One model of the selection in numbers.
+
+    errors: `train_rms` and `validate_rms`; None: below the low-pass.
+    """
     model = step.model
+    below = {
+        "train_rms": _numbers(rms(model.residuals, split.train)),
+        "validate_rms": _numbers(rms(model.residuals, split.test)),
+    }
     return StepEntry(
         added=step.added,
         effects=tuple(term.name for term in model.terms),
-        train_rms=_numbers(rms(model.residuals, split.train)),
-        validate_rms=_numbers(rms(model.residuals, split.test)),
         parameters=_parameters(split, step),
+        **(errors or below),
     )
 
 

@@ -25,6 +25,8 @@ def show(document: Document, console: Console) -> None:
         )
     if document.remaining.why:
         _print_plain(console, f"Unexplained residual: {document.remaining.why}")
+    if document.above_low_pass:
+        _print_plain(console, document.above_low_pass.why)
     if document.stand_in:
         _print_learned_curves(document, document.stand_in, console)
     console.print(_rejected_table(document))

@@ -4,12 +4,17 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
+from ident.dynamics.effects.periodogram import MAX_PHASE, periodogram
 from recordings.recording import Floats
 
-LOWEST, HIGHEST = 6.0, 500.0
+LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the spectral lines that are suggested [1/turn]; gravity and springs are below it."""
 _BEST = 6
 """Number of suggestions."""
+_IN_BAND_SHARE = 0.25
+"""Share of the moving time at which a suggested line lies within the bandwidth; others are searched above it."""
+_CREEPING = 0.01
+"""Share of the highest speed that counts as moving."""
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
@@ -21,29 +26,25 @@ def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """Suggest the peaks of the periodogram of the `residual` (n, dof) over the angle, summed over all joints."""
-    travel = float(np.nanmax(np.nanmax(inputs.motion.position, axis=0) - np.nanmin(inputs.motion.position, axis=0)))
-    lines = np.arange(LOWEST, HIGHEST, 1.0 / travel)
+    position = inputs.motion.position
+    travel = float(np.nanmax(np.nanmax(position, axis=0) - np.nanmin(position, axis=0)))
+    lowest = max(LOWEST, 2 * np.pi / travel)  # a longer period is a curve over the angle, no ripple
+    lines = np.arange(lowest, min(HIGHEST, MAX_PHASE / travel, _highest_in_band(inputs)), 1.0 / travel)
     power = np.zeros(len(lines))
-    for position, signal in zip(inputs.motion.position.T, residual.T, strict=True):
-        known = np.isfinite(position) & np.isfinite(signal)
-        if known.any():
-            power += _periodogram(position[known], signal[known] - signal[known].mean(), lines)
+    for angle, signal in zip(position.T, residual.T, strict=True):
+        known = np.isfinite(angle) & np.isfinite(signal)
+        if known.any() and len(lines):
+            power += periodogram(angle[known], signal[known] - signal[known].mean(), lines)
     peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
     best = peaks[np.argsort(-power[peaks])][:_BEST]
     return [{"N": float(lines[i])} for i in best]
 
 
-def _periodogram(position: Floats, residual: Floats, lines: Floats) -> Floats:
-    """Approximate reduction of the sum of squares by each of the `lines` (l,)."""
-    bins = np.linspace(position.min(), position.max(), 8 * len(lines))
-    step = bins[1] - bins[0]
-    index = np.rint((position - bins[0]) / step).astype(int)
-    binned = np.bincount(index, residual, len(bins))
-    size = 1 << int(np.ceil(np.log2(4 * len(bins))))
-    spectrum = np.fft.rfft(binned, size)
-    frequency = 2 * np.pi * np.arange(len(spectrum)) / (size * step)
-    power: Floats = np.interp(lines, frequency, np.abs(spectrum) ** 2) / len(position)
-    return power
+def _highest_in_band(inputs: EffectInputs) -> float:
+    """The highest line [1/turn] that the low-pass leaves in a share of the moving time."""
+    speed = np.abs(inputs.motion.velocity)
+    moving = speed > _CREEPING * np.nanmax(speed)
+    return 2 * np.pi * inputs.bandwidth / float(np.quantile(speed[moving], _IN_BAND_SHARE))
 
 
 effect = Additive(
@@ -63,7 +64,7 @@ effect = Additive(
             unit="1/turn",
             meaning="periods per turn of the joint",
             lower=LOWEST - 1,
-            upper=2000.0,
+            upper=HIGHEST,
             implausible_bound="lower",  # a slower wave cannot be told from a curve over the angle
         ),
     ),

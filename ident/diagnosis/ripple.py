@@ -1,0 +1,191 @@
+"""Ripple and vibrations above the low-pass of the analysis, in their own band beside the dynamics.
+
+A wave over the angle is `cogging`. Its amplitudes and its order are estimated above the low-pass alone, from all
+speeds together, and the test rows confirm each wave. The model of the dynamics stays as it is.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ident.data import cycle_statistics
+from ident.diagnosis.high_band import HighBand, high_bands
+from ident.diagnosis.improvement import Improvement
+from ident.diagnosis.ripple_search import Waves, search
+from ident.diagnosis.split_data import encoder_resolution, rms
+from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.waves import JointSignal, wave
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.structure import ModelStructure, Term
+from recordings.recording import Bools, Floats
+
+EFFECT = "cogging"
+"""The effect of the library that a wave over the angle is."""
+_MARGIN = 1.1
+"""Ratio of the upper end of the band in which errors are stated to the highest frequency of a wave."""
+
+
+@dataclass(frozen=True)
+class RippleLine:
+    """One wave over the angle of one joint."""
+
+    joint: int
+    """From 0."""
+    order: float
+    """Periods per turn."""
+    sine: float
+    """[N m]"""
+    cosine: float
+    half_width: tuple[float, float, float]
+    """Half the 95 % intervals of sine, cosine and order."""
+    improvement: Improvement
+    """On test rows, above the low-pass."""
+    same_frequency: float | None
+    """Frequency of a vibration that explains as much [Hz]; None if none does."""
+
+    @property
+    def amplitude(self) -> float:
+        """[N m]"""
+        return float(np.hypot(self.sine, self.cosine))
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """A wave of one joint over time."""
+
+    joint: int
+    """From 0."""
+    frequency: float
+    """[Hz]"""
+    amplitude: float
+    """[N m]"""
+
+
+@dataclass(frozen=True, eq=False)
+class Ripple:
+    """What lies above the low-pass, and what explains it."""
+
+    model: FittedModel
+    """The model of the dynamics."""
+    bands: tuple[HighBand, ...]
+    """Its residual above the low-pass in each recording; empty if the preprocessing keeps no samples there."""
+    lines: tuple[RippleLine, ...]
+    """The largest improvement first."""
+    vibrations: tuple[Vibration, ...]
+    effect: Effect | None
+    """`cogging`; None if it was not to be searched."""
+
+    @property
+    def low(self) -> float:
+        """Lower end of the band [Hz]."""
+        return self.model.split.recordings[0].bandwidth
+
+    @cached_property
+    def upper(self) -> float:
+        """End of the band in which errors are stated: the low-pass, or above the highest ripple [Hz]."""
+        if not self.lines:
+            return self.low
+        speeds = np.array([JointSignal(self.bands, joint).speed for joint in range(self.bands[0].position.shape[1])])
+        highest = max(line.order * speeds[line.joint] for line in self.lines) / (2 * np.pi)
+        return float(min(_MARGIN * highest, min(band.highest for band in self.bands)))
+
+    @cached_property
+    def structure(self) -> ModelStructure:
+        """The model structure with a term for each line."""
+        structure = self.model.solution.structure
+        for line in self.lines:
+            assert self.effect is not None  # there are no lines without it
+            structure = structure.with_term(Term(EFFECT, self.effect, (line.joint,)))
+        return structure
+
+    @cached_property
+    def x(self) -> Floats:
+        """Parameters of that structure."""
+        return np.concatenate([self.model.solution.x, *([line.sine, line.cosine, line.order] for line in self.lines)])
+
+    @cached_property
+    def half_widths(self) -> Floats:
+        """(3 k,) half the 95 % intervals of the lines' parameters."""
+        return np.array([width for line in self.lines for width in line.half_width])
+
+    def rms(self, rows: Sequence[Bools], model: FittedModel, count: int) -> Floats:
+        """(dof,) RMS error of `model` with the first `count` lines, up to the frequency `upper`, in `rows` (m, dof).
+
+        rows: of each recording. Below the low-pass it is the error of the model alone.
+        """
+        low = rms(model.residuals, rows)
+        if not self.lines:
+            return low
+        bands = self.bands if model is self.model else high_bands(model.split, model.solution)
+        residuals = [band.below(self._without_lines(band, count), self.upper) for band in bands]
+        steps = [recording.preprocessed.decimation for recording in model.split.recordings]
+        samples = [
+            np.repeat(selected, step, axis=0)[: len(residual)]
+            for selected, step, residual in zip(rows, steps, residuals, strict=True)
+        ]
+        return np.hypot(low, rms(residuals, samples))
+
+    def with_noise(self, below: Floats) -> Floats:
+        """The noise floor (dof,) up to the frequency `upper` from that `below` the low-pass [N m].
+
+        Above it, noise is what differs between repetitions.
+        """
+        if not self.lines:
+            return below
+        residuals = [band.below(self._without_lines(band, len(self.lines)), self.upper) for band in self.bands]
+        pairs = zip(self.model.split.recordings, residuals, strict=True)
+        tables = [cycle_statistics.by_cycle(recording.samples, residual) for recording, residual in pairs]
+        pooled = cycle_statistics.pooled([each for each in map(cycle_statistics.of_cycles, tables) if each])
+        return np.hypot(below, [joint.noise_rms for joint in pooled]) if pooled else below
+
+    @cached_property
+    def unexplained_share(self) -> Floats:
+        """(dof,) RMS above the low-pass that nothing explains, relative to that of the measured torque."""
+        scored = [band.train | band.test for band in self.bands]
+        torque = rms([band.torque for band in self.bands], scored)
+        rest = rms([self._without_lines(band, len(self.lines)) for band in self.bands], scored)
+        share: Floats = rest / np.where(torque > 0, torque, 1.0)
+        return share
+
+    def _without_lines(self, band: HighBand, count: int) -> Floats:
+        """(n, dof) residual above the low-pass without the first `count` lines."""
+        computed = np.zeros_like(band.residual)
+        for line in self.lines[:count]:
+            columns = wave(band.position[:, line.joint], line.order)
+            computed[:, line.joint] += columns @ [line.sine, line.cosine]
+        return band.residual - (band.above(computed) if count else computed)
+
+
+def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
+    """Search the residual of `model` above the low-pass for ripple, if the `library` has it, and for vibrations."""
+    bands, effect = high_bands(model.split, model.solution), library.get(EFFECT)
+    if not bands:
+        return Ripple(model, (), (), (), effect)
+    positions = [recording.samples.position for recording in model.split.recordings]
+    steps = np.max([encoder_resolution(position) for position in positions], axis=0)
+    lines: list[RippleLine] = []
+    vibrations: list[Vibration] = []
+    for joint, step in enumerate(steps.tolist()):
+        waves = search(JointSignal(bands, joint), step if effect else np.inf)
+        lines += _lines(waves, joint)
+        pairs = zip(waves.frequencies.tolist(), waves.vibrations.tolist(), strict=True)
+        vibrations += [Vibration(joint, frequency, amplitude) for frequency, amplitude in pairs]
+    lines.sort(key=lambda line: -line.amplitude)
+    return Ripple(model, bands, tuple(lines), tuple(vibrations), effect)
+
+
+def _lines(waves: Waves, joint: int) -> list[RippleLine]:
+    return [
+        RippleLine(
+            joint,
+            float(order),
+            float(sine),
+            float(cosine),
+            tuple(waves.half_widths[i].tolist()),
+            waves.improvements[i],
+            float(waves.same_frequency[i]) if np.isfinite(waves.same_frequency[i]) else None,
+        )
+        for i, (order, (sine, cosine)) in enumerate(zip(waves.orders, waves.amplitudes, strict=True))
+    ]

@@ -1,0 +1,27 @@
+"""Periodogram of a signal over an uneven coordinate: an angle, or time with gaps."""
+
+import numpy as np
+
+from recordings.recording import Floats
+
+_BINS = 8
+"""Bins per period of the highest frequency: its amplitude falls by 3 % at most."""
+MAX_PHASE = 2e6
+"""Largest product of span and frequency [rad]; it bounds memory and time."""
+
+
+def periodogram(coordinate: Floats, signal: Floats, frequencies: Floats) -> Floats:
+    """Compute by how much a wave of each frequency reduces the sum of squares of a signal: (f,).
+
+    A discrete Fourier transform of the signal in narrow bins, for many samples all over the coordinate.
+
+    coordinate, signal: (n,) without NaN; frequencies: (f,) [rad per unit of the coordinate], increasing.
+    """
+    width = 2 * np.pi / (_BINS * frequencies[-1])
+    index = np.rint((coordinate - coordinate.min()) / width).astype(int)
+    binned = np.bincount(index, signal)
+    size = 1 << int(np.ceil(np.log2(4 * len(binned))))
+    spectrum = np.fft.rfft(binned, size)
+    grid = 2 * np.pi * np.arange(len(spectrum)) / (size * width)
+    reduction: Floats = np.interp(frequencies, grid, np.abs(spectrum) ** 2) * (2 / len(signal))
+    return reduction
