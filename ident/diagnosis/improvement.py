@@ -47,7 +47,8 @@ def measure_improvement(
     # An effect may be undefined in more rows than the model without it: compare where both are defined.
     pairs = zip(rows, before, after, strict=True)
     rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
-    return improvement_of_blocks(*(_block_means(split, residuals, scale, rows) for residuals in (before, after)), 1.0)
+    mean_before, mean_after = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
+    return improvement_of_blocks(mean_before, mean_after, noise=1.0)
 
 
 def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0) -> Improvement:

@@ -7,6 +7,7 @@ from typing import Any
 
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document import Document, FindingEntry, Verdict
+from ident.diagnosis.ripple_model import with_ripple_terms
 from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
@@ -51,7 +52,8 @@ class DiagnosisResult:
         options = FitOptions("ls", estimators.settings("ls", {}), 0, self.options.preprocessing, bandwidth)
         held_out = self.validate[0] if self.validate else None
         identification = identify(self.files, held_out, options, lambda *_: None, (solution.structure, solution.x))
-        return Model(identification.model, self.diagnosis.library, identification)
+        model = with_ripple_terms(identification.model, self.diagnosis.ripple)
+        return Model(model, self.diagnosis.library, identification)
 
 
 def diagnosed(

@@ -5,7 +5,7 @@ speeds together, and the test rows confirm each wave. The model of the dynamics 
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,13 +16,18 @@ from ident.diagnosis.improvement import Improvement
 from ident.diagnosis.ripple_search import Waves, search
 from ident.diagnosis.split_data import encoder_resolution, rms
 from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.waves import JointSignal, wave
+from ident.diagnosis.waves import JointSignal, wave, wave_numbers
 from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.periodogram import periodogram
 from ident.dynamics.structure import ModelStructure, Term
 from recordings.recording import Bools, Floats
 
 EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
+_SAME = 0.01
+"""Relative difference of the orders of the same wave below and above the low-pass."""
+_DRAWN = 1.2
+"""Ratio of the highest order in a spectrum to the highest line's."""
 _MARGIN = 1.1
 """Ratio of the upper end of the band in which errors are stated to the highest frequency of a wave."""
 
@@ -110,8 +115,8 @@ class Ripple:
         """(3 k,) half the 95 % intervals of the lines' parameters."""
         return np.array([width for line in self.lines for width in line.half_width])
 
-    def rms(self, rows: Sequence[Bools], model: FittedModel, count: int) -> Floats:
-        """(dof,) RMS error of `model` with the first `count` lines, up to the frequency `upper`, in `rows` (m, dof).
+    def rms(self, rows: Sequence[Bools], model: FittedModel, with_lines: bool = False) -> Floats:
+        """(dof,) RMS error of `model`, with or without the lines, up to the frequency `upper`, in `rows` (m, dof).
 
         rows: of each recording. Below the low-pass it is the error of the model alone.
         """
@@ -119,7 +124,8 @@ class Ripple:
         if not self.lines:
             return low
         bands = self.bands if model is self.model else high_bands(model.split, model.solution)
-        residuals = [band.below(self._without_lines(band, count), self.upper) for band in bands]
+        remaining = [self._without_lines(band) if with_lines else band.residual for band in bands]
+        residuals = [band.below(rest, self.upper) for band, rest in zip(bands, remaining, strict=True)]
         steps = [recording.preprocessed.decimation for recording in model.split.recordings]
         samples = [
             np.repeat(selected, step, axis=0)[: len(residual)]
@@ -134,7 +140,7 @@ class Ripple:
         """
         if not self.lines:
             return below
-        residuals = [band.below(self._without_lines(band, len(self.lines)), self.upper) for band in self.bands]
+        residuals = [band.below(self._without_lines(band), self.upper) for band in self.bands]
         pairs = zip(self.model.split.recordings, residuals, strict=True)
         tables = [cycle_statistics.by_cycle(recording.samples, residual) for recording, residual in pairs]
         pooled = cycle_statistics.pooled([each for each in map(cycle_statistics.of_cycles, tables) if each])
@@ -145,17 +151,27 @@ class Ripple:
         """(dof,) RMS above the low-pass that nothing explains, relative to that of the measured torque."""
         scored = [band.train | band.test for band in self.bands]
         torque = rms([band.torque for band in self.bands], scored)
-        rest = rms([self._without_lines(band, len(self.lines)) for band in self.bands], scored)
+        rest = rms([self._without_lines(band) for band in self.bands], scored)
         share: Floats = rest / np.where(torque > 0, torque, 1.0)
         return share
 
-    def _without_lines(self, band: HighBand, count: int) -> Floats:
-        """(n, dof) residual above the low-pass without the first `count` lines."""
+    def order_spectrum(self, joint: int, with_lines: bool) -> tuple[Floats, Floats]:
+        """Orders (f,) and amplitudes (f,) [N m] of the residual of `joint` above the low-pass, over the angle."""
+        residuals = [self._without_lines(band) if with_lines else band.residual for band in self.bands]
+        signal = JointSignal(
+            [replace(band, residual=rest) for band, rest in zip(self.bands, residuals, strict=True)], joint
+        )
+        highest = max(_DRAWN * line.order for line in self.lines if line.joint == joint)
+        orders = wave_numbers(signal.angle[signal.train], highest)
+        reduction = periodogram(signal.angle[signal.train], signal.residual[signal.train], orders)
+        return orders, np.sqrt(2 * reduction / signal.train.sum())
+
+    def _without_lines(self, band: HighBand) -> Floats:
+        """(n, dof) residual above the low-pass without the lines."""
         computed = np.zeros_like(band.residual)
-        for line in self.lines[:count]:
-            columns = wave(band.position[:, line.joint], line.order)
-            computed[:, line.joint] += columns @ [line.sine, line.cosine]
-        return band.residual - (band.above(computed) if count else computed)
+        for line in self.lines:
+            computed[:, line.joint] += wave(band.position[:, line.joint], line.order) @ [line.sine, line.cosine]
+        return band.residual - (band.above(computed) if self.lines else computed)
 
 
 def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
@@ -169,7 +185,7 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     vibrations: list[Vibration] = []
     for joint, step in enumerate(steps.tolist()):
         waves = search(JointSignal(bands, joint), step if effect else np.inf)
-        lines += _lines(waves, joint)
+        lines += [line for line in _lines(waves, joint) if not _is_known(line, model)]
         pairs = zip(waves.frequencies.tolist(), waves.vibrations.tolist(), strict=True)
         vibrations += [Vibration(joint, frequency, amplitude) for frequency, amplitude in pairs]
     lines.sort(key=lambda line: -line.amplitude)
@@ -189,3 +205,17 @@ def _lines(waves: Waves, joint: int) -> list[RippleLine]:
         )
         for i, (order, (sine, cosine)) in enumerate(zip(waves.orders, waves.amplitudes, strict=True))
     ]
+
+
+def _is_known(line: RippleLine, model: FittedModel) -> bool:
+    """Whether the model has this wave already, at frequencies below the low-pass.
+
+    Above it the amplitude may differ, because the drive answers less.
+    """
+    structure, x = model.solution.structure, model.solution.x
+    orders = [
+        float(structure.shape_values(index, x)[0])
+        for index, term in enumerate(structure.terms)
+        if term.name == EFFECT and line.joint in term.joints
+    ]
+    return any(abs(line.order - order) < _SAME * order for order in orders)

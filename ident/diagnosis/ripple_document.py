@@ -9,27 +9,26 @@ from ident.diagnosis.ripple import EFFECT, Ripple, RippleLine
 from ident.diagnosis.steps import FittedModel
 
 
-def step_errors(ripple: Ripple, model: FittedModel, count: int = 0) -> dict[str, tuple[float, ...]]:
-    """Training and test errors of `model` with the first `count` lines, as fields of a step."""
+def step_errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
+    """Training and test errors of `model`, with or without the lines, as fields of a step."""
     split = model.split
     return {
-        name: tuple(ripple.rms(rows, model, count).tolist())
+        name: tuple(ripple.rms(rows, model, with_lines).tolist())
         for name, rows in (("train_rms", split.train), ("validate_rms", split.test))
     }
 
 
-def steps(ripple: Ripple, last: StepEntry) -> list[StepEntry]:
-    """One step for each line, after the `last` step of the selection."""
-    parameters = _parameters(ripple)
-    return [
-        StepEntry(
-            added=EFFECT,
-            effects=(*last.effects, *[EFFECT] * count),
-            parameters={**last.parameters, **dict(list(parameters.items())[: 3 * count])},
-            **step_errors(ripple, ripple.model, count),
-        )
-        for count in range(1, len(ripple.lines) + 1)
-    ]
+def ripple_step(ripple: Ripple, last: StepEntry) -> tuple[StepEntry, ...]:
+    """The step that adds all lines to the `last` step of the selection; none without lines."""
+    if not ripple.lines:
+        return ()
+    step = StepEntry(
+        added=EFFECT,
+        effects=(*last.effects, *[EFFECT] * len(ripple.lines)),
+        parameters={**last.parameters, **_parameters(ripple)},
+        **step_errors(ripple, ripple.model, with_lines=True),
+    )
+    return (step,)
 
 
 def _parameters(ripple: Ripple) -> dict[str, ParameterValue]:

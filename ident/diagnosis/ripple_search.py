@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.diagnosis.improvement import Improvement, improvement_of_blocks
-from ident.diagnosis.waves import OVERSAMPLING, JointSignal, highest_peaks, is_significant, least_squares, slope, wave
+from ident.diagnosis.waves import JointSignal, highest_peaks, is_significant, least_squares, slope, wave, wave_numbers
 from ident.dynamics.effects.periodogram import MAX_PHASE
 from ident.uncertainty import covariance
 from recordings.recording import Bools, Floats, Ints
@@ -75,7 +75,7 @@ class _Pursuit:
         limits = [HIGHEST, MAX_PHASE * self._cell / (2 * np.pi), 1 / step if step else np.inf]
         if signal.speed:
             limits.append(2 * np.pi * signal.highest_frequency / signal.speed)
-        self._orders = np.arange(max(LOWEST, self._cell), min(limits), self._cell / OVERSAMPLING)
+        self._orders = wave_numbers(angle, min(limits), LOWEST) if len(angle) else angle
 
     def extend(self) -> bool:
         """Add the highest confirmed peak; False if there is none."""
@@ -134,7 +134,7 @@ class _Pursuit:
             rows = signal.train & (signal.recording == recording)
             time = signal.time[rows]
             cell = 2 * np.pi / max(float(np.ptp(time)), 1e-9)
-            grid = np.arange(2 * np.pi * signal.low, 2 * np.pi * signal.highest_frequency, cell / OVERSAMPLING)
+            grid = wave_numbers(time, 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low)
             for peak in highest_peaks(time, rest[rows], grid)[:1]:
                 omega = signal.refined(signal.time, peak, cell, rest, rows)
                 columns = self._with_time(omega / (2 * np.pi))
@@ -216,12 +216,14 @@ class _Pursuit:
 
     def _improvement(self, before: Floats, after: Floats, rows: Bools) -> Improvement:
         """Improvement from the columns `before` to `after`, both fitted to training rows, on `rows`."""
-        signal, means = self.signal, []
-        count = np.bincount(signal.blocks[rows])
-        for columns in (before, after):
-            square = self._rest(columns)[rows] ** 2
-            means.append(np.bincount(signal.blocks[rows], square)[count > 0] / count[count > 0])
-        return improvement_of_blocks(*means)
+        blocks = self.signal.blocks[rows]
+        count = np.bincount(blocks)
+
+        def means(columns: Floats) -> Floats:
+            sums: Floats = np.bincount(blocks, self._rest(columns)[rows] ** 2)[count > 0] / count[count > 0]
+            return sums
+
+        return improvement_of_blocks(means(before), means(after))
 
     def _is_confirmed(self, columns: Floats) -> bool:
         """Whether test rows are correlated with the last wave of `columns`, as it was fitted to training rows."""

@@ -22,8 +22,7 @@ from ident.diagnosis.document import (
     Verdict,
 )
 from ident.diagnosis.parameter_intervals import confidence_intervals
-from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, step_errors, with_ripple
-from ident.diagnosis.ripple_document import steps as ripple_steps
+from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
 from ident.diagnosis.warnings import data_warnings, file_names
@@ -54,7 +53,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         effort_units=rig.effort_units,
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
-        rungs=(*rungs, *ripple_steps(ripple, rungs[-1])),
+        rungs=(*rungs, *ripple_step(ripple, rungs[-1])),
         findings=with_ripple(
             [_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple
         ),

@@ -56,13 +56,15 @@ class JointSignal:
         """(n,) number of the block of each sample."""
         length = BLOCK_PERIODS / self.low
         number = np.floor(self.time / length).astype(int)
-        return number - number.min() + self.recording * (np.ptp(number) + 1)
+        blocks: Ints = number - number.min() + self.recording * (np.ptp(number) + 1)
+        return blocks
 
     def above(self, columns: Floats) -> Floats:
         """`columns` (n, c) above the low-pass; 0 where unknown."""
         ends = np.cumsum([len(band.time) for band in self._bands])[:-1]
         parts = zip(self._bands, np.split(columns, ends), strict=True)
-        return np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
+        high: Floats = np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
+        return high
 
     def refined(self, coordinate: Floats, wave_number: float, cell: float, rest: Floats, rows: Bools) -> float:
         """The wave number that explains most of `rest` in `rows`, by Gauss-Newton steps within a resolution cell."""
@@ -99,6 +101,12 @@ def slope(coordinate: Floats, columns: Floats, sine: float, cosine: float) -> Fl
     return derivative
 
 
+def wave_numbers(coordinate: Floats, highest: float, lowest: float = 0.0) -> Floats:
+    """The grid of a periodogram over a `coordinate` (n,): from one period over all of it, or from `lowest`."""
+    cell = 2 * np.pi / max(float(np.ptp(coordinate)), 1e-9)
+    return np.arange(max(lowest, cell), highest, cell / OVERSAMPLING)
+
+
 def highest_peaks(coordinate: Floats, rest: Floats, grid: Floats) -> list[float]:
     """Wave numbers of the highest peaks of a periodogram: of all, and above their neighbourhood.
 
@@ -110,7 +118,8 @@ def highest_peaks(coordinate: Floats, rest: Floats, grid: Floats) -> list[float]
     peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
     ratio = power / np.maximum(_level(power), 1e-12 * power.max())
     best = [*peaks[np.argsort(-power[peaks])][:1], *peaks[np.argsort(-ratio[peaks])][:_CANDIDATES]]
-    return grid[list(dict.fromkeys(best))].tolist()
+    wave_numbers: list[float] = grid[list(dict.fromkeys(best))].tolist()
+    return wave_numbers
 
 
 def is_significant(wave_number: float, reduction: float, coordinate: Floats, rest: Floats, grid: Floats) -> bool:
@@ -119,7 +128,7 @@ def is_significant(wave_number: float, reduction: float, coordinate: Floats, res
     reduction: of the sum of squares; rest: (n,) what is left.
     """
     level = np.interp(wave_number, grid, _level(periodogram(coordinate, rest, grid)))
-    return reduction > level * np.log(len(grid) / OVERSAMPLING / FALSE_ALARM)
+    return bool(reduction > level * np.log(len(grid) / OVERSAMPLING / FALSE_ALARM))
 
 
 def _level(power: Floats) -> Floats:

@@ -4,9 +4,11 @@ from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document, FindingEntry
 from ident.diagnosis.result import DiagnosisResult
+from ident.diagnosis.ripple import EFFECT
 from ident.diagnosis.steps import Finding
 from ident.output.console.diagnosis import is_parameter_of
 from ident.output.figures.finding import before_after
+from ident.output.figures.order_spectrum import order_spectrum
 from ident.output.figures.theme import percent
 from ident.output.report.blocks import Card, Notes, Plot, ReportBlock, ReportSection, ReportTable, Text
 from ident.output.report.sections import parameter_values
@@ -15,19 +17,19 @@ from ident.output.report.sections import parameter_values
 def section(result: DiagnosisResult) -> ReportSection:
     """Return every effect found, with its evidence."""
     diagnosis, document = result.diagnosis, result.document
-    pairs = list(zip(document.findings, verdict.merge_repeated(diagnosis.selection.findings), strict=True))
+    below = {finding.term.name: finding for finding in verdict.merge_repeated(diagnosis.selection.findings)}
     # Effects that every machine of this kind has come last: they are no findings.
-    pairs.sort(key=lambda pair: pair[1].term.effect.mandatory)
+    entries = sorted(document.findings, key=lambda entry: diagnosis.library[entry.effect].mandatory)
     blocks: list[ReportBlock] = [
-        _card(index, diagnosis, document, *pair) for index, pair in enumerate(pairs, start=1)
+        _card(index, diagnosis, document, entry, below.get(entry.effect)) for index, entry in enumerate(entries, 1)
     ]
     if not blocks:
         blocks.append(Text(("No effect was found.",)))
     return ReportSection("findings", "Findings", tuple(blocks))
 
 
-def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding) -> Card:
-    effect = finding.term.effect
+def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding | None) -> Card:
+    effect = diagnosis.library[entry.effect]
     location = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
     low, high = entry.gain_ci95
     tags = [
@@ -46,9 +48,14 @@ def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEn
             f"Equation: {effect.equation}",
         )
     )
-    caption = f"Residual without {entry.effect} and with it; dots are samples, lines their means."
-    plot = Plot(f"finding-{index}", before_after(diagnosis, finding), caption)
-    return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, plot, *_parameters(document, entry)))
+    plots = []
+    if finding:
+        caption = f"Residual without {entry.effect} and with it; dots are samples, lines their means."
+        plots.append(Plot(f"finding-{index}", before_after(diagnosis, finding), caption))
+    if entry.effect == EFFECT and diagnosis.ripple.lines:
+        caption = "Amplitude above the low-pass over the periods per turn, without the lines and with them."
+        plots.append(Plot(f"finding-{index}-orders", order_spectrum(diagnosis.ripple), caption))
+    return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, *plots, *_parameters(document, entry)))
 
 
 def _parameters(document: Document, entry: FindingEntry) -> tuple[ReportTable, ...]:
