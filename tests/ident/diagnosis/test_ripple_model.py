@@ -1,5 +1,6 @@
 """Models with ripple above the low-pass."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from click.testing import CliRunner
 
 import ident
 from daq.program import program
+from ident.diagnosis.ripple_model import with_ripple_terms
 
 RATE, STROKE = 500.0, 0.8
 
@@ -42,7 +44,9 @@ def test_applied_model_predicts_the_ripple(files: list[Path], tmp_path: Path) ->
     train, validate = files
     diagnosis = ident.diagnose([train], validate=[validate])
     assert "cogging" in [finding.effect for finding in diagnosis.findings]
-    diagnosis.apply().save(tmp_path / "m.json")
+    ripple, fitted = diagnosis.diagnosis.ripple, diagnosis.apply()
+    assert with_ripple_terms(fitted.file, replace(ripple, lines=())) == fitted.file
+    fitted.save(tmp_path / "m.json")
     model = ident.load_model(tmp_path / "m.json")
     angle = np.linspace(0.1, 0.3, 400)[:, None]
     torque = model.torque(angle, np.ones_like(angle), np.zeros_like(angle))[:, 0]
