@@ -20,6 +20,7 @@ from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
 from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.diagnosis.vibration_check import with_vibrations
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.model_file import ModelFile
@@ -139,6 +140,7 @@ def diagnose(
         learned = fit_curves(selection.model)
         dependences = learned.dependences if learned and learned.supported else None
         unexplained = estimate_unexplained(selection.model, dependences)
+    selection = with_vibrations(selection)
     progress("searching ripple above the low-pass")
     wanted = {name: effect for name, effect in inputs.observable.items() if not options.only or name in options.only}
     return Diagnosis(
