@@ -19,9 +19,6 @@ from recordings.recording import Floats
 VIBRATION = "vibration"
 """Stands beside the names of effects; no effect of the library."""
 
-_FINE = 33
-"""Number of frequencies that are tried around a peak: a periodogram is too coarse for a fair comparison."""
-
 
 def with_vibrations(selection: Selection) -> Selection:
     """The `selection` with a vibration as an alternative to each ripple that it explains as well."""
@@ -69,12 +66,15 @@ def _differs_on_joint(model: FittedModel, finding: Finding, order: float, joint:
 
 def _best(time: Floats, signal: Floats, bandwidth: float) -> float:
     """Angular frequency [rad/s] of the strongest wave over time within the bandwidth."""
+    from scipy.optimize import minimize_scalar
+
     grid = wave_numbers(time, 2 * np.pi * bandwidth)
     if len(grid) < 2:
         return 0.0
     best, step = grid[periodogram(time, signal, grid).argmax()], grid[1] - grid[0]
-    candidates = np.linspace(best - step, best + step, _FINE)
-    return float(min(candidates, key=lambda omega: _rest_square(wave(time, omega), signal)))
+    bounds = (best - step, best + step)
+    refined = minimize_scalar(lambda omega: _rest_square(wave(time, omega), signal), bounds=bounds, method="bounded")
+    return float(refined.x)
 
 
 def _rest_square(columns: Floats, signal: Floats) -> float:

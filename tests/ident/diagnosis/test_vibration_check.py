@@ -12,7 +12,7 @@ from tests.ident import building
 @pytest.mark.parametrize(("size", "drift", "uncertain"), [(1.0, 0.0, False), (5e-5, 2.0, True)])
 def test_only_one_speed_leaves_ripple_and_vibration_apart(size: float, drift: float, uncertain: bool) -> None:
     recording = building.record(
-        noise=0.2, extra=lambda motion: 0.4 * np.sin(20.0 * motion.position), size=size, drift=drift
+        noise=0.05, extra=lambda motion: 0.4 * np.sin(20.0 * motion.position), size=size, drift=drift
     )
     data = building.split([recording])
     selector = Selector(data, {"cogging": library()["cogging"]}, lambda text: None)
