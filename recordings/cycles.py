@@ -65,7 +65,10 @@ def find_cycles(motion: Floats) -> Cycles | None:
         return None
     moving = _interpolated(x[start:end])
     stride = 1 + len(moving) // _SEARCH_SAMPLES
-    proposed = [_coarsely_refined(moving, stride * period, stride) for period in _periods(moving[::stride])]
+    proposed = [
+        _coarsely_refined(moving, stride * period, stride)
+        for period in _periods(moving[::stride], shortest=-(-_MIN_PERIOD // stride))
+    ]
     candidates = [
         cycles for period in dict.fromkeys(proposed) if (cycles := _repeated_range(x, period, start, end)) is not None
     ]
@@ -102,11 +105,11 @@ def _moving_range(x: Floats) -> tuple[int, int]:
     return max(int(from_start[0]) - 1, 0), min(int(from_end[-1]) + 2, len(x))
 
 
-def _periods(x: Floats) -> list[int]:
-    """Candidate periods of `x` (n, dof) [samples], in ascending order."""
+def _periods(x: Floats, shortest: int) -> list[int]:
+    """Candidate periods of `x` (n, dof) from `shortest` [samples], in ascending order."""
     difference = _difference(x)
     ordinary = float(np.median(difference))
-    lags = np.arange(1, len(difference) - 1)
+    lags = np.arange(shortest, len(difference) - 1)
     minimum = (difference[lags] <= difference[lags - 1]) & (difference[lags] < difference[lags + 1])
     lags = lags[minimum & (difference[lags] < _MAX_DIFFERENCE * ordinary)]
     if not len(lags):

@@ -81,3 +81,7 @@ def test_repeat_numbers_the_samples_of_each_cycle() -> None:
 )
 def test_motion_without_repetition_has_no_cycles(motion: np.ndarray) -> None:
     assert find_cycles(motion) is None
+
+
+def test_of_a_faster_repetition_several_are_one_cycle() -> None:
+    assert find_cycles(np.sin(2 * np.pi * np.arange(400)[:, None] / 7)) == Cycles(0, 21, 19)
