@@ -4,27 +4,35 @@ An unknown effect is often approximated by several known effects together. If le
 less on the test rows, these effects are removed.
 """
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.nonparametric_fit import fit_curves
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
+from recordings.recording import Bools
 
 
 def remove_imitations(selector: Selector, selection: Selection) -> Selection:
     """Truncate the `selection` before the effects that learned curves replace with an improvement."""
     final = selection.model
 
-    def improvement(before: FittedModel, after: FittedModel) -> Improvement:
-        return measure_improvement(final.split, before.residuals, after.residuals, final.noise_floor.rms)
+    def improvement(before: FittedModel, after: FittedModel, rows: Sequence[Bools] | None = None) -> Improvement:
+        return measure_improvement(final.split, before.residuals, after.residuals, final.noise_floor.rms, rows)
 
-    first = max(
-        i for i, step in enumerate(selection.steps) if all(term.effect.mandatory for term in step.model.terms)
-    )
+    steps = enumerate(selection.steps)
+    # A given model has effects from the start; they stay.
+    first = max((i for i, step in steps if all(term.effect.mandatory for term in step.model.terms)), default=0)
     if first == len(selection.steps) - 1:
         return selection
     with_curves = [_fit_with_curves(step.model) for step in selection.steps[first:]]
-    best = min(with_curves, key=lambda model: improvement(model, model).remaining)
+    # Rows that all models can judge.
+    arrays = zip(final.split.test, *(model.residuals for model in with_curves), strict=True)
+    common = [test & np.isfinite(residuals).all(axis=0) for test, *residuals in arrays]
+    best = min(with_curves, key=lambda model: improvement(model, model, common).remaining)
     for number, model in enumerate(with_curves[:-1], start=first):
         if is_supported(improvement(final, model)) and not is_supported(improvement(model, best)):
             return selector.truncated(selection, number)

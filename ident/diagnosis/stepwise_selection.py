@@ -208,7 +208,7 @@ class Selector:
         """Whether the last effect of `after` improves the model significantly on training rows and test rows."""
         parameters = len(after.solution.x) - len(before.solution.x)
         changed = [b - a for b, a in zip(before.residuals, after.residuals, strict=True)]
-        size = np.sqrt([np.nanmean(np.concatenate(changed) ** 2, axis=0)])
+        size = rms(changed, [np.isfinite(change) for change in changed])
         return (
             self.search.is_significant(before.solution.loss, after.solution.loss, parameters)
             and bool((size > MIN_TORQUE_SHARE * self._split.torque_rms).any())

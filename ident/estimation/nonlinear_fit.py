@@ -33,12 +33,14 @@ class Solution:
     derivatives: tuple[Floats, ...]
     """(m, dof, K) derivatives of the predicted torque of each recording with respect to `x`."""
     weights: tuple[Floats, ...]
-    """(m, dof) weights of each recording [1 / (N m)]; 0 where there is no measurement."""
+    """(m, dof) weights of each recording [1 / (N m)]; 0 where there is no measurement or no prediction."""
+    row_count: int
+    """Number of rows to which it was fitted; in some of them the model may predict nothing."""
 
     @property
     def loss(self) -> float:
         """Weighted sum of squares."""
-        return sum(float(np.nansum((w * r) ** 2)) for w, r in zip(self.weights, self.residuals, strict=True))
+        return _loss(self.residuals, self.weights, self.row_count)
 
     def rows(self) -> tuple[Floats, Floats]:
         """Weighted derivatives (r, K) and residuals (r,) of all measured rows of all recordings."""
@@ -82,7 +84,7 @@ def levenberg_marquardt(
     for _ in range(_MAX_STEPS):
         trial = _within(structure, solution.x + _solve(solution, free, damping))
         # With the load parameters of the current solution, as in the linearized model.
-        reduction = 1 - _loss(predictors, structure, trial, solution) / solution.loss if solution.loss else 0.0
+        reduction = 1 - _trial_loss(predictors, structure, trial, solution) / solution.loss if solution.loss else 0.0
         if reduction <= 0:
             if damping > _MAX_DAMPING or reduction > -_CONVERGED:
                 break
@@ -122,17 +124,31 @@ def _linearize(
         np.where(np.isfinite(r) & np.isfinite(d).all(axis=2), w, 0.0)
         for r, d, w in zip(residuals, derivatives, weights, strict=True)
     )
-    return Solution(structure, x, residuals, derivatives, usable_weights)
+    row_count = sum(int((weight > 0).sum()) for weight in weights)
+    return Solution(structure, x, residuals, derivatives, usable_weights, row_count)
 
 
-def _loss(predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, before: Solution) -> float:
+def _trial_loss(
+    predictors: Sequence[TorquePredictor], structure: ModelStructure, x: Floats, before: Solution
+) -> float:
     """Weighted sum of squares at `x` (K,), with the load parameters and the rows of the solution `before`."""
     load_parameters = structure.load_parameters(before.x)
-    total = 0.0
-    for predictor, weight in zip(predictors, before.weights, strict=True):
-        residual = weight * (predictor.prepared.torque - predictor.torque(structure, x, load_parameters))
-        total += float(np.nansum(residual**2))
-    return total
+    residuals = [
+        predictor.prepared.torque - predictor.torque(structure, x, load_parameters) for predictor in predictors
+    ]
+    return _loss(residuals, before.weights, before.row_count)
+
+
+def _loss(residuals: Sequence[Floats], weights: Sequence[Floats], row_count: int) -> float:
+    """Weighted sum of squares, as if the rows without a residual were like the others.
+
+    Otherwise a model would improve by predicting nothing in some rows, as a longer delay does beside gaps.
+    """
+    total, known_count = 0.0, 0
+    for residual, weight in zip(residuals, weights, strict=True):
+        total += float(np.nansum((weight * residual) ** 2))
+        known_count += int(((weight > 0) & np.isfinite(residual)).sum())
+    return total * (row_count / known_count) if known_count else np.inf
 
 
 def _solve(solution: Solution, free: Bools, damping: float = 0.0) -> Floats:

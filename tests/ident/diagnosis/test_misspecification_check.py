@@ -7,6 +7,7 @@ from ident.diagnosis.steps import Selection
 from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.motion import Motion
+from ident.dynamics.structure import Term
 from recordings.recording import Floats
 from tests.ident import building
 
@@ -56,3 +57,12 @@ def test_mandatory_effect_is_never_removed() -> None:
     effects = {"drag": building.effect(drag, mandatory=True)}
     _, result = checked(lambda motion: 3 * drag(motion) + concave(motion), effects)
     assert {term.name for term in result.steps[-1].model.terms} == {"drag"}
+
+
+def test_effects_of_a_given_model_are_kept() -> None:
+    data = building.split([building.record(noise=0.02, extra=concave)])
+    effects = {"drag": building.effect(drag)}
+    selector = Selector(data, effects, lambda text: None)
+    given = building.structure(data.recordings[0].recording).with_term(Term("drag", effects["drag"], (0,)))
+    selection = selector.select_forced(given, building.start(given), ())
+    assert remove_imitations(selector, selection).steps[0].model.terms == given.terms

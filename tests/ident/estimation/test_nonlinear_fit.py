@@ -1,5 +1,7 @@
 """Nonlinear least squares on recordings with known parameters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -95,3 +97,16 @@ def test_unit_of_the_torque_does_not_matter() -> None:
         guess = np.array([0.0, 0.0, 0.0, 0.0, 0.4])
         results.append(nonlinear_least_squares([predicted], structure, guess, [weight]).x)
     np.testing.assert_allclose(results[1], results[0] * [10, 10, 10, 10, 1], rtol=1e-3)
+
+
+def test_model_does_not_improve_by_predicting_nothing() -> None:
+    """A delay leaves rows beside gaps without a prediction; those count like the others."""
+    recording = building.record(noise=0.1)
+    assert recording.effort is not None
+    recording.effort[::100] = np.nan
+    predicted, weight = predictor(recording)
+    structure = building.structure(predicted.prepared.recording)
+    whole = nonlinear_least_squares([predicted], structure, np.zeros(3), [weight])
+    residual = whole.residuals[0].copy()
+    residual[::2] = np.nan
+    assert replace(whole, residuals=(residual,)).loss == pytest.approx(whole.loss, rel=0.1)
