@@ -143,7 +143,9 @@ def of_residuals(
 
 def repeating_share(prepared: PreparedRecording) -> Floats:
     """(dof,) repeating share (0 to 1) of the measured position that the low-pass of the motion removes."""
-    removed = prepared.samples.position - prepared.as_recorded.motion.position
+    preprocessed, measured = prepared.preprocessed, prepared.samples.position
+    removed = np.full_like(measured, np.nan)
+    removed[preprocessed.instants] = measured[preprocessed.instants] - preprocessed.motion.position
     statistics = of_cycles(by_cycle(prepared.samples, removed))
     if statistics is None:
         return np.ones(removed.shape[1])

@@ -132,7 +132,7 @@ class PreparedRecording:
     def with_positions(self, correct: Callable[[Floats], Floats]) -> "PreparedRecording":
         """Return the recording with positions corrected by `correct`, and the same rows of the torque."""
         samples = replace(self.samples, position=correct(self.samples.position))
-        motion = preprocessing.load(self.method)(samples, self.bandwidth).motion
+        motion = preprocessing.load(self.method)(samples, self.cutoff.hz if self.cutoff else None).motion
         return replace(self, samples=samples, preprocessed=replace(self.preprocessed, motion=motion))
 
     @property

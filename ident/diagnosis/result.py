@@ -48,8 +48,10 @@ class DiagnosisResult:
             BadInput: a recording cannot be read any more.
         """
         solution = self.diagnosis.model.solution
-        bandwidth = self.diagnosis.split.recordings[0].bandwidth
-        options = FitOptions("ls", estimators.settings("ls", {}), 0, self.options.preprocessing, bandwidth)
+        cutoff = self.diagnosis.split.recordings[0].cutoff
+        options = FitOptions(
+            "ls", estimators.settings("ls", {}), 0, self.options.preprocessing, cutoff.hz if cutoff else None
+        )
         held_out = self.validate[0] if self.validate else None
         identification = identify(self.files, held_out, options, lambda *_: None, (solution.structure, solution.x))
         model = with_ripple_terms(identification.model, self.diagnosis.ripple)

@@ -197,3 +197,12 @@ def test_load_of_effects_is_the_torque_without_friction() -> None:
 def test_mechanism_is_that_of_the_rig() -> None:
     prepared = prepare(building.record(2), "parallel", building.CUTOFF)
     assert prepared.as_recorded.mechanism.parameters == mechanisms.create(building.bench(2)).parameters
+
+
+def test_positions_are_replaced_without_a_cutoff_too() -> None:
+    prepared = prepare(building.record(), "central", None)
+    shifted = prepared.with_positions(lambda position: position + 0.1)
+    assert prepared.cutoff is None
+    np.testing.assert_allclose(
+        shifted.as_recorded.motion.position, prepared.as_recorded.motion.position + 0.1, atol=1e-12
+    )
