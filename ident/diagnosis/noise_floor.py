@@ -126,6 +126,7 @@ def _encoder_mean_square(
     """
     prepared, structure, x = predictor.prepared, solution.structure, solution.x
     difference = perturbed.unfiltered(structure, x) - predictor.unfiltered(structure, x)
+    scored = np.where(scored.any(axis=0), scored, prepared.usable)  # a joint may stand still in this recording
     full, mechanism = (
         _clipped_mean_square(np.where(scored, torque, np.nan)) for torque in (prepared.condition(difference), fixed)
     )

@@ -13,7 +13,8 @@ from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
 from ident.estimation.predicted_torque import CACHE_SIZE, TorquePredictor
-from recordings.recording import Bools, Floats
+from recordings.errors import BadInput
+from recordings.recording import Bools, Floats, Ints
 
 SEGMENTS = 15
 """Number of segments of a cycle if there is no other recording to validate on; every third one is a test segment."""
@@ -164,7 +165,8 @@ class SplitData:
         """Exclude rows from scoring in which the reported signal hardly depends on the torque.
 
         In saturation, any error of the torque is amplified. Fits still use these rows (the weights are unchanged):
-        only they show where saturation begins. If there are only few such rows, nothing is changed.
+        only they show where saturation begins. If there are only few such rows, or hardly any others, nothing
+        is changed.
 
         error: (dof,) smallest detectable torque error [N m].
         """
@@ -186,7 +188,10 @@ class SplitData:
             sum(int(rows.sum()) for rows in (*a, *b)) for a, b in ((self.train, self.test), (train, test))
         )
         share = 1 - after / before
-        return replace(self, train=train, test=test, insensitive_share=share) if share > MIN_REPORTED_SHARE else self
+        expected = self.recordings[0].regressor.shape[2]
+        if share <= MIN_REPORTED_SHARE or min(_count(train).min(), _count(test).min()) < expected:
+            return self
+        return replace(self, train=train, test=test, insensitive_share=share)
 
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""
@@ -207,6 +212,7 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
         test_rows = unused[: len(train)] + moving[len(train) :]
     else:
         train_rows, test_rows = (list(rows) for rows in zip(*map(_split_by_phase, train, moving), strict=True))
+    _check_rows(recordings, train_rows, test_rows)
     weights = _weights(recordings, train_rows, standstill)
     predictors = tuple(
         TorquePredictor(recording, max(_MIN_CACHED_COLUMNS, CACHE_SIZE // len(recordings)))
@@ -215,6 +221,37 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
     usable = sum(int(recording.usable.sum()) for recording in recordings)
     excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
     return SplitData(predictors, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)
+
+
+def _check_rows(recordings: Sequence[PreparedRecording], train: Sequence[Bools], test: Sequence[Bools]) -> None:
+    """Check that every joint moves in enough training rows and test rows, and that it is driven there.
+
+    Raises:
+        BadInput: a joint moves in too few rows to fit its parameters, or to judge them, or its torque is zero.
+    """
+    expected = recordings[0].regressor.shape[2]
+    for rows, kind in ((train, "fitted"), (test, "held-out")):
+        counts = _count(rows)
+        if counts.min() < expected:
+            raise BadInput(
+                f"at least {expected} {kind} samples of every joint in motion expected, {counts.min()} of joint "
+                f"{counts.argmin() + 1} found; record a longer motion in which every joint moves"
+            )
+    driven = np.any(
+        [((recording.torque != 0) & rows).any(axis=0) for recording, rows in zip(recordings, train, strict=True)],
+        axis=0,
+    )
+    if not driven.all():
+        raise BadInput(
+            f"a torque that drives the motion expected, but that of joint {driven.argmin() + 1} is 0 wherever it "
+            "moves; check what was recorded"
+        )
+
+
+def _count(rows: Sequence[Bools]) -> Ints:
+    """(dof,) number of `rows` (m, dof) of all recordings."""
+    counts: Ints = np.sum([selected.sum(axis=0) for selected in rows], axis=0)
+    return counts
 
 
 def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:

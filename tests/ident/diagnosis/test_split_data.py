@@ -10,6 +10,8 @@ from scipy.signal import convolve2d
 from ident.diagnosis import split_data
 from ident.diagnosis.split_data import SplitData, rms
 from ident.dynamics.effects.library import library
+from recordings.errors import BadInput
+from tests.ident import building
 
 
 def test_errors_in_a_regressor_attenuate_the_parameters() -> None:
@@ -32,7 +34,7 @@ def test_errors_in_a_regressor_attenuate_the_parameters() -> None:
 def _with_saturation(amplified: float, share: float) -> tuple[Any, Any]:
     """Data of one joint, in which a `share` of the rows amplifies errors by a factor; and a solution."""
     size = np.where(np.arange(1000) < 1000 * share, amplified, 1.0)[:, None]
-    prepared = SimpleNamespace(condition=lambda signal: signal)
+    prepared = SimpleNamespace(condition=lambda signal: signal, regressor=np.zeros((1000, 1, 3)))
     predictor: Any = SimpleNamespace(prepared=prepared, error_amplification=lambda structure, x, error: size)
     rows = np.ones((1000, 1), bool)
     split = SplitData((predictor, predictor), (rows, ~rows), (~rows, rows), (rows * 1.0, rows * 0.0), True)
@@ -48,8 +50,8 @@ def test_saturated_rows_are_fitted_but_not_scored() -> None:
     assert reduced.weights is all_rows.weights
 
 
-@pytest.mark.parametrize(("amplified", "share"), [(1.5, 0.5), (5.0, 0.005)])
-def test_little_or_rare_amplification_changes_nothing(amplified: float, share: float) -> None:
+@pytest.mark.parametrize(("amplified", "share"), [(1.5, 0.5), (5.0, 0.005), (5.0, 1.0)])
+def test_little_or_rare_amplification_or_nothing_else_changes_nothing(amplified: float, share: float) -> None:
     all_rows, solution = _with_saturation(amplified, share)
     assert all_rows.without_saturated_rows(solution, np.ones(1)) is all_rows
 
@@ -74,3 +76,20 @@ def test_creeping_is_standstill_and_a_reversal_is_not(monkeypatch: pytest.Monkey
     around = np.abs(time % 2 - 1)
     assert still[around < 0.05, 1].all()
     assert not still[around > 0.1, 1].any()
+
+
+def test_joint_that_hardly_moves_is_refused() -> None:
+    short = building.record(2)
+    short.position[20:, 1] = short.position[20, 1]
+    with pytest.raises(
+        BadInput, match=r"at least 6 held-out samples of every joint in motion expected, \d of joint 2"
+    ):
+        building.split([building.record(2)], [short])
+
+
+def test_joint_without_torque_in_motion_is_refused() -> None:
+    recording = building.record(2)
+    assert recording.effort is not None
+    recording.effort[10:, 1] = 0.0
+    with pytest.raises(BadInput, match="that of joint 2 is 0 wherever it moves"):
+        building.split([recording])
