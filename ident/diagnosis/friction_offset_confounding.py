@@ -59,12 +59,19 @@ def _with_offset(split: SplitData, solution: Solution, offset: Effect, joint: in
 def _warning(split: SplitData, solution: Solution, joint: int, share: float) -> str:
     entries = solution.structure.parameters
     friction = next(i for i, entry in enumerate(entries) if entry.name == f"c_c{joint + 1}")
-    constant = next(i for i, entry in enumerate(entries) if entry.name == f"{_OFFSET}.a{joint + 1}")
+    names = [entry.name.partition(".") for entry in entries]  # a second term of the effect is numbered: "#2"
+    constant = next(
+        i for i, (effect, _, name) in enumerate(names) if effect.startswith(_OFFSET) and name == f"a{joint + 1}"
+    )
     uncertainty = parameter_uncertainty(split, solution)
     width, rho = uncertainty.half_width(), uncertainty.correlation[friction, constant]
+    rarely = (
+        f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time, so Coulomb friction and a"
+    )
+    if not np.isfinite(rho):
+        return f"{rarely} constant offset cannot be distinguished."
     texts = [f"{solution.x[i]:.3g} ± {width[i]:.2g} {entries[i].unit}" for i in (friction, constant)]
     return (
-        f"Joint {joint + 1} moves in one of its directions only {share:.0%} of the time, so Coulomb friction and a "
-        f"constant offset are hard to distinguish: with both in the model they are {texts[0]} and {texts[1]} (95 %), "
-        f"and their errors correlate by {rho:+.2f}."
+        f"{rarely} constant offset are hard to distinguish: with both in the model they are {texts[0]} and "
+        f"{texts[1]} (95 %), and their errors correlate by {rho:+.2f}."
     )

@@ -5,6 +5,7 @@ import pytest
 
 from ident.diagnosis.friction_offset_confounding import confounding_warnings, rarer_direction_share
 from ident.dynamics.effects.library import library
+from ident.dynamics.structure import Term
 from tests.ident import building
 
 OFFSET = library()["torque_offset"]
@@ -59,3 +60,11 @@ def test_offset_of_the_model_is_used() -> None:
 def test_without_the_effect_only_one_direction_is_reported() -> None:
     data = building.split([building.record(drift=DRIFT, cycles=6)])
     assert list(confounding_warnings(data, building.fitted(data).solution, None)) == []
+
+
+def test_offset_may_be_a_second_term_of_the_model() -> None:
+    data = building.split([building.record(2, drift=DRIFT, cycles=6, noise=0.02)])
+    model = building.structure(data.recordings[0].recording, "torque_offset", joints=[0])
+    model = model.with_term(Term("torque_offset", OFFSET, (1,)))
+    sentences = list(confounding_warnings(data, data.fit(model, building.start(model)), OFFSET))
+    assert [sentence[:7] for sentence in sentences] == ["Joint 1", "Joint 2"]
