@@ -70,7 +70,8 @@ class _Rows:
         block = slice(self.regressor.shape[1], None)
         penalty[block, block] += smoothness * level * self.slope_changes.T @ self.slope_changes
         gram = matrix.T @ matrix + max(len(matrix), 1) * penalty
-        solution: Floats = np.linalg.solve(gram, matrix.T @ self.residual[selected])
+        # Of least norm: on some motions curves and parameters are linear combinations of each other.
+        solution: Floats = np.linalg.lstsq(gram, matrix.T @ self.residual[selected], rcond=None)[0]
         return solution
 
     def cross_validation_error(self, smoothness: float) -> float:

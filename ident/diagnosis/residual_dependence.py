@@ -101,6 +101,8 @@ def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> 
 
 
 def _joint_dependence(rows: _Rows, joint: int) -> ResidualDependence | None:
+    if not rows.train[:, joint].any() or not rows.test[:, joint].any():
+        return None
     candidates = [
         (inputs, _explained_share(rows, joint, _columns(rows, joint, inputs)))
         for inputs in _input_candidates(rows, joint)
@@ -162,7 +164,7 @@ def _explained_share(rows: _Rows, joint: int, columns: Floats) -> float:
     combined = np.concatenate([regressor / np.sqrt(np.mean(regressor[train] ** 2, axis=0)), columns], axis=1)
     penalty = np.concatenate([np.zeros(regressor.shape[1]) + 1e-6, np.full(columns.shape[1], _RIDGE)])
     matrix = combined[train].T @ combined[train] + np.diag(penalty * len(combined[train]) * 0.1)
-    coefficients = np.linalg.solve(matrix, combined[train].T @ rows.residual[train, joint])
+    coefficients = np.linalg.lstsq(matrix, combined[train].T @ rows.residual[train, joint], rcond=None)[0]
     residual = rows.residual[test, joint] - combined[test] @ coefficients
     before = float(np.mean(rows.residual[test, joint] ** 2))
     return 1 - float(np.mean(residual**2)) / before if before else 0.0
