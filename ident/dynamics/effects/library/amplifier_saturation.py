@@ -22,6 +22,8 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     """Suggest levels around the largest voltage of the model, each with several knees."""
     largest = float(np.nanmax(np.abs(voltage_from_torque(inputs.rigid, inputs.rig.torque))))
+    if not largest:
+        return []
     return [
         {"inverse_level": use / largest, "n": knee} for use in (0.6, 0.8, 0.95, 1.1, 1.3) for knee in (3.0, 6.0, 12.0)
     ]

@@ -9,6 +9,8 @@ from recordings.recording import Floats
 _FILTER_ABOVE = 1.5
 """Natural frequency, as a multiple of the analysis bandwidth, above which the motion is fully low-passed: there, the
 spring would amplify nothing but noise."""
+_DIVERGED = 1e30
+"""Torque that only a simulation without a stable solution reaches [N m]; the joint is taken as stiff there."""
 
 
 def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
@@ -26,7 +28,7 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
     )
     inputs = inputs.low_passed(float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0)))
     changed = joints.elastic_torque(inputs.motion, compliance, damping_ratio) - inputs.arm_torque(share)
-    return torque + np.where(np.isfinite(changed), changed, 0.0)
+    return torque + np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
 
 
 effect = Signal(

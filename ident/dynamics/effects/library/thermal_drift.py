@@ -9,9 +9,9 @@ from recordings.recording import Floats
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
     """v exp(-t / T) and sgn v exp(-t / T) (n, dof, 2)."""
-    fading = np.exp(-inputs.time / shapes["T"])[:, None]
-    if shapes["T"] < 0:  # grows towards 1 at the end, whatever the length of the run
-        fading = fading / fading.max()
+    # Growing friction reaches 1 at the end, whatever the length of the run.
+    origin = inputs.time.max() if shapes["T"] < 0 else 0.0
+    fading = np.exp(-(inputs.time - origin) / shapes["T"])[:, None]
     pair: Floats = np.stack([inputs.motion.velocity * fading, inputs.motion.direction * fading], axis=2)
     return pair
 
