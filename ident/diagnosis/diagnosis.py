@@ -77,6 +77,11 @@ class DiagnosisInputs:
             bare = prepared.base_structure
             return bare, np.zeros(len(bare.parameters))
         check_model_rig(model, prepared.recording)
+        if model.form:
+            raise BadInput(
+                f"a model of the mechanism itself expected, found one of the form '{model.form}', which the method "
+                f"{model.method.name} fits; choose another method"
+            )
         return structure_of(model, prepared.recording.rig, library)
 
 
@@ -193,7 +198,7 @@ def _prepare_recordings(
 ) -> tuple[list[list[PreparedRecording]], float | None]:
     """The prepared excerpts of each recording, all with the same cut-off, and the share of rows in them."""
     excerpt_lists = [excerpts(recording) for recording in recordings]
-    hz = options.cutoff or _choose_cutoff(recordings)
+    hz = options.cutoff or (None if options.preprocessing == "central" else _choose_cutoff(recordings))
     prepared = [
         [prepare(excerpt.recording, options.preprocessing, hz, excerpt.start) for excerpt in excerpt_list]
         for excerpt_list in excerpt_lists

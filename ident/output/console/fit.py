@@ -1,6 +1,7 @@
 """Print a fit: parameters, agreement per joint, and where the model fails."""
 
 from collections.abc import Iterator
+from math import isinf
 
 from rich.console import Console
 from rich.table import Table
@@ -73,8 +74,14 @@ def _out_of_range(result: Identification) -> Iterator[str]:
         if entry.term >= 0 and not entry.lower <= value <= entry.upper:
             yield (
                 f"{entry.name} = {value:.4g} {entry.unit} is outside of its physical range "
-                f"({entry.lower:g} to {entry.upper:g}): evidence against {entry.name.partition('.')[0]}."
+                f"({_range(entry.lower, entry.upper)}): evidence against {entry.name.partition('.')[0]}."
             )
+
+
+def _range(lower: float, upper: float) -> str:
+    if isinf(upper):
+        return f"at least {lower:g}"
+    return f"at most {upper:g}" if isinf(lower) else f"{lower:g} to {upper:g}"
 
 
 def _parameter_table(model: ModelFile) -> Table:
