@@ -66,7 +66,8 @@ samples: $(READY)
 faults: $(READY)
 	$(BIN)/python -m tests.faults
 
-# 100,000 random frames, serial replies and damaged recordings.
+# 100,000 random frames, serial replies and damaged recordings; 10,000 diagnoses of random recordings.
+# Resume or repeat a diagnosis: python -m tests.fuzz --start N --count 1
 fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.fuzz import inputs
+from tests.fuzz import diagnoses, inputs
 
 
 def test_driver_survives_random_frames() -> None:
@@ -23,6 +23,13 @@ def test_random_serial_replies_are_parsed_or_refused() -> None:
 def test_mutated_recordings_are_read_or_refused(tmp_path: Path) -> None:
     refused = inputs.files(300, 14, inputs.small_recording(tmp_path / "sample.mcap"), tmp_path)
     assert 100 < refused < 300
+
+
+@pytest.mark.slow
+def test_random_recordings_are_diagnosed_or_refused_in_a_sentence(tmp_path: Path) -> None:
+    outcomes = {seed: diagnoses.run(seed, tmp_path, rows=600) for seed in range(60)}
+    assert not {seed: outcome.failure for seed, outcome in outcomes.items() if outcome.failure}
+    assert sum(not outcome.refusal for outcome in outcomes.values()) > 10
 
 
 @pytest.mark.slow

@@ -1,0 +1,138 @@
+"""Diagnose random recordings: every result is finite, and whatever cannot be diagnosed is refused in a sentence."""
+
+import io
+import json
+import re
+import tempfile
+import traceback
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.random import Generator
+from rich.console import Console
+
+import ident
+from ident import plugins
+from ident.dynamics.effects.library import library
+from ident.estimation import estimators
+from ident.output import pictures
+from ident.output.console import diagnosis as diagnosis_table
+from ident.output.console import fit as fit_table
+from ident.output.console import residuals as residual_table
+from ident.output.report import contents, page
+from recordings.errors import BadInput
+from tests.fuzz import recordings
+
+MAX_ROWS = 1500
+_UNREADABLE = re.compile(
+    r"numpy|scipy|ndarray|\barray|\bshape|broadcast|operand|dtype|singular|SVD|\bNone\b|Traceback|\bnan\b|\binf\b",
+    re.IGNORECASE,
+)
+"""What no sentence to a user contains."""
+_NOT_A_NUMBER = re.compile(r"(?<![\w-])(nan|-?inf|None)(?![\w-])")
+_METHODS = ("ls", "wls", "svd", "dls", "rls", "lad")
+"""Estimators that take no time."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of one case."""
+
+    refusal: str = ""
+    """The sentence, if the data were refused."""
+    failure: str = ""
+    """What went wrong, with the place in the code."""
+
+
+def run(seed: int, folder: Path, rows: int = MAX_ROWS) -> Outcome:
+    """Diagnose the random recordings of the case `seed`, of at most `rows` rows; files are written below `folder`."""
+    rng = np.random.default_rng(seed)
+    with warnings.catch_warnings(), tempfile.TemporaryDirectory(dir=folder) as name:
+        warnings.simplefilter("error")
+        try:
+            _diagnose(rng, Path(name), rows)
+        except BadInput as error:
+            text = str(error).replace(name, "")
+            wrong = _UNREADABLE.search(text) or text.count("\n") > 1
+            return Outcome(text, f"sentence: {text}" if wrong else "")
+        except Exception:
+            return Outcome(failure=traceback.format_exc())
+    return Outcome()
+
+
+def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
+    machine = recordings.machine(rng)
+    files = [recordings.write(folder, f"train_{i}", machine, rng, rows) for i in range(1 + (rng.random() < 0.1))]
+    short = int(rng.integers(5, 150)) if rng.random() < 0.08 else rows
+    validate = [recordings.write(folder, "validate", machine, rng, short)] if rng.random() < 0.5 else []
+    preprocessing = str(rng.choice(plugins.names("ident.data.preprocessing"))) if rng.random() < 0.2 else "parallel"
+    cutoff = float(10 ** rng.uniform(0.3, 1.4)) if preprocessing != "central" and rng.random() < 0.15 else None
+    settings: dict[str, Any] = {"preprocessing": preprocessing, "cutoff": cutoff}
+    effects = [
+        name
+        for name, effect in library(()).items()
+        if machine.rig.mechanism in effect.mechanisms and not effect.mandatory
+    ]
+    only = [str(name) for name in rng.choice(effects, int(rng.integers(1, 4)), replace=False)]
+    methods = [name for name in _METHODS if machine.rig.mechanism == "delta" or not estimators.form(name)]
+    method, chosen = str(rng.choice(methods)), rng.random(4)
+
+    model = None
+    if chosen[0] < 0.2:
+        held_out = validate[0] if validate else None
+        added = only[:1] if chosen[1] < 0.3 and not estimators.form(method) else ()
+        model = ident.fit(files, held_out, method, added, **settings)
+        _check_model(model, files, validate, folder, draw=chosen[1] > 0.8)
+    start = model if chosen[1] < 0.5 and not estimators.form(method) else None
+    result = ident.diagnose(files, validate, model=start, only=only if chosen[2] < 0.25 else (), **settings)
+    _check_document(result.as_json())
+    diagnosis_table.show(result.document, console := _console())
+    _check_text(console)
+    if chosen[3] < 0.15:
+        request = contents.ReportRequest((), tuple(files), tuple(validate), (), diagnose=True)
+        _check_page(page.render(contents.assemble(request, diagnosis=result)))
+    if 0.1 < chosen[3] < 0.25:
+        _check_model(result.apply(), files, validate, folder, draw=False)
+
+
+def _check_model(
+    model: ident.Model, files: Sequence[Path], validate: Sequence[Path], folder: Path, *, draw: bool
+) -> None:
+    assert model.identification is not None
+    _check_document(model.file.as_json())
+    fit_table.show(model.identification, console := _console(), details=True)
+    path = folder / "fuzz.model.json"
+    model.save(path)
+    comparison = ident.compare(ident.load_model(path), files)
+    _check_document(comparison.as_json())
+    residual_table.show(comparison, console)
+    _check_text(console)
+    if draw:
+        pictures.draw(model.identification, folder)
+        request = contents.ReportRequest((path,), tuple(files), tuple(validate), (), diagnose=False)
+        _check_page(page.render(contents.gather(request, lambda text: None)))
+
+
+def _check_document(document: Any) -> None:
+    json.dumps(document, allow_nan=False)
+
+
+def _check_page(text: str) -> None:
+    shown = re.sub(r"<(script|style)\b.*?</\1>", "", text, flags=re.DOTALL)
+    match = _NOT_A_NUMBER.search(re.sub(r"<[^>]*>", " ", shown))
+    assert not match, f"page: {shown[max(match.start() - 100, 0) : match.end() + 50]}"
+
+
+def _console() -> Console:
+    return Console(file=io.StringIO(), width=200)
+
+
+def _check_text(console: Console) -> None:
+    assert isinstance(console.file, io.StringIO)
+    text = console.file.getvalue()
+    match = _NOT_A_NUMBER.search(text)
+    assert not match, f"console: {text[max(match.start() - 100, 0) : match.end() + 50]}"
