@@ -51,6 +51,8 @@ def _insufficient_data(split: SplitData, model: FittedModel) -> Iterator[str]:
 
 def _disagreement(split: SplitData, model: FittedModel, floor: NoiseFloor) -> Iterator[str]:
     """Whether the error of the final model is much larger on one test recording than on another."""
+    if not floor.rms.any():
+        return
     test = [i for i, rows in enumerate(split.test) if rows.any()]
     errors: dict[str, float] = {}
     for name in file_names(split, test) if split.other_motion else ():

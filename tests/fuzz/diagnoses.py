@@ -70,7 +70,9 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
     short = int(rng.integers(5, 150)) if rng.random() < 0.08 else rows
     validate = [recordings.write(folder, "validate", machine, rng, short)] if rng.random() < 0.5 else []
     preprocessing = str(rng.choice(plugins.names("ident.data.preprocessing"))) if rng.random() < 0.2 else "parallel"
-    cutoff = float(10 ** rng.uniform(0.3, 1.4)) if preprocessing != "central" and rng.random() < 0.15 else None
+    cutoff = None
+    if preprocessing != "central" and (chosen := rng.random()) < 0.5:  # [Hz]
+        cutoff = float(10 ** (rng.uniform(0.9, 1.3) if chosen < 0.45 else rng.uniform(-0.5, 2)))
     settings: dict[str, Any] = {"preprocessing": preprocessing, "cutoff": cutoff}
     effects = [
         name
@@ -79,23 +81,23 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
     ]
     only = [str(name) for name in rng.choice(effects, int(rng.integers(1, 4)), replace=False)]
     methods = [name for name in _METHODS if machine.rig.mechanism == "delta" or not estimators.form(name)]
-    method, chosen = str(rng.choice(methods)), rng.random(4)
+    method, share = str(rng.choice(methods)), rng.random(4)
 
     model = None
-    if chosen[0] < 0.2:
+    if share[0] < 0.2:
         held_out = validate[0] if validate else None
-        added = only[:1] if chosen[1] < 0.3 and not estimators.form(method) else ()
+        added = only[:1] if share[1] < 0.3 and not estimators.form(method) else ()
         model = ident.fit(files, held_out, method, added, **settings)
-        _check_model(model, files, validate, folder, draw=chosen[1] > 0.8)
-    start = model if chosen[1] < 0.5 and not estimators.form(method) else None
-    result = ident.diagnose(files, validate, model=start, only=only if chosen[2] < 0.25 else (), **settings)
+        _check_model(model, files, validate, folder, draw=share[1] > 0.8)
+    start = model if share[1] < 0.5 and not estimators.form(method) else None
+    result = ident.diagnose(files, validate, model=start, only=only if share[2] < 0.25 else (), **settings)
     _check_document(result.as_json())
     diagnosis_table.show(result.document, console := _console())
     _check_text(console)
-    if chosen[3] < 0.15:
+    if share[3] < 0.15:
         request = contents.ReportRequest((), tuple(files), tuple(validate), (), diagnose=True)
         _check_page(page.render(contents.assemble(request, diagnosis=result)))
-    if 0.1 < chosen[3] < 0.25:
+    if 0.1 < share[3] < 0.25:
         _check_model(result.apply(), files, validate, folder, draw=False)
 
 

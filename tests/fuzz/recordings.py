@@ -11,7 +11,7 @@ from daq.importing import Description, import_csv
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, Torque
 
-USUAL_RATES, UNUSUAL_RATES = (100.0, 125.0, 200.0, 250.0), (20.0, 50.0, 500.0, 1000.0, 2000.0)
+USUAL_RATES, UNUSUAL_RATES = (100.0, 125.0, 200.0), (20.0, 50.0, 250.0, 500.0, 1000.0, 2000.0)
 """[Hz]; recordings of 1,500 rows are too short for most motions at the higher ones."""
 
 
@@ -123,8 +123,8 @@ def _motion(rng: Generator, time: Floats, rig: Rig) -> tuple[Floats, Floats | No
         lambda: np.cumsum(rng.standard_normal(len(phase))) / np.sqrt(len(phase)),
         lambda: rng.standard_normal(len(phase)),
     )
-    rough = rng.random() < 0.3
-    dof, amplitude = rig.dof, float(10 ** rng.uniform(-2 if rng.random() < 0.2 else -1, 0.3))
+    rough = rng.random() < 0.2
+    dof, amplitude = rig.dof, float(10 ** rng.uniform(-2 if rng.random() < 0.1 else -1, 0.3))
     if rng.random() < 0.03:
         x, cycle = np.zeros((len(time), dof)), None
     elif rng.random() < 0.6:  # repeated sums of sines, as trajectories are

@@ -81,9 +81,7 @@ def test_creeping_is_standstill_and_a_reversal_is_not(monkeypatch: pytest.Monkey
 def test_joint_that_hardly_moves_is_refused() -> None:
     short = building.record(2)
     short.position[20:, 1] = short.position[20, 1]
-    with pytest.raises(
-        BadInput, match=r"at least 6 held-out samples of every joint in motion expected, \d of joint 2"
-    ):
+    with pytest.raises(BadInput, match=r"at least 6 held-out samples of every joint .* \d of joint 2"):
         building.split([building.record(2)], [short])
 
 
