@@ -57,8 +57,13 @@ class HighBand:
 
 
 def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:
-    """The residual of `solution` above the low-pass in each recording; empty if a method keeps no samples there."""
-    if any(len(each.preprocessed.instants) != len(each.samples.position) for each in split.recordings):
+    """The residual of `solution` above the low-pass in each recording; empty if a method keeps no samples there.
+
+    It is empty, too, if the method has no low-pass.
+    """
+    if any(
+        len(each.preprocessed.instants) != len(each.samples.position) or not each.cutoff for each in split.recordings
+    ):
         return ()
     return tuple(_high_band(split, index, solution) for index in range(len(split.recordings)))
 
