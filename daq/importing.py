@@ -20,7 +20,7 @@ from recordings.imported import imported_rig, measured_torque
 from recordings.recording import Floats, Ints, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
-_JOINT_COLUMN = re.compile(rf"({'|'.join(JOINT_COLUMNS)})_([1-9]\d*)")
+_JOINT_COLUMN = re.compile(rf"({'|'.join((*JOINT_COLUMNS, 'current'))})_([1-9]\d*)")
 _MAX_TIME = 2**31
 """Largest time that a ROS time stamp holds [s]."""
 _MAX_RATE = 4000.0
@@ -36,6 +36,8 @@ class Description:
     joints: tuple[JointType, ...] = ("revolute",)
     torque: Mapping[str, Any] | None = None
     """Keys of the section [torque] of a rig file; None if they are unknown."""
+    gravity: bool = False
+    """Whether gravity loads the joint of a single axis."""
     simulated: bool = False
 
 
@@ -67,7 +69,9 @@ def import_csv(path: Path, out: Path, description: Description) -> Imported:
     joints = _joints(table)
     position = joints["position"]
     rate = float(1e9 / np.median(np.diff(stamp)))
-    rig = _rig(table, description, position.shape[1], "voltage" in joints, rate)
+    rig = _rig(table, description, joints, rate)
+    if not {"voltage", "effort"} & joints.keys():
+        joints["effort"] = _effort(table, joints["current"], rig)
     repeat, period = _repeat(table, stamp, joints.get("command", position))
     run = Run(
         trajectory="imported",
@@ -88,7 +92,7 @@ def import_csv(path: Path, out: Path, description: Description) -> Imported:
         log=stamp,
         cycle=np.arange(len(stamp)),
         repeat=repeat,
-        extra={name: column for name, column in table.columns.items() if not _is_known(name)},
+        extra={name: column for name, column in table.columns.items() if _is_extra(name)},
         position=position,
         command=joints.get("command"),
         voltage=joints.get("voltage"),
@@ -99,8 +103,9 @@ def import_csv(path: Path, out: Path, description: Description) -> Imported:
     return Imported(rig, run, samples)
 
 
-def _is_known(name: str) -> bool:
-    return name in ("time", "cycle") or _JOINT_COLUMN.fullmatch(name) is not None
+def _is_extra(name: str) -> bool:
+    quantity = _JOINT_COLUMN.fullmatch(name)
+    return name not in ("time", "cycle") and (quantity is None or quantity[1] == "current")
 
 
 def _stamps(table: CsvTable) -> Ints:
@@ -144,33 +149,48 @@ def _joints(table: CsvTable) -> dict[str, Floats]:
             raise BadInput(
                 f"{table.path}, line 1: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}"
             )
-    if not {"voltage", "effort"} & numbers.keys():
-        raise BadInput(f"{table.path}, line 1: columns voltage_1 ... or effort_1 ... expected, neither found")
+    if not {"voltage", "effort", "current"} & numbers.keys():
+        raise BadInput(
+            f"{table.path}, line 1: columns voltage_1 ..., effort_1 ... or current_1 ... expected, none found"
+        )
     return {name: np.column_stack([table.columns[f"{name}_{i + 1}"] for i in range(dof)]) for name in numbers}
 
 
-def _rig(table: CsvTable, description: Description, dof: int, volts: bool, rate: float) -> Rig:
+def _effort(table: CsvTable, current: Floats, rig: Rig) -> Floats:
+    """Effort (n, dof) [N m or N] of the `current` (n, dof) [A]."""
+    if not rig.torque.per_ampere:
+        raise BadInput(
+            f"{table.path} holds currents: their torque per ampere expected, none found; give --kt, or "
+            "torque.per_ampere in the rig file"
+        )
+    effort: Floats = current * np.array(rig.torque.per_ampere)
+    return effort
+
+
+def _rig(table: CsvTable, description: Description, joints: Mapping[str, Floats], rate: float) -> Rig:
+    dof, volts = joints["position"].shape[1], "voltage" in joints
     if description.rig is not None:
         if description.rig.dof != dof:
             raise BadInput(
                 f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i found"
             )
         return description.rig
-    if description.torque is not None and not volts:
-        raise BadInput(f"{table.path} holds efforts, which need no torque map or gain; leave these out")
+    if not volts and {"map", "gain"} & (description.torque or {}).keys():
+        raise BadInput(f"{table.path} holds no voltages, which alone need a torque map or gain; leave these out")
     if dof != 3 and description.mechanism is None:
         raise BadInput(
             f"{table.path}: the three joints of a delta robot expected, {dof} found; say what it is with --rig, or "
             "with --mechanism axes --joints revolute|prismatic"
         )
-    given = validated(dict(description.torque or {}), Torque, "--torque-map, --gain")
+    given = validated(dict(description.torque or {}), Torque, "--torque-map, --gain, --kt")
     return imported_rig(
         table.path.stem,
         dof,
         min(rate, _MAX_RATE),
         mechanism=description.mechanism,
         joints=description.joints,
-        torque=given if volts else measured_torque(dof),
+        torque=given if volts else measured_torque(dof, given.per_ampere),
+        gravity=description.gravity,
     )
 
 

@@ -141,6 +141,7 @@ def diagnose(
     preprocessing: str = "parallel",
     cutoff: float | None = None,
     only: Sequence[str] = (),
+    without: Sequence[str] = (),
     progress: StatusCallback = lambda text: None,
 ) -> DiagnosisResult:
     """Find the physical effects that the model of the recordings `files` lacks, with the evidence.
@@ -150,6 +151,7 @@ def diagnose(
     effect_files: Python files with effects of your own; they are executed. Without any: those of `model`.
     preprocessing, cutoff: as in `fit`.
     only: effects to add in this order, without any others.
+    without: effects of the library to leave out.
 
     Raises:
         BadInput: a recording cannot be used, the recordings are not of one rig, or an effect does not exist.
@@ -160,7 +162,7 @@ def diagnose(
     if model is not None:
         _check_model(model)
     held_out = _paths([validate] if isinstance(validate, (str, Path)) else validate or (), least=0)
-    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only))
+    options = DiagnosisOptions(preprocessing, _cutoff(cutoff), _names(only), _names(without))
     return diagnosed(_paths(files), held_out, _paths(effect_files, least=0), options, progress, model)
 
 

@@ -93,6 +93,16 @@ class Recording:
         return self.run.exit_status is not None
 
     @property
+    def temperature(self) -> Floats:
+        """(n, dof) temperature of the drives [degC]; NaN where it was not measured."""
+        return self.numbered("temperature")
+
+    def numbered(self, name: str) -> Floats:
+        """Further values (n, dof) NAME_1 ... NAME_n, one per joint; NaN for a joint without them."""
+        none = np.full(len(self.time), np.nan)
+        return np.column_stack([self.extra.get(f"{name}_{joint}", none) for joint in range(1, self.rig.dof + 1)])
+
+    @property
     def gaps(self) -> Ints:
         """Number of lost samples per joint (dof,)."""
         counts: Ints = np.isnan(self.position).sum(axis=0, dtype=np.int64)

@@ -63,6 +63,8 @@ class Torque(ConfigSection):
     map: Literal["square", "linear"] = "square"
     gain: tuple[Positive, ...] = (1.0, 1.0, 1.0)
     """Gain per joint [N m / V^2 or N m / V; N instead of N m for a prismatic joint]; default 1.0."""
+    per_ampere: tuple[Positive, ...] = ()
+    """Torque per motor current, per joint [N m/A, or N/A], for imported currents; none where it is not known."""
     gain_source: Literal["calibrated", "assumed"] = "assumed"
     gain_uncertainty: Annotated[float, Field(ge=0, lt=1)] = 0.1
     """Relative standard uncertainty of the gain."""
@@ -218,6 +220,8 @@ class Rig(ConfigSection):
                 raise ValueError(f"every drive needs its own node_id, {node_id} stands in two [[drives]]")
         if len(self.torque.gain) != self.dof:
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
+        if len(self.torque.per_ampere) not in (0, self.dof):
+            raise ValueError(f"torque.per_ampere: none or {self.dof} expected, {len(self.torque.per_ampere)} found")
         if isinstance(self.bus, SerialBus):
             self._check_lines(self.bus)
         return self

@@ -4,6 +4,8 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 Parameters = Mapping[str, float]
 
 _GRAVITY = 9.81
@@ -13,6 +15,7 @@ _STRENGTH_PARAMETERS: dict[str, str] = {
     "asymmetric_viscous": "a",
     "quadratic_friction": "a",
     "load_dependent_friction": "a",
+    "power_law_friction": "c",
     "presliding_hysteresis": "z_s",
     "backlash": "b",
     "joint_elasticity": "compliance",
@@ -32,6 +35,10 @@ _STRENGTH_PARAMETERS: dict[str, str] = {
 _STRENGTH_FUNCTIONS: dict[str, tuple[Callable[[Parameters], float], Callable[[Parameters], float]]] = {
     "cogging": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
     "encoder_eccentricity": (lambda true: true["a"], lambda estimate: math.hypot(estimate["a"], estimate["b"])),
+    "position_dependent_friction": (
+        lambda true: true["a"],
+        lambda estimate: float(np.ptp([value for name, value in estimate.items() if name.startswith("f_")])) / 2,
+    ),
     "base_tilt": (
         lambda true: _GRAVITY * math.sin(true["angle"]),
         lambda estimate: math.hypot(estimate["g_x"], estimate["g_y"]),

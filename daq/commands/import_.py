@@ -33,6 +33,8 @@ Examples:
 @click.option(
     "--gain", metavar="NUMBER,...", help="N m/V^2 or N m/V (N for prismatic joints), for all joints or one each."
 )
+@click.option("--kt", metavar="NUMBER,...", help="N m/A (N/A for prismatic joints) of current_i, one per joint.")
+@click.option("--gravity", is_flag=True, help="Gravity loads the joint; of --mechanism axes with a single axis.")
 @click.option("--simulated", is_flag=True, help="The measurements come from a simulation; the recording will say so.")
 @click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
 def command(
@@ -43,20 +45,28 @@ def command(
     joints: str | None,
     torque_map: str | None,
     gain: str | None,
+    kt: str | None,
+    gravity: bool,
     simulated: bool,
     as_json: bool,
 ) -> None:
     """Turn measurements of another program into a recording for `ident`.
 
     DATA.csv has a header row and SI units: time (strictly increasing, even or not), position_1 ... position_n, and
-    voltage_i or effort_i. Optional: velocity_i, command_i, and cycle, the number of the repetition, or -1; without it
-    repetitions are found from the motion. Other columns of numbers are kept. An empty cell or NaN is a gap.
+    voltage_i, effort_i or current_i. Optional: velocity_i, command_i, temperature_i (degC), and cycle, the number of
+    the repetition, or -1; without it repetitions are found from the motion. Other columns of numbers are kept. An
+    empty cell or NaN is a gap.
 
     Three joints without --rig and --mechanism are the delta robot of the paper.
     """
     from daq.importing import import_csv
 
-    described = _description(rig_file, mechanism, joints, torque_map, gain)
+    torque = {
+        **({"map": torque_map} if torque_map else {}),
+        **({"gain": _numbers("--gain", gain)} if gain else {}),
+        **({"per_ampere": _numbers("--kt", kt)} if kt else {}),
+    }
+    described = _description(rig_file, mechanism, joints, torque, gravity)
     imported = import_csv(file, out, replace(described, simulated=simulated))
     figures = _figures(imported, out)
     if (step := figures["step_s"]["median"]) > _LONGEST_STEP:
@@ -72,20 +82,20 @@ def command(
 
 
 def _description(
-    rig_file: Path | None, mechanism: Any, joints: str | None, torque_map: str | None, gain: str | None
+    rig_file: Path | None, mechanism: Any, joints: str | None, torque: dict[str, Any], gravity: bool
 ) -> "Description":
     from daq.importing import Description
     from recordings.errors import BadInput
     from recordings.rig import load_rig
 
     if rig_file is not None:
-        if any(option is not None for option in (mechanism, joints, torque_map, gain)):
-            raise BadInput("either --rig or --mechanism, --joints, --torque-map, --gain expected, both found")
+        if any((mechanism, joints, torque, gravity)):
+            options = "--mechanism, --joints, --torque-map, --gain, --kt, --gravity"
+            raise BadInput(f"either --rig or {options} expected, both found")
         return Description(rig=load_rig(rig_file, driven=False))
     if joints is not None and mechanism != "axes":
         raise BadInput("--joints describes the axes of --mechanism axes; add it, or leave --joints out")
-    torque = ({"map": torque_map} if torque_map else {}) | ({"gain": _numbers(gain)} if gain else {})
-    return Description(mechanism=mechanism, joints=_kinds(joints), torque=torque or None)
+    return Description(mechanism=mechanism, joints=_kinds(joints), torque=torque or None, gravity=gravity)
 
 
 def _kinds(joints: str | None) -> Any:
@@ -98,13 +108,13 @@ def _kinds(joints: str | None) -> Any:
     return kinds
 
 
-def _numbers(text: str) -> list[float]:
+def _numbers(option: str, text: str) -> list[float]:
     from recordings.errors import BadInput
 
     try:
         return [float(number) for number in text.split(",")]
     except ValueError:
-        raise BadInput(f"--gain: numbers such as 1.0 or 1.0,0.9,1.1 expected, {text!r} found") from None
+        raise BadInput(f"{option}: numbers such as 1.0 or 1.0,0.9,1.1 expected, {text!r} found") from None
 
 
 def _figures(imported: "Imported", out: Path) -> dict[str, Any]:

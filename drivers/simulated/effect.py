@@ -57,6 +57,8 @@ class HiddenEffect(ConfigSection):
     """True if the effect acts between its joints; it then needs at least two."""
     single_joint: ClassVar[bool] = False
     """True if the effect is drawn for one joint only: it is a difference between joints."""
+    drawn_by_seed: ClassVar[bool] = True
+    """False for effects that came later: a seed draws the same effect in every version."""
     cycles: ClassVar[int] = 1
     """Number of repetitions of a motion needed to measure its size."""
 
@@ -143,6 +145,10 @@ class HiddenEffect(ConfigSection):
     def friction(self, i: int, state: JointState) -> float:
         """Additional level of dry friction [N m]."""
         return 0.0
+
+    def viscous_share(self) -> float:
+        """Share of the viscous friction that remains."""
+        return 1.0
 
     def bristle(self) -> float:
         """Displacement over which dry friction builds up [rad]."""

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from drivers.simulated.config import EffectSpec, SimConfig
-from drivers.simulated.effect import HiddenEffect, build, library
+from drivers.simulated.effect import HiddenEffect, build, discover, library
 from drivers.simulated.sizing import EffectSizer
 from recordings.errors import BadInput
 from recordings.rig import Rig
@@ -34,7 +34,7 @@ def draw(
     drawn is drawn again.
 
     Args:
-        names: effects to draw from; None: the library.
+        names: effects to draw from; None: those of the library that a seed draws.
         sizes: one per effect to hide; () hides nothing. None: drawn between SMALLEST and LARGEST.
         joints: of all effects that do not act on the whole robot; None: drawn.
         sizer: an existing one for this machine, to save time.
@@ -43,7 +43,8 @@ def draw(
         BadInput: an unknown name, too few names, or no effect that can have its size was drawn.
     """
     rng = np.random.default_rng(seed)
-    candidates = sorted(library() if names is None else names)
+    drawn_by_seed = [name for name, kind in discover().items() if kind.in_library() and kind.drawn_by_seed]
+    candidates = sorted(drawn_by_seed if names is None else names)
     if len(candidates) < len(sizes):
         raise BadInput(f"at least {len(sizes)} effects to draw from expected, {len(candidates)} found; name more")
     for name in candidates:

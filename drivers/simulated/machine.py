@@ -214,7 +214,10 @@ def _plant(
         config.links,
         (couplings[0], couplings[1], couplings[2]),
         arms=arms,
-        viscous=config.friction.viscous,
+        viscous=[
+            level * math.prod(effect.viscous_share() for effect in effects_of_joint)
+            for level, effects_of_joint in zip(config.friction.viscous, on_joint, strict=True)
+        ],
         dt=dt,
     )
     g_x, g_y = ([effect.tilt()[axis] for effect in effects] for axis in (0, 1))

@@ -55,6 +55,9 @@ FILE = click.Path(path_type=Path)
     help="Add this effect even if it explains nothing, and no others but those that every such robot has. May be "
     "repeated.",
 )
+@click.option(
+    "--without", multiple=True, metavar="EFFECT", help="Leave this effect out of the library. May be repeated."
+)
 @click.option("--apply", is_flag=True, help="Write a model with all effects found.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
 @click.option(
@@ -80,6 +83,7 @@ def command(
     preprocess: str,
     cutoff: float | None,
     only: tuple[str, ...],
+    without: tuple[str, ...],
     apply: bool,
     out: Path | None,
     stand_in: Path | None,
@@ -121,6 +125,7 @@ def command(
             preprocessing=preprocess,
             cutoff=cutoff,
             only=only,
+            without=without,
             progress=progress,
         )
         if stand_in:

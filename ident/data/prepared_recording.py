@@ -63,6 +63,11 @@ class PreparedRecording:
         return seconds
 
     @cached_property
+    def temperature(self) -> Floats:
+        """(n, dof) temperature of the drives [degC]."""
+        return self.samples.temperature[self.preprocessed.instants]
+
+    @cached_property
     def time(self) -> Floats:
         """(m,) time of the rows, from the recording's first SYNC [s]."""
         return self.instant_time[:: self.preprocessed.decimation]

@@ -41,6 +41,8 @@ class Samples:
     """(n,) index of the cycle; -1 outside of the repeated motion."""
     phase: Floats
     """(n,) time since the beginning of the cycle [s]; NaN outside of the repeated motion."""
+    temperature: Floats
+    """(n, dof) of the drives [degC]; NaN for joints where it was not measured."""
     selected: Bools
     """(n,) False during approach and stop, or at rest before and after a motion without marked cycles."""
 
@@ -71,6 +73,7 @@ def sample(recording: Recording) -> Samples:
         _on_grid(recording, x, delay, rate, index, uniform=uniform) for x in (drive, torque, slope)
     )
     repeat, phase = _cycles(recording, index, rate)
+    instants = np.arange(len(position)) / rate
     return Samples(
         rate=rate,
         position=position,
@@ -79,6 +82,7 @@ def sample(recording: Recording) -> Samples:
         slope=slope,
         repeat=repeat,
         phase=phase,
+        temperature=np.stack([_slow(recording.time, x, instants) for x in recording.temperature.T], axis=1),
         selected=repeat >= 0 if (repeat >= 0).any() else _in_motion(position),
     )
 
@@ -154,9 +158,8 @@ def _delay(recording: Recording, name: str) -> Floats | None:
 
     Drives on a shared line are read one after the other.
     """
-    columns = [recording.extra.get(f"{name}_{i}") for i in range(1, recording.rig.dof + 1)]
-    delays = [column for column in columns if column is not None]
-    return np.stack(delays, axis=1) if delays and len(delays) == len(columns) else None
+    delays = recording.numbered(name)
+    return None if np.isnan(delays).all(axis=0).any() else delays
 
 
 def _median_delay(delay: Floats | None) -> Floats | None:
@@ -212,6 +215,15 @@ def _interpolate(time: Floats, signal: Floats, grid: Floats, longest: float) -> 
     outside = (grid < instants[0]) | (grid > instants[-1])
     values = CubicSpline(instants, signal[known])(grid)
     return np.where(gap | outside, np.nan, values)
+
+
+def _slow(time: Floats, signal: Floats, grid: Floats) -> Floats:
+    """Interpolate the slow `signal` (n,), which may be sampled seldom, linearly at the instants `grid` [s].
+
+    It is held before its first and after its last sample; NaN where there is none.
+    """
+    known = np.isfinite(signal)
+    return np.interp(grid, time[known], signal[known]) if known.any() else np.full(len(grid), np.nan)
 
 
 def _cycles(recording: Recording, index: Ints, rate: float) -> tuple[Ints, Floats]:

@@ -130,8 +130,14 @@ class DiscriminationModel:
                 if true in self.terms[alternative].effect.contains:
                     continue
                 columns = np.concatenate([self._base_columns, self._columns(alternative)])
-                for instance in (0,) if self.terms[true].effect.whole_robot else self.joints:
+                for instance in self._true_instances(self.terms[true]):
                     yield true, self._columns(true, instance), columns
+
+    def _true_instances(self, term: Term) -> tuple[int, ...]:
+        """Instances of a true effect on the possible joints."""
+        if term.effect.whole_robot:
+            return (0,)
+        return tuple(term.joints.index(joint) for joint in self.joints if joint in term.joints)
 
     def _columns(self, name: str, instance: int | None = None) -> Ints:
         """Indices of the columns of an effect: all, or those of one instance."""
@@ -197,7 +203,7 @@ def _check_effect(name: str, effects: Mapping[str, Effect], rig: Rig, torque_mea
         raise BadInput(
             f"effect {name}: an effect that depends on the motion expected, it depends on time; record longer instead"
         )
-    if reason := effect.unobservable(rig, torque_measured):
+    if reason := effect.why_unobservable(rig, torque_measured, temperature_measured=False):
         raise BadInput(
             f"effect {name}: an effect that is observable in recordings of this rig expected: {reason.rstrip('.')}; "
             "choose another"

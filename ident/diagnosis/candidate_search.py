@@ -94,7 +94,7 @@ class CandidateSearch:
             for index, term in enumerate(model.terms)
             if not (term.effect.whole_robot or term.effect.repeated)
             for joint in joints
-            if joint not in term.joints
+            if joint not in term.joints and joint in term.effect.possible_joints(model.solution.structure.rig)
         ]
 
     def _extend_to_joint(self, model: FittedModel, index: int, joint: int) -> FittedModel:

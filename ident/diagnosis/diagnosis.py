@@ -12,9 +12,10 @@ from ident.data import cutoff
 from ident.data.compatibility import check_no_overlap, check_not_repeated, check_same_rig
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, prepare
-from ident.data.samples import holds_torque, sample
+from ident.data.samples import sample
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
+from ident.diagnosis.observability import Observability, observability
 from ident.diagnosis.ripple import Ripple, find_ripple
 from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel, Selection
@@ -50,6 +51,8 @@ class DiagnosisOptions:
     """[Hz]; None: chosen from the spectra."""
     only: tuple[str, ...] = ()
     """Effects to add in this order, without any others; empty: stepwise selection."""
+    without: tuple[str, ...] = ()
+    """Effects of the library that are left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,10 +60,7 @@ class DiagnosisInputs:
     """Data, effects and initial model of a diagnosis."""
 
     split: SplitData
-    observable: Mapping[str, Effect]
-    """Effects that such recordings can show."""
-    unobservable: Mapping[str, str]
-    """Effects that such recordings cannot show, with the reason."""
+    effects: Observability
     excerpt_share: float | None
     """Share of the rows that is analysed, if the recordings are too long to analyse them completely."""
 
@@ -91,8 +91,7 @@ class Diagnosis:
 
     split: SplitData
     library: Mapping[str, Effect]
-    unobservable: Mapping[str, str]
-    """Effects that such recordings cannot show, with the reason."""
+    effects: Observability
     selection: Selection
     unexplained: UnexplainedResidual
     learned: NonparametricFit | None
@@ -127,15 +126,16 @@ def diagnose(
         BadInput: a recording cannot be used, the recordings are not of the same rig, or a requested effect does not
             exist or cannot be observed.
     """
-    _check_effects(options.only, library, {})
+    _check_effects((*options.only, *options.without), library, {})
     inputs = prepare_inputs(files, validate, library, options)
-    _check_effects(options.only, library, inputs.unobservable)
-    split, selector = inputs.split, Selector(inputs.split, inputs.observable, progress)
+    effects = inputs.effects
+    _check_effects(options.only, library, {**effects.unobservable, **effects.untested})
+    split, selector = inputs.split, Selector(inputs.split, effects.observable, progress)
     start = inputs.initial_model(library, initial_model)
     selection = _select(selector, start, options)
     reduced = split.without_saturated_rows(selection.model.solution, selection.model.noise_floor.rms)
     if reduced is not split:
-        split, selector = reduced, Selector(reduced, inputs.observable, progress)
+        split, selector = reduced, Selector(reduced, effects.observable, progress)
         selection = _select(selector, start, options)
     progress("analysing the unexplained residual")
     unexplained = estimate_unexplained(selection.model)
@@ -147,11 +147,11 @@ def diagnose(
         unexplained = estimate_unexplained(selection.model, dependences)
     selection = with_vibrations(selection)
     progress("searching ripple above the low-pass")
-    wanted = {name: effect for name, effect in inputs.observable.items() if not options.only or name in options.only}
+    wanted = {name: effect for name, effect in effects.observable.items() if not options.only or name in options.only}
     return Diagnosis(
         split,
         library,
-        inputs.unobservable,
+        effects,
         selection,
         unexplained,
         learned,
@@ -161,14 +161,12 @@ def diagnose(
     )
 
 
-def _check_effects(names: Sequence[str], library: Mapping[str, Effect], unobservable: Mapping[str, str]) -> None:
+def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_shown: Mapping[str, str]) -> None:
     for name in names:
         if name not in library:
             raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; correct it")
-        if name in unobservable:
-            raise BadInput(
-                f"effect: one that these recordings can show expected, '{name}' found: {unobservable[name]}"
-            )
+        if name in not_shown:
+            raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 
 
 def _select(selector: Selector, start: tuple[ModelStructure, Floats], options: DiagnosisOptions) -> Selection:
@@ -190,7 +188,7 @@ def prepare_inputs(
     prepared, share = _prepare_recordings(recordings, options)
     train, test = prepared[: len(files)], prepared[len(files) :]
     split = split_recordings(list(chain.from_iterable(train)), list(chain.from_iterable(test)))
-    return DiagnosisInputs(split, *_observable_effects(recordings[0], library), share)
+    return DiagnosisInputs(split, observability(split, library, options.without), share)
 
 
 def _prepare_recordings(
@@ -228,20 +226,3 @@ def _band_share(torque: Floats, rate: float, low: float, high: float) -> float:
     wide, narrow = (filters.convolve(torque, filters.low_pass(hz, rate)) for hz in (high, low))
     share: Floats = np.nanstd(wide - narrow, axis=0) / np.maximum(np.nanstd(wide, axis=0), _TINY)
     return float(np.nanmax(share))
-
-
-def _observable_effects(
-    recording: Recording, library: Mapping[str, Effect]
-) -> tuple[dict[str, Effect], dict[str, str]]:
-    """The effects that such a recording can show, and the reasons why it cannot show the others of this mechanism."""
-    rig, torque_measured = recording.rig, holds_torque(recording)
-    observable, unobservable = {}, {}
-    for name, effect in library.items():
-        if rig.mechanism not in effect.mechanisms:
-            continue
-        reason = effect.unobservable(rig, torque_measured)
-        if reason:
-            unobservable[name] = reason
-        else:
-            observable[name] = effect
-    return observable, unobservable

@@ -7,6 +7,7 @@ orthogonal forward selection. Correlation with the residual alone is not used.
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations, product
 
 import numpy as np
@@ -62,7 +63,7 @@ class _Block:
     """(instances, c) local parameter per unit of column coefficient."""
     shapes: Floats
     one_signed: Floats
-    """(c,) 1 where only a positive coefficient is possible, else 0."""
+    """(c,) 1 where only a positive coefficient is possible, -1 where only a negative one is, else 0."""
 
 
 class Screener:
@@ -73,6 +74,7 @@ class Screener:
         regressor, self._residual = solution.rows()
         size = np.sqrt((regressor**2).sum(axis=0))
         self._basis = np.linalg.qr(regressor[:, size > 0] / size[size > 0])[0]
+        self._regressor, self._size = regressor, np.where(size > 0, size, 1.0)
         self.loss = solution.loss
         self._predictors = [split.predictors[i] for i in split.train_indices]
 
@@ -97,7 +99,7 @@ class Screener:
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        one_signed = np.array([float(quantity.lower >= 0) for quantity in term.local_parameters])
+        one_signed = np.array([float(q.lower >= 0) - float(q.upper <= 0) for q in term.local_parameters])
         for guess, shapes in self._initial_guesses(term):
             yield _Block(self._columns(term, guess, shapes), guess, shapes, one_signed)
 
@@ -152,19 +154,25 @@ class Screener:
         orthogonal = block.columns - self._basis @ (self._basis.T @ block.columns)
         orthogonal -= self._basis @ (self._basis.T @ orthogonal)
         excited = np.sqrt((orthogonal**2).sum(axis=0)) > MIN_EXCITATION * size
-        gram, correlation = orthogonal.T @ orthogonal, orthogonal.T @ self._residual
+        everywhere = Term.on_all_joints(name, effect, self._solution.structure.rig)
+        products = _Products(
+            orthogonal.T @ orthogonal, orthogonal.T @ self._residual, self._replaced(everywhere, block)
+        )
         instances = [
             instance
             for instance in range(len(size) // c)
             if excited[instance * c : instance * c + c].any() and size.any()
         ]
-        subsets = {subset: self._reduction(gram, correlation, subset, block, c) for subset in _subsets(instances)}
+        subsets = {subset: _reduction(products, subset, block, c) for subset in _subsets(instances)}
         best = _parsimonious({subset: reduction for subset, (reduction, _) in subsets.items()})
         if best is None:
             return "sign" if instances else "collinear"
         reduction, coefficients = subsets[best]
-        everywhere = Term.on_all_joints(name, effect, self._solution.structure.rig)
-        term = everywhere if effect.whole_robot else Term(name, effect, best)
+        term = (
+            everywhere
+            if effect.whole_robot
+            else replace(everywhere, joints=tuple(everywhere.joints[i] for i in best))
+        )
         scale = block.scale[list(best)]
         guesses = [np.concatenate([(coefficients.reshape(-1, c) * scale).ravel(), block.shapes])]
         if isinstance(effect, Signal) and not (np.abs(np.log(np.abs(coefficients) + _TINY)) < _LINEAR_RANGE).all():
@@ -175,20 +183,72 @@ class Screener:
             term, tuple(guesses), max(self.loss - reduction, 0.0), parameter_count, coefficients, scale, block.shapes
         )
 
-    def _reduction(
-        self, gram: Floats, correlation: Floats, subset: tuple[int, ...], block: _Block, c: int
-    ) -> tuple[float, Floats]:
-        """Reduction of the loss by the instances in `subset`, -inf if a sign is wrong; and their coefficients."""
-        entries = np.concatenate([np.arange(instance * c, instance * c + c) for instance in subset])
-        normal_matrix = gram[np.ix_(entries, entries)]
-        size = np.sqrt(np.diag(normal_matrix))
-        size[size == 0] = 1.0
-        coefficients = (
-            np.linalg.lstsq(normal_matrix / np.outer(size, size), correlation[entries] / size, rcond=1e-9)[0] / size
+    def _replaced(self, term: Term, block: _Block) -> "_Replaced | None":
+        """What it costs to remove the friction of the mechanism that the effect replaces, on each of its joints."""
+        if term.effect.replaces is None:
+            return None
+        names = [entry.name for entry in self._solution.structure.parameters]
+        entries = [names.index(f"{term.effect.replaces}{joint + 1}") for joint in term.joints]
+        # Of a matrix A, column j of pinv(A)' is orthogonal to all columns of A but the column j.
+        dual = self._dual[:, entries]
+        return _Replaced(dual.T @ dual, dual.T @ block.columns, self._solution.x[entries] + dual.T @ self._residual)
+
+    @cached_property
+    def _dual(self) -> Floats:
+        """(r, K) transposed pseudoinverse of the model's regressor."""
+        dual: Floats = np.linalg.pinv(self._regressor / self._size).T / self._size
+        return dual
+
+
+@dataclass(frozen=True, eq=False)
+class _Replaced:
+    """The direction in which each of j columns of the model differs from all others: its dual vector."""
+
+    gram: Floats
+    """(j, j) products of the dual vectors."""
+    columns: Floats
+    """(j, instances * c) their products with the columns of the effect."""
+    target: Floats
+    """(j,) their products with the residual without these columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Products:
+    """Products of the columns of an effect, made orthogonal to those of the model."""
+
+    gram: Floats
+    """(instances * c, instances * c)"""
+    correlation: Floats
+    """(instances * c,) with the residual."""
+    replaced: _Replaced | None
+
+    def of_subset(self, subset: tuple[int, ...]) -> tuple[Floats, Floats, float]:
+        """Both products and the increase of the loss, without the columns that are replaced on the `subset`."""
+        if self.replaced is None:
+            return self.gram, self.correlation, 0.0
+        joints = list(subset)
+        columns, target = self.replaced.columns[joints], self.replaced.target[joints]
+        inverse = np.linalg.pinv(self.replaced.gram[np.ix_(joints, joints)])
+        return (
+            self.gram + columns.T @ inverse @ columns,
+            self.correlation + columns.T @ inverse @ target,
+            float(target @ inverse @ target),
         )
-        if (coefficients * np.tile(block.one_signed, len(subset)) < 0).any():
-            return -np.inf, coefficients
-        return float(coefficients @ correlation[entries]), coefficients
+
+
+def _reduction(products: _Products, subset: tuple[int, ...], block: _Block, c: int) -> tuple[float, Floats]:
+    """Reduction of the loss by the instances in `subset`, -inf if a sign is wrong; and their coefficients."""
+    gram, correlation, increase = products.of_subset(subset)
+    entries = np.concatenate([np.arange(instance * c, instance * c + c) for instance in subset])
+    normal_matrix = gram[np.ix_(entries, entries)]
+    size = np.sqrt(np.diag(normal_matrix))
+    size[size == 0] = 1.0
+    coefficients = (
+        np.linalg.lstsq(normal_matrix / np.outer(size, size), correlation[entries] / size, rcond=1e-9)[0] / size
+    )
+    if (coefficients * np.tile(block.one_signed, len(subset)) < 0).any():
+        return -np.inf, coefficients
+    return float(coefficients @ correlation[entries]) - increase, coefficients
 
 
 def effect_columns(

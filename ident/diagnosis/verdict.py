@@ -223,6 +223,7 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
             upper=entry.upper if np.isfinite(entry.upper) else None,
         )
         for entry, value, (low, high) in zip(entries, solution.x, limits, strict=True)
+        if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
     }
 
 
@@ -268,8 +269,10 @@ def _rejected(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
             yield RejectedEntry(
                 effect=name, status="not-observable", why=f"It does not occur on mechanism {mechanism}."
             )
-        elif name in diagnosis.unobservable:
-            yield RejectedEntry(effect=name, status="not-observable", why=diagnosis.unobservable[name])
+        elif name in diagnosis.effects.unobservable:
+            yield RejectedEntry(effect=name, status="not-observable", why=diagnosis.effects.unobservable[name])
+        elif name in diagnosis.effects.untested:
+            yield RejectedEntry(effect=name, status="not-tested", why=diagnosis.effects.untested[name])
         elif name in contained:
             reason = f"It is part of {contained[name]}, which was added."
             yield RejectedEntry(effect=name, status="absorbed", why=reason)

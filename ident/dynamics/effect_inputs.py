@@ -38,6 +38,8 @@ class EffectInputs:
     """Bandwidth of the analysis [Hz]."""
     parameters: Mapping[str, float]
     """Present parameters of the mechanism by name; m_d: mass of uniform rods, 0 without."""
+    temperature: Floats
+    """(n, dof) of the drives [degC]."""
 
     @cached_property
     def rigid(self) -> Floats:

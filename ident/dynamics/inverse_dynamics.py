@@ -16,7 +16,11 @@ from recordings.recording import Floats
 
 _STEP = 1e-4
 """Of the differences by which velocity and acceleration are corrected together with the position [rad or m]."""
-_TIME = {"rate": "dt, the time from row to row [s]", "time": "t, the time since the run began [s]"}
+_GIVEN = {
+    "rate": "dt, the time from row to row [s]",
+    "time": "t, the time since the run began [s]",
+    "temperature": "temperature, that of the drives [degC]",
+}
 """What of the inputs may not be given, and what to give for it."""
 
 
@@ -26,13 +30,13 @@ class NotGiven(BadInput):
 
 @dataclass(frozen=True, eq=False)
 class _Inputs(EffectInputs):
-    """Effect inputs that refuse what was not given: nothing is assumed about time."""
+    """Effect inputs that refuse what was not given: nothing is assumed about time and temperature."""
 
     missing: frozenset[str] = frozenset()
 
     def __getattribute__(self, name: str) -> object:
-        if name in _TIME and name in super().__getattribute__("missing"):
-            raise NotGiven(_TIME[name])
+        if name in _GIVEN and name in super().__getattribute__("missing"):
+            raise NotGiven(_GIVEN[name])
         return super().__getattribute__(name)
 
 
@@ -44,17 +48,22 @@ class InverseDynamics:
     values: Floats
     """(K,)"""
 
-    def inputs(self, motion: Motion, dt: float | None = None, t: Floats | None = None) -> EffectInputs:
-        """Effect inputs of a `motion` as the encoders tell it. dt: from row to row [s]; t: (n,) time [s]."""
+    def inputs(
+        self, motion: Motion, dt: float | None = None, t: Floats | None = None, temperature: Floats | None = None
+    ) -> EffectInputs:
+        """Effect inputs of a `motion` as the encoders tell it.
+
+        dt: from row to row [s]; t: (n,) time [s]; temperature: (n, dof) of the drives [degC].
+        """
         rig, corrections = self.structure.corrections(self.values)
         for correct in corrections:
             motion = _corrected(motion, correct)
         rate = np.nan if dt is None else 1 / dt
         time = np.full(len(motion.position), np.nan) if t is None else t
         known = MechanismMotion(rig, motion, self.structure.mechanism_of(rig)).effect_inputs(
-            rate, time, rate / 2, self.structure.load_parameters(self.values)
+            rate, time, rate / 2, self.structure.load_parameters(self.values), temperature
         )
-        missing = {name for name, value in (("rate", dt), ("time", t)) if value is None}
+        missing = {name for name, value in zip(_GIVEN, (dt, t, temperature), strict=True) if value is None}
         return _Inputs(**vars(known), missing=frozenset(missing))
 
     def columns(self, inputs: EffectInputs) -> Floats:
@@ -64,7 +73,7 @@ class InverseDynamics:
             BadInput: an effect needs what the inputs do not have.
         """
         structure = self.structure
-        columns = [structure.mechanism_of(inputs.rig).regressor(inputs.motion)]
+        columns = [structure.mechanism_columns(structure.mechanism_of(inputs.rig).regressor(inputs.motion))]
         for index, term in enumerate(structure.terms):
             if isinstance(term.effect, Additive):
                 with _naming(term):

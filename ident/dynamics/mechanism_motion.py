@@ -26,11 +26,18 @@ class MechanismMotion:
         """(n, dof, k) columns of the mechanism's own parameters."""
         return self.mechanism.regressor(self.motion)
 
-    def effect_inputs(self, rate: float, time: Floats, bandwidth: float, load_parameters: Floats) -> EffectInputs:
+    def effect_inputs(
+        self,
+        rate: float,
+        time: Floats,
+        bandwidth: float,
+        load_parameters: Floats,
+        temperature: Floats | None = None,
+    ) -> EffectInputs:
         """Inputs of effects.
 
         rate: instants per second [Hz]. time: (n,) [s]. bandwidth: of the analysis [Hz].
-        load_parameters: (k or k + 1,) of a model structure.
+        load_parameters: (k or k + 1,) of a model structure. temperature: (n, dof) of the drives [degC].
         """
         known = self.mechanism.parameters
         parameters, m_d = load_parameters[: len(known)], float(load_parameters[len(known) :].sum())
@@ -42,4 +49,14 @@ class MechanismMotion:
             return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
 
         by_name = {parameter.name: float(x) for parameter, x in zip(known, parameters, strict=True)}
-        return EffectInputs(self.rig, rate, time, self.motion, rigid_at, bandwidth, {**by_name, "m_d": m_d})
+        unknown = np.full_like(self.motion.position, np.nan)
+        return EffectInputs(
+            self.rig,
+            rate,
+            time,
+            self.motion,
+            rigid_at,
+            bandwidth,
+            {**by_name, "m_d": m_d},
+            unknown if temperature is None else temperature,
+        )

@@ -30,8 +30,8 @@ class Term:
 
     @classmethod
     def on_all_joints(cls, name: str, effect: Effect, rig: Rig) -> "Term":
-        """Return the term of `effect` on all joints of `rig`."""
-        return cls(name, effect, tuple(range(rig.dof)))
+        """Return the term of `effect` on all joints of `rig` that can have it."""
+        return cls(name, effect, effect.possible_joints(rig))
 
     @property
     def instances(self) -> int:
@@ -95,12 +95,29 @@ class ModelStructure:
     def parameters(self) -> tuple[ParameterEntry, ...]:
         """Entries of the vector: the mechanism's, then of each term local parameters by instance, and shapes."""
         mechanism = [
-            ParameterEntry(p.name, p.unit, p.meaning, 0.0 if p.nonnegative else -np.inf, np.inf, -1, True, True, 1.0)
-            for p in self.mechanism.parameters
+            _mechanism_entry(parameter, replaced=replaced)
+            for parameter, replaced in zip(self.mechanism.parameters, self._replaced, strict=True)
         ]
         return *mechanism, *(
             entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term)
         )
+
+    @cached_property
+    def _replaced(self) -> Bools:
+        """Mask (k,) of the mechanism's parameters in whose place an effect stands."""
+        names = {f"{term.effect.replaces}{joint + 1}" for term in self.terms for joint in term.joints}
+        return np.array([parameter.name in names for parameter in self.mechanism.parameters])
+
+    def mechanism_columns(self, regressor: Floats) -> Floats:
+        """Columns of the linear parameters of the mechanism, from its `regressor` (n, dof, k)."""
+        return regressor[:, :, ~self._replaced] if self._replaced.any() else regressor
+
+    def mechanism_values(self, linear: Floats) -> Floats:
+        """Parameters (k,) of the mechanism, from the `linear` parameters (K_linear,); 0 for replaced ones."""
+        kept = ~self._replaced
+        values = np.zeros(len(kept))
+        values[kept] = linear[: int(kept.sum())]
+        return values
 
     def _term_parameters(self, index: int, term: Term) -> list[ParameterEntry]:
         linear = isinstance(term.effect, Additive)
@@ -133,8 +150,9 @@ class ModelStructure:
     @cached_property
     def linear_parameters(self) -> tuple[Parameter, ...]:
         """Parameters in which the torque is linear: the mechanism's, and coefficients of additive effects."""
+        mechanism = zip(self.mechanism.parameters, self._replaced, strict=True)
         coefficients = [entry for entry in self.parameters if entry.linear and entry.term >= 0]
-        return *self.mechanism.parameters, *(
+        return *(parameter for parameter, replaced in mechanism if not replaced), *(
             Parameter(entry.name, entry.unit, entry.meaning) for entry in coefficients
         )
 
@@ -210,6 +228,22 @@ class ModelStructure:
         parameters = {quantity.name: values[:, i] for i, quantity in enumerate(term.local_parameters)}
         shapes = self.shape_values(index, x)
         return {**parameters, **{shape.name: shapes[i : i + 1] for i, shape in enumerate(term.effect.shapes)}}
+
+
+def _mechanism_entry(parameter: Parameter, *, replaced: bool) -> ParameterEntry:
+    """Entry of a parameter of the mechanism; one that is `replaced` by an effect stays at zero."""
+    lower, upper = (0.0, 0.0) if replaced else (0.0 if parameter.nonnegative else -np.inf, np.inf)
+    return ParameterEntry(
+        parameter.name,
+        parameter.unit,
+        parameter.meaning,
+        lower,
+        upper,
+        term=-1,
+        linear=not replaced,
+        free=not replaced,
+        scale=1.0,
+    )
 
 
 def _correction(position: Callable[[Floats, Rig, Values], Floats], rig: Rig, values: Values) -> PositionCorrection:

@@ -32,7 +32,7 @@ def voltage_from_torque(torque: Floats, torque_map: Torque) -> Floats:
 def amplifier_unobservable(rig: Rig, torque_measured: bool) -> str | None:
     """Return why a recording of `rig` cannot show effects between command and motor voltage, or None."""
     if torque_measured:
-        return "The torque itself was recorded, no command."
+        return "The torque itself, or the motor's current, was recorded, and no command."
     if rig.drives and all(drive.voltage.kind == "motor" for drive in rig.drives):
         return "The reported voltage is the motor's, behind the amplifier; a reported command would show it."
     return None

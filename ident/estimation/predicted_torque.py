@@ -90,7 +90,9 @@ class TorquePredictor:
         prepared = self.prepared
         return self._cached(
             ("effect inputs", corrected, load.tobytes()),
-            lambda: corrected.effect_inputs(prepared.samples.rate, prepared.instant_time, prepared.bandwidth, load),
+            lambda: corrected.effect_inputs(
+                prepared.samples.rate, prepared.instant_time, prepared.bandwidth, load, prepared.temperature
+            ),
         )
 
     def corrected_motion(self, structure: ModelStructure, x: Floats) -> MechanismMotion:
@@ -118,7 +120,8 @@ class TorquePredictor:
             for index, term in enumerate(structure.terms)
             if isinstance(term.effect, Additive)
         ]
-        return np.concatenate([self.corrected_motion(structure, x).regressor, *effect_columns], axis=2)
+        mechanism = structure.mechanism_columns(self.corrected_motion(structure, x).regressor)
+        return np.concatenate([mechanism, *effect_columns], axis=2)
 
     def _reported_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         return self._report(structure, x, load_parameters, self._true_torque(structure, x, load_parameters))

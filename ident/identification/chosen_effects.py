@@ -2,6 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
+import numpy as np
+
 from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Term
@@ -35,15 +37,20 @@ def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording
         raise BadInput(
             f"effect {name}: mechanism {' or '.join(effect.mechanisms)} expected, {rig.mechanism} found; leave it out"
         )
-    reason = effect.unobservable(rig, holds_torque(recording))
+    temperature_measured = bool(np.isfinite(recording.temperature).any())
+    reason = effect.why_unobservable(rig, holds_torque(recording), temperature_measured)
     if reason:
         raise BadInput(f"effect {name} cannot be seen in such a recording: {reason} Leave it out")
-    return Term(name, effect, _parse_joints(name, joints, rig.dof))
+    if not joints:
+        return Term.on_all_joints(name, effect, rig)
+    numbers = _parse_joints(name, joints, rig.dof)
+    for joint in numbers:
+        if reason := effect.impossible(rig, joint):
+            raise BadInput(f"effect {name} cannot be on joint {joint + 1}: {reason} Name other joints")
+    return Term(name, effect, numbers)
 
 
 def _parse_joints(name: str, joints: str, dof: int) -> tuple[int, ...]:
-    if not joints:
-        return tuple(range(dof))
     numbers = joints.split(",")
     if not all(number.isdigit() and 1 <= int(number) <= dof for number in numbers) or len(set(numbers)) < len(
         numbers

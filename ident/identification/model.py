@@ -64,27 +64,40 @@ class Model:
             raise BadInput(f"model file {path} cannot be written: {reason}; choose another place") from None
 
     def torque(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None, t: ArrayLike | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        dt: float | None = None,
+        t: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
     ) -> Floats:
         """Torque (n, dof) that a motion takes: Eq. (26), with all effects of the model.
 
         q, qd, qdd: (n, dof) position, velocity, acceleration.
         dt: time from row to row [s], for effects that remember what was before.
         t: (n,) time since the run began [s], for effects that change with it.
+        temperature: (n, dof) temperature of the drives [degC], for effects that depend on it.
 
         Raises:
             BadInput: an array has another shape, or an effect needs what is not given.
         """
-        return self._dynamics.torque(self._inputs(q, qd, qdd, dt, t))
+        return self._dynamics.torque(self._inputs(q, qd, qdd, dt, t, temperature))
 
     def voltage(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None = None, t: ArrayLike | None = None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        dt: float | None = None,
+        t: ArrayLike | None = None,
+        temperature: ArrayLike | None = None,
     ) -> Floats:
         """Operating voltage (n, dof) [V] that a motion takes, by the torque map and the effects between the two.
 
         Arguments and errors: as `torque`.
         """
-        reported = self._dynamics.reported(self._inputs(q, qd, qdd, dt, t))
+        reported = self._dynamics.reported(self._inputs(q, qd, qdd, dt, t, temperature))
         return voltage_from_torque(reported, self.file.torque)
 
     def inertia(self, q: ArrayLike) -> Floats:
@@ -112,12 +125,19 @@ class Model:
         return InverseDynamics(*structure_of(self.file, _rig(self.file), self.library))
 
     def _inputs(
-        self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike, dt: float | None, t: ArrayLike | None
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        qdd: ArrayLike,
+        dt: float | None,
+        t: ArrayLike | None,
+        temperature: ArrayLike | None,
     ) -> EffectInputs:
         motion = self._motion(q, qd, qdd)
         if dt is not None and not 0 < float(_array(dt, "dt")) < np.inf:
             raise BadInput(f"dt, a time step above 0 s, expected, {dt!r} found")
-        return self._dynamics.inputs(motion, dt, _time(t, len(motion.position)))
+        time, shape = _optional(t, "t", motion.position.shape[:1]), motion.position.shape
+        return self._dynamics.inputs(motion, dt, time, _optional(temperature, "temperature", shape))
 
     def _motion(self, q: ArrayLike, qd: ArrayLike, qdd: ArrayLike) -> Motion:
         arrays = [_array(x, name) for x, name in ((q, "q"), (qd, "qd"), (qdd, "qdd"))]
@@ -137,13 +157,13 @@ def _array(x: ArrayLike, name: str) -> Floats:
         raise BadInput(f"{name}: an array of real numbers expected, {type(x).__name__} found") from None
 
 
-def _time(t: ArrayLike | None, n: int) -> Floats | None:
-    if t is None:
+def _optional(x: ArrayLike | None, name: str, shape: tuple[int, ...]) -> Floats | None:
+    if x is None:
         return None
-    time = _array(t, "t")
-    if time.shape != (n,):
-        raise BadInput(f"t of shape ({n},) expected, {time.shape} found; give one instant per row")
-    return time
+    array = _array(x, name)
+    if array.shape != shape:
+        raise BadInput(f"{name} of shape {shape} expected, {array.shape} found; give one value per instant")
+    return array
 
 
 def _rig(file: ModelFile) -> Rig:

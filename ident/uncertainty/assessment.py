@@ -130,7 +130,9 @@ def assess(
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         doubts=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
-        coupling=physical_consistency.coupling(structure.mechanism, prepared[0].motion, fit.parameters),
+        coupling=physical_consistency.coupling(
+            structure.mechanism, prepared[0].motion, structure.mechanism_values(fit.parameters)
+        ),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
     return assessment, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)

@@ -49,14 +49,11 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
 
 
 def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling | None:
-    """Coupling of the joints' inertias along `motion`, for `values` (k or more,); None for a single joint.
-
-    values: parameters of the mechanism; those of effects may follow.
-    """
+    """Coupling of the joints' inertias along `motion`, for parameters `values` (k,); None for a single joint."""
     known = np.isfinite(motion.position).all(axis=1)
     position = motion.position[known]
     position = position[:: max(1, len(position) // _MAX_SAMPLES)]
-    D = inertia_matrix(mechanism, position, values[: len(mechanism.parameters)])
+    D = inertia_matrix(mechanism, position, values)
     diagonal = np.diagonal(D, axis1=1, axis2=2)
     dof = diagonal.shape[1]
     if dof == 1:

@@ -102,10 +102,10 @@ class Engine:
         inputs = replace(
             selection.inputs,
             split=diagnosis.split,
-            unobservable=diagnosis.unobservable,
+            effects=diagnosis.effects,
             excerpt_share=diagnosis.excerpt_share,
         )
-        selector = Selector(inputs.split, inputs.observable, self._progress)
+        selector = Selector(inputs.split, inputs.effects.observable, self._progress)
         self._selection = selection = SelectionState(selection.files, inputs, selector)
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
         selection.diagnosed = selection.model
@@ -129,7 +129,7 @@ class Engine:
     def _start(self, train: Path, validate: Path | None) -> SelectionState:
         self._progress("reading and preparing the recordings")
         inputs = prepare_inputs([train], [validate] if validate else [], self._library, DiagnosisOptions())
-        selector = Selector(inputs.split, inputs.observable, self._progress)
+        selector = Selector(inputs.split, inputs.effects.observable, self._progress)
         self._progress("fitting the base model")
         model, steps = selector.start(*inputs.initial_model(self._library))
         selection = SelectionState((train, validate), inputs, selector)
@@ -227,7 +227,8 @@ class Engine:
                 views.CandidateCard(name, _joints(candidate.term), improvements[name])
                 for name, candidate in candidates.items()
             )
-            view = views.CandidateList(cards, tuple(not_excited), dict(selection.inputs.unobservable))
+            effects = selection.inputs.effects
+            view = views.CandidateList(cards, tuple(not_excited), {**effects.unobservable, **effects.untested})
             self._screened = selection.model, candidates, view
         return self._screened[1:]
 

@@ -9,6 +9,7 @@ from numba import njit
 from recordings.recording import Floats
 
 Parameters = Mapping[str, float]
+_TINY = 1e-300
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +26,8 @@ class State:
     """(n, 3) torque of the rigid robot [N m]."""
     coulomb: Floats
     """(3,) Coulomb friction levels [N m]."""
+    viscous: Floats
+    """(3,) viscous friction [N m s/rad]."""
 
     @property
     def direction(self) -> Floats:
@@ -70,6 +73,10 @@ MOTOR: dict[str, Law] = {
     "asymmetric_viscous": lambda s, p: p["a"] * np.abs(s.v),
     "quadratic_friction": lambda s, p: p["a"] * s.v * np.abs(s.v),
     "stribeck": lambda s, p: p["a"] * np.exp(-((s.v / p["v_s"]) ** 2)) * s.direction,
+    "power_law_friction": lambda s, p: (
+        p["c"] * s.direction * np.exp(p["alpha"] * np.log(np.abs(s.v) + _TINY)) - s.viscous * s.v
+    ),
+    "position_dependent_friction": lambda s, p: p["a"] * (1 + np.sin(p["k"] * s.q + p["phase"])) * s.direction,
     "load_dependent_friction": lambda s, p: p["a"] * np.abs(s.load) * s.direction,
     "cogging": lambda s, p: p["a"] * np.sin(p["N"] * s.q + p["phase"]),
     "joint_spring": lambda s, p: p["k"] * (s.q - p["q_0"]),
@@ -79,7 +86,6 @@ MOTOR: dict[str, Law] = {
     "creeping_zero": lambda s, p: p["a"] * (1 - np.exp(-s.t / p["T"])) * np.ones(3),
     "fan": lambda s, p: p["a"] * np.sin(2 * np.pi * p["f"] * s.t + p["phase"]) * np.ones(3),
     "bearing_load": lambda s, p: p["a"] * np.abs(s.a) * s.direction,
-    "concave_friction": lambda s, p: p["a"] * np.sqrt(np.abs(s.v)) * s.direction,
     "rubber_stop": lambda s, p: p["a"] * np.maximum(s.q - p["q_0"], 0.0) ** 2,
 }
 """Additional motor torque (n, 3) of effects on the motor side of the coupling."""

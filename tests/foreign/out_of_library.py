@@ -59,14 +59,6 @@ class RubberStop(HiddenEffect):
     q_0: float = parameter(0.0, "rad", "where the arm touches it", ge=-1.5, le=1.5, drawn=(-0.3, 0.0))
 
 
-class ConcaveFriction(HiddenEffect):
-    """Friction that rises with the root of the speed: a sqrt(|v|) sgn v. Stribeck friction falls."""
-
-    variables = ("velocity",)
-
-    a: float = parameter(0.5, "N m (s/rad)^(1/2)", "friction at 1 rad/s", ge=0, le=50)
-
-
 KINDS: dict[str, type[HiddenEffect]] = {
     "uneven_grease": UnevenGrease,
     "creeping_zero": CreepingZero,
@@ -74,5 +66,4 @@ KINDS: dict[str, type[HiddenEffect]] = {
     "tangled_cables": TangledCables,
     "bearing_load": BearingLoad,
     "rubber_stop": RubberStop,
-    "concave_friction": ConcaveFriction,
 }

@@ -175,7 +175,9 @@ class Plant:
     # The motors
 
     def _state(self, q: Floats, v: Floats, a: Floats, load: Floats) -> laws.State:
-        return laws.State(self.reference.time[:, None], q, v, a, load, np.array(self.robot.friction.coulomb))
+        friction = self.robot.friction
+        coulomb, viscous = np.array(friction.coulomb), np.array(friction.viscous)
+        return laws.State(self.reference.time[:, None], q, v, a, load, coulomb, viscous)
 
     def _motor_torque(self, hidden: "_Hidden", q: Floats, v: Floats, a: Floats, load: Floats) -> Floats:
         """(n, 3) torque of the inertia, friction and hidden effects of the motors."""

@@ -70,6 +70,10 @@ FORMULAS: dict[str, tuple[dict[str, float], Callable[[Reported], Floats | float]
         {"a": 0.9, "v_s": 0.5},
         lambda r: 0.9 * np.exp(-((r.velocity / 0.5) ** 2)) * np.sign(r.velocity),
     ),
+    "position_dependent_friction": (
+        {"a": 0.3, "k": 3.0, "phase": 0.4},
+        lambda r: 0.3 * (1 + np.sin(3.0 * r.position + 0.4)) * np.sign(r.velocity),
+    ),
     "cogging": ({"a": 0.4, "N": 24, "phase": 0.5}, lambda r: 0.4 * np.sin(24 * r.position + 0.5)),
     "joint_spring": ({"k": 2.0, "q_0": 0.3}, lambda r: 2.0 * (r.position - 0.3)),
     "arm_com_offset": ({"a": -0.6}, lambda r: -0.6 * np.sin(r.position)),
@@ -103,6 +107,13 @@ def test_load_dependent_friction_grows_with_the_load(plant: Plant) -> None:
     rigid = exact_torque(robot.rig.geometry, robot.links, reference.theta, reference.rate, reference.acceleration)
     unaffected, difference = added_torque(plant, hidden("load_dependent_friction", a=0.1))
     assert_close(difference, 0.1 * np.abs(at_samples(plant, rigid)) * np.sign(unaffected.velocity), 0.01)
+
+
+def test_power_law_friction_takes_the_place_of_viscous_friction(plant: Plant) -> None:
+    unaffected, difference = added_torque(plant, hidden("power_law_friction", c=0.6, alpha=0.5))
+    velocity = unaffected.velocity
+    expected = 0.6 * np.sqrt(np.abs(velocity)) * np.sign(velocity) - np.array(plant.robot.friction.viscous) * velocity
+    assert_close(difference, expected)
 
 
 def test_presliding_hysteresis_reduces_friction_after_reversals_only(plant: Plant) -> None:

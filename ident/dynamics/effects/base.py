@@ -15,6 +15,10 @@ from recordings.recording import Floats
 from recordings.rig import Rig
 
 SignatureAxis = Literal["position", "velocity", "acceleration", "motor angle", "load", "time"]
+Friction = Literal["c_v", "c_c"]
+"""Viscous or Coulomb friction of the mechanism: the name of its parameters, followed by the number of the joint."""
+Need = Literal["temperature", "both directions"]
+"""What recordings must hold beyond motion and torque: the drives' temperature, or motion in both directions."""
 Shapes = Mapping[str, float]
 """Shape parameters by name."""
 Suggestion = Mapping[str, Any]
@@ -67,6 +71,13 @@ class Effect:
     axis: SignatureAxis
     """Variable over which a plot of the residual shows the effect."""
     mechanisms: tuple[str, ...] = ("delta", "axes")
+    impossible: Callable[[Rig, int], str | None] = lambda rig, joint: None
+    """Return why a joint (from 0) of this rig cannot have the effect, or None."""
+    joints: tuple[int, ...] | None = None
+    """Joints (from 0) to which a diagnosis restricts the effect; None: all that can have it."""
+    needs: tuple[Need, ...] = ()
+    replaces: Friction | None = None
+    """Friction of the mechanism in whose place the effect stands, on its joints."""
     whole_robot: bool = False
     """True if all joints share its parameters; otherwise each joint that has the effect has its own."""
     contains: tuple[str, ...] = ()
@@ -87,6 +98,19 @@ class Effect:
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None
     """Return why a recording of this rig cannot show the effect, or None. The flag is true if torque was recorded,
     not voltage."""
+
+    def possible_joints(self, rig: Rig) -> tuple[int, ...]:
+        """Joints (from 0) of `rig` that can have the effect; all of them for an effect of the whole robot."""
+        joints = range(rig.dof) if self.joints is None else self.joints
+        return tuple(joint for joint in joints if self.whole_robot or self.impossible(rig, joint) is None)
+
+    def why_unobservable(self, rig: Rig, torque_measured: bool, temperature_measured: bool) -> str | None:
+        """Return why recordings of this rig cannot show the effect on any joint, or None."""
+        if "temperature" in self.needs and not temperature_measured:
+            return "No temperature was recorded (columns temperature_1 ...)."
+        if not self.possible_joints(rig):
+            return self.impossible(rig, 0)
+        return self.unobservable(rig, torque_measured)
 
 
 @dataclass(frozen=True, kw_only=True)

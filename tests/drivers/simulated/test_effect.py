@@ -39,6 +39,8 @@ LISTED = {
     "encoder_zero_offset",
     "encoder_eccentricity",
     "geometry_error",
+    "power_law_friction",
+    "position_dependent_friction",
 }
 """Names that the diagnosis uses as well."""
 

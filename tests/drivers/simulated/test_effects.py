@@ -66,6 +66,10 @@ FRICTIONS: dict[str, tuple[dict[str, float], Callable[[Run], Floats]]] = {
     "stribeck": ({"a": 0.6, "v_s": 0.4}, lambda r: 0.6 * np.exp(-((r.v / 0.4) ** 2))),
     "load_dependent_friction": ({"a": 0.1}, lambda r: 0.1 * np.abs(r.load)),
     "worn_spot": ({"a": 0.9, "q_0": -0.3, "w": 0.1}, lambda r: 0.9 * np.exp(-(((r.q + 0.3) / 0.1) ** 2))),
+    "position_dependent_friction": (
+        {"a": 0.4, "k": 3.0, "phase": 0.4},
+        lambda r: 0.4 * (1 + np.sin(3.0 * r.q + 0.4)),
+    ),
     "thermal_drift": (
         {"b": 0.8, "viscous": 0.5, "T": 0.3},
         lambda r: 0.8 * np.exp(-r.t / 0.3) * (1 + 0.5 * np.abs(r.v)),

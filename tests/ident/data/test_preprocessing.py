@@ -18,7 +18,15 @@ def samples(position: Floats, torque: Floats, rate: float, repeat: Ints | None =
     n = len(position)
     repeat = np.zeros(n, np.int64) if repeat is None else repeat
     return Samples(
-        rate, position, torque, torque, np.ones_like(torque), repeat, np.arange(n) / rate, np.ones(n, bool)
+        rate=rate,
+        position=position,
+        drive=torque,
+        torque=torque,
+        slope=np.ones_like(torque),
+        repeat=repeat,
+        phase=np.arange(n) / rate,
+        temperature=np.full_like(position, np.nan),
+        selected=np.ones(n, bool),
     )
 
 

@@ -20,6 +20,7 @@ effect = Additive(
     remedy="measure or balance the arm; add the term to the gravity compensation",
     equation="a sin q",
     axis="position",
+    mechanisms=("delta",),
     coefficients=(Quantity(name="a", unit="{effort}", meaning="weight times distance from the line"),),
     columns=columns,
 )

@@ -16,7 +16,7 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
 def unobservable(rig: Rig, torque_measured: bool) -> str | None:
     """With a linear torque map, back-EMF is indistinguishable from viscous friction."""
     if torque_measured:
-        return "The torque itself was recorded, no voltage."
+        return "The torque itself, or the motor's current, was recorded, and no voltage."
     return "With a linear torque map it is the same as viscous friction." if rig.torque.map == "linear" else None
 
 

@@ -20,6 +20,11 @@ def position(measured: Floats, rig: Rig, values: Values) -> Floats:
     return true
 
 
+def impossible(rig: Rig, joint: int) -> str | None:
+    """The error is a wave over an angle."""
+    return "A prismatic joint has no turns." if rig.joint_types[joint] == "prismatic" else None
+
+
 effect = Signal(
     sentence="The encoder's disc does not run true: within a turn it reads too much, then too little.",
     symptom="The residual is a wave over the angle that grows with acceleration and with the square of speed.",
@@ -27,6 +32,7 @@ effect = Signal(
     remedy="centre the encoder, or use one that compensates; a table of its error can be recorded once",
     equation="measured q = q + a sin N q + b cos N q",
     axis="motor angle",
+    impossible=impossible,
     parameters=(
         Quantity(
             name="a",
