@@ -162,7 +162,10 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "semicolons": ("time;position_1;voltage_1\n0;1;2\n", "commas between columns expected"),
     "no time": (GOOD.replace("time", "t"), "column 'time' expected, t, position_1"),
     "no position": (GOOD.replace("position", "angle"), "position_1, position_2, ... expected, none found"),
-    "no voltage": (GOOD.replace("voltage", "volts"), "voltage_1 ... or effort_1 ... expected, neither"),
+    "no voltage": (
+        GOOD.replace("voltage", "volts"),
+        "voltage_1 ..., effort_1 ... or current_1 ... expected, none found",
+    ),
     "a joint is missing": (GOOD.replace("position_1", "position_2"), "position_1 is missing"),
     "voltage of no joint": (GOOD.replace("voltage_1", "voltage_2"), "voltage_1 is missing"),
     "a name twice": (GOOD.replace("voltage_1", "position_1"), "'position_1' twice found"),
@@ -204,6 +207,8 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "a joint of another kind": (["--mechanism", "axes", "--joints", "ball"], "'ball' found"),
     "two kinds for one joint": (["--mechanism", "axes", "--joints", "revolute,prismatic"], "one each"),
     "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
+    "a torque per ampere that is no number": (["--mechanism", "axes", "--kt", "x"], "--kt: numbers such as"),
+    "the weight of a robot": (["--mechanism", "delta", "--gravity"], "three revolute joints expected"),
     "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--torque-map, --gain"),
     "two gains for one joint": (["--mechanism", "axes", "--gain", "1,2"], "torque.gain needs 1"),
     "a rig file and more": (["--rig", "rig.toml", "--gain", "1"], "both found"),
@@ -227,8 +232,33 @@ def test_inconsistent_options_are_rejected(name: str, tmp_path: Path, monkeypatc
 def test_file_with_efforts_needs_no_gain(tmp_path: Path) -> None:
     (tmp_path / "data.csv").write_text(GOOD.replace("voltage", "effort"))
     arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--mechanism", "axes", "--gain", "2"]
-    with pytest.raises(BadInput, match="need no torque map or gain"):
+    with pytest.raises(BadInput, match="holds no voltages, which alone need a torque map or gain"):
         CliRunner().invoke(command, arguments, catch_exceptions=False)
+
+
+CURRENTS = "time,position_1,current_1,temperature_1\n0,1,2,30\n0.1,1.5,-1,\n0.2,2,,31\n"
+
+
+def test_currents_become_efforts_and_temperatures_are_kept(tmp_path: Path) -> None:
+    description = Description(mechanism="axes", torque={"per_ampere": [0.5]}, gravity=True)
+    recording = read(imported(tmp_path, CURRENTS, description))
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.effort[:, 0], [1.0, -0.5, np.nan])
+    np.testing.assert_array_equal(recording.temperature[:, 0], [30.0, np.nan, 31.0])
+    np.testing.assert_array_equal(recording.numbered("current")[:, 0], [2.0, -1.0, np.nan])
+    assert recording.rig.torque.per_ampere == (0.5,)
+    assert recording.rig.axes[0].gravity
+
+
+def test_efforts_go_before_currents(tmp_path: Path) -> None:
+    recording = read(imported(tmp_path, "time,position_1,current_1,effort_1\n0,1,2,3\n0.1,1.5,-1,4\n"))
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.effort[:, 0], [3.0, 4.0])
+
+
+def test_currents_without_torque_per_ampere_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=r"torque per ampere expected, none found; give --kt"):
+        imported(tmp_path, CURRENTS)
 
 
 def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:

@@ -11,8 +11,10 @@ from typing import Any
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.diagnosis.observability import observability
 from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.stepwise_selection import Selector
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.base import Additive, Quantity
 from ident.dynamics.effects.library import library
@@ -78,11 +80,13 @@ def record(
     extra: Torque | None = None,
     encoder_step: float = 1e-6,
     name: str = "bench",
+    temperature: Floats | None = None,
     **motion_options: float,
 ) -> Recording:
     """A recording of measured torque: that of the true parameters plus `extra` plus white `noise` [N m].
 
     encoder_step: positions are rounded to multiples of it [rad].
+    temperature: (n, joints) of the drives [degC]; None: not measured.
     """
     motion = motion_of(joints, cycles, **motion_options)
     rig = bench(joints)
@@ -119,6 +123,7 @@ def record(
         repeat=(np.arange(n) // round(PERIOD * rate)).astype(np.int64),
         lateness=np.zeros(n),
         events=(),
+        extra={} if temperature is None else {f"temperature_{i + 1}": x for i, x in enumerate(temperature.T)},
     )
 
 
@@ -143,6 +148,24 @@ def regression(recording: Recording) -> Regression:
 def split(train: Sequence[Recording], validate: Sequence[Recording] = ()) -> SplitData:
     """Training rows and test rows of recordings."""
     return split_recordings([prepared(x) for x in train], [prepared(x) for x in validate])
+
+
+def of_size(torque: Torque, share: float, **motion_options: float) -> Torque:
+    """`torque` of one joint, so large that the mechanism cannot absorb a `share` of its own torque (RMS) of it."""
+    motion = motion_of(**motion_options)
+    regressor = mechanisms.create(bench()).regressor(motion)[:, 0]
+    column = torque(motion)[:, 0]
+    unexplained = column - regressor @ np.linalg.lstsq(regressor, column, rcond=None)[0]
+    scale = share * float(np.std(regressor @ parameters()) / np.std(unexplained))
+    return lambda motion: scale * torque(motion)
+
+
+def named(train: Recording, validate: Recording, without: Sequence[str] = ()) -> list[tuple[str, ...]]:
+    """The effects that a diagnosis finds, each with those that it could be confused with."""
+    data = split([train], [validate])
+    selector = Selector(data, observability(data, library(), without).observable, lambda text: None)
+    model = structure(train)
+    return [(each.term.name, *each.alternatives) for each in selector.select(model, start(model)).findings]
 
 
 def effect(column: Torque, **options: Any) -> Additive:

@@ -6,7 +6,7 @@ import pytest
 
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.rig import Rig, Torque
+from recordings.rig import Axis, Rig, Torque
 
 
 def test_three_joints_default_to_the_delta_robot() -> None:
@@ -33,6 +33,10 @@ def test_measured_effort_has_unit_gain() -> None:
     )
 
 
+def test_gravity_loads_a_single_axis() -> None:
+    assert imported_rig("axis.csv", 1, 1000.0, gravity=True).axes == (Axis(gravity=True),)
+
+
 @pytest.mark.parametrize(
     ("dof", "options", "reason"),
     [
@@ -41,6 +45,8 @@ def test_measured_effort_has_unit_gain() -> None:
         (3, {"mechanism": "axes", "joints": ("revolute", "prismatic")}, "one kind of joint for all, or 3"),
         (2, {"torque": Torque(gain=(1.0,))}, "torque.gain needs 2 numbers, 1 found"),
         (1, {"rate": -1.0}, "'rate'"),
+        (2, {"gravity": True}, "--gravity is for a single axis, 2 joints found"),
+        (2, {"torque": measured_torque(2, (0.1,))}, "torque.per_ampere: none or 2 expected, 1 found"),
     ],
 )
 def test_inconsistent_options_are_refused(dof: int, options: dict[str, Any], reason: str) -> None:

@@ -1,5 +1,7 @@
 """Friction that follows a power of the speed."""
 
+import math
+
 from drivers.simulated.effect import HiddenEffect, JointState, parameter
 
 
@@ -13,7 +15,7 @@ class PowerLawFriction(HiddenEffect):
     alpha: float = parameter(0.5, "1", "power of the speed", ge=0.2, le=2, drawn=(0.3, 0.75))
 
     def friction(self, i: int, state: JointState) -> float:
-        return self.c * abs(state.v[i]) ** self.alpha
+        return self.c * math.pow(abs(state.v[i]), self.alpha)
 
     def viscous_share(self) -> float:
         return 0.0 if self.c else 1.0

@@ -22,6 +22,24 @@ def test_unknown_effect_is_refused_before_reading_files() -> None:
         diagnose([Path("no such file")], [], library(), DiagnosisOptions(only=("frobnicate",)))
 
 
+def test_unknown_effect_cannot_be_left_out() -> None:
+    with pytest.raises(BadInput, match=r"one of .*air_drag.* expected, 'frobnicate' found"):
+        diagnose([Path("no such file")], [], library(), DiagnosisOptions(without=("frobnicate",)))
+
+
+def test_effect_that_is_left_out_is_not_tested() -> None:
+    options = DiagnosisOptions(only=("stribeck",), without=("air_drag", "rod_inertia"))
+    document = verdict.to_document(diagnose([SAMPLE], [], library(), options))
+    rejected = {entry.effect: (entry.status, entry.why) for entry in document.rejected}
+    assert rejected["air_drag"] == rejected["rod_inertia"] == ("not-tested", "Left out by the user.")
+    assert document.rungs[-1].effects == ("stribeck",)
+
+
+def test_effect_cannot_be_requested_and_left_out() -> None:
+    with pytest.raises(BadInput, match="'stribeck' found: Left out by the user"):
+        diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("stribeck",), without=("stribeck",)))
+
+
 def test_unobservable_effect_is_refused_with_the_reason() -> None:
     with pytest.raises(BadInput, match="can show expected, 'amplifier_saturation' found: "):
         diagnose([SAMPLE], [], library(), DiagnosisOptions(only=("amplifier_saturation",)))

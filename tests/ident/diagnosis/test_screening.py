@@ -49,6 +49,25 @@ def test_true_effect_is_the_most_promising_and_only_on_its_joint() -> None:
     assert all(candidate.loss <= model.solution.loss for candidate in candidates)
 
 
+@pytest.mark.parametrize("joints", [(0,), (0, 1)])
+def test_promised_loss_counts_the_friction_that_an_effect_replaces(joints: tuple[int, ...]) -> None:
+    """The shape is kept, so that the fit is linear, too."""
+    weights = np.isin([0, 1], joints)
+
+    def power(motion: Motion) -> Floats:
+        law = np.abs(motion.velocity) ** 0.55 * motion.direction - building.VISCOUS * motion.velocity
+        return law * weights
+
+    data = building.split([building.record(2, noise=0.05, extra=power)])
+    candidate = screened(data, building.fitted(data), "power_law_friction")[0]["power_law_friction"]
+    assert candidate.term.joints == joints
+    x = np.concatenate([building.fitted(data).solution.x, candidate.initial_guesses[0]])
+    fitted = data.fit_linear(building.structure(data.recordings[0].recording, "power_law_friction", joints=joints), x)
+    assert candidate.loss == pytest.approx(fitted.loss, rel=1e-6)
+    np.testing.assert_allclose(candidate.coefficients, fitted.x[-1 - len(joints) : -1], rtol=1e-6)
+    assert np.count_nonzero(fitted.x[2:4]) == 2 - len(joints)
+
+
 def test_effect_that_the_model_contains_already_is_collinear() -> None:
     data = building.split([building.record(2, noise=0.05, extra=drag)])
     _, excluded = screened(data, building.fitted(data, "quadratic_friction"), "quadratic_friction")

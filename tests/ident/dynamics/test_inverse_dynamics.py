@@ -64,6 +64,7 @@ def test_torque_is_that_which_is_predicted_for_a_recording(
         ("joint_elasticity", {"t": 1}, "dt"),
         ("thermal_drift", {"dt": 1}, "t, the time"),
         ("actuation_delay", {}, "dt"),
+        ("temperature_friction", {"dt": 1, "t": 1}, "temperature"),
     ],
 )
 def test_what_an_effect_needs_and_is_not_given_is_refused_by_name(

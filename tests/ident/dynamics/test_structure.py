@@ -7,6 +7,7 @@ from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import load
 from ident.dynamics.structure import ModelStructure, Term
 from recordings.rig import simulated_rig
+from tests.ident import building
 
 RIG = simulated_rig()
 BARE = ModelStructure(mechanisms.create(RIG), RIG)
@@ -40,6 +41,20 @@ def test_columns_of_a_term_act_on_its_joints_only() -> None:
     np.testing.assert_array_equal(by_instance[:, 0, 0], columns[:, 0, 0])
     np.testing.assert_array_equal(by_instance[:, 2, 1], columns[:, 2, 0])
     assert np.count_nonzero(by_instance) == 10
+
+
+def test_an_effect_takes_the_place_of_friction_on_its_joints() -> None:
+    model = building.structure(building.record(2), "power_law_friction", joints=(1,))
+    motion = building.motion_of(2)
+    columns = model.mechanism_columns(model.mechanism.regressor(motion))
+    assert [parameter.name for parameter in model.linear_parameters] == [
+        *("I_1", "I_2", "c_v1", "c_c1", "c_c2"),
+        "power_law_friction.c2",
+    ]
+    np.testing.assert_array_equal(columns, np.delete(model.mechanism.regressor(motion), 3, axis=2))
+    np.testing.assert_array_equal(model.mechanism_values(np.arange(1.0, 7.0)), [1, 2, 3, 0, 4, 5])
+    replaced = model.parameters[3]
+    assert (replaced.name, replaced.linear, replaced.free) == ("c_v2", False, False)
 
 
 def test_a_repeated_effect_is_numbered() -> None:

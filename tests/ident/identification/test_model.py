@@ -57,6 +57,20 @@ def test_saved_and_loaded_it_gives_the_same_torque(model: Model, tmp_path: Path)
     np.testing.assert_array_equal(loaded.torque(Q, QD, QDD), model.torque(Q, QD, QDD))
 
 
+def test_effects_in_place_of_friction_are_saved_without_the_parameters_that_they_replace(
+    make: Callable[..., Recording], write: Callable[[Recording], Path], tmp_path: Path
+) -> None:
+    file = write(make(cycles=2, rate=250.0, path=tmp_path / "a.mcap"))
+    effects = ["power_law_friction:2", "position_dependent_friction:1"]
+    fitted = ident.fit([file], method="ls", effects=effects)
+    fitted.save(tmp_path / "m.json")
+    loaded = ident.load_model(tmp_path / "m.json")
+    assert {"c_v1", "c_c2"} < set(loaded.parameters)
+    assert not {"c_v2", "c_c1"} & set(loaded.parameters)
+    np.testing.assert_array_equal(loaded.torque(Q, QD, QDD), fitted.torque(Q, QD, QDD))
+    assert np.isfinite(loaded.inertia(Q)).all()
+
+
 @pytest.mark.parametrize(
     "name", ["stribeck", "signal", "stateful", "rls", "lad", "diagnosed", "slide", "learned", "tight_spot"]
 )
@@ -72,7 +86,7 @@ def test_models_of_earlier_versions_give_torque(name: str) -> None:
 def test_arrays_of_other_shapes_are_refused(model: Model) -> None:
     with pytest.raises(BadInput, match=r"shape \(n, 3\) expected"):
         model.torque(Q[:, :2], QD[:, :2], QDD[:, :2])
-    with pytest.raises(BadInput, match="one instant per row"):
+    with pytest.raises(BadInput, match="one value per instant"):
         model.torque(Q, QD, QDD, t=TIME[:5])
 
 

@@ -4,18 +4,19 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes, Suggestion
-from ident.dynamics.effects.learned_curve import hat_functions
 from recordings.recording import Floats
 
 _KNOTS = 9
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
-    """Piecewise linear functions of q, one at each knot, times sgn v (n, dof, 9)."""
+    """Cubic splines over q, each 1 at one knot and 0 at the others, constant beyond, times sgn v (n, dof, 9)."""
+    from scipy.interpolate import CubicSpline
+
     motion = inputs.motion
-    knots = np.linspace(shapes["low"], shapes["high"], _KNOTS)
-    hats: Floats = hat_functions(motion.position.ravel(), knots).reshape(*motion.position.shape, _KNOTS)
-    return hats * motion.direction[:, :, None]
+    spline = CubicSpline(np.linspace(shapes["low"], shapes["high"], _KNOTS), np.eye(_KNOTS))
+    cardinal: Floats = spline(np.clip(motion.position, shapes["low"], shapes["high"]))
+    return cardinal * motion.direction[:, :, None]
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[Suggestion]:
@@ -30,8 +31,8 @@ effect = Additive(
     symptom="The residual opposes the motion by an amount that depends on the position alone.",
     causes="a cable or tendon that is bent or wraps around, a bent spindle, a guide that is out of line, worn places",
     remedy="look where it rubs: align guides, relieve cables; or give the feed-forward the curve over the position",
-    equation="f(q) sgn v in place of c_c sgn v, f linear between f_1, f_2, f_3, f_4, f_5, f_6, f_7, f_8, f_9 >= 0 at "
-    "even places from low to high",
+    equation="f(q) sgn v in place of c_c sgn v, f a spline through f_1, f_2, f_3, f_4, f_5, f_6, f_7, f_8, f_9 >= 0, "
+    "evenly from low to high",
     axis="position",
     needs=("both directions",),
     replaces="c_c",

@@ -30,6 +30,8 @@ BASE = ("viscous", "coulomb")
 @pytest.fixture(scope="module")
 def prepared(make: object) -> PreparedRecording:
     recording: Recording = make(cycles=2, rate=250.0)  # type: ignore[operator]
+    warming = np.linspace(20.0, 45.0, len(recording.time))
+    recording = replace(recording, extra={f"temperature_{joint}": warming for joint in (1, 2, 3)})
     return prepare(recording, "parallel", 30.0)
 
 
@@ -45,6 +47,7 @@ def test_the_library_is_complete() -> None:
         "payload_change", "rod_inertia", "arm_com_offset", "arm_mass_mismatch", "air_drag", "thermal_drift",
         "actuation_delay", "back_emf", "torque_gain_mismatch", "torque_map_exponent", "amplifier_deadband",
         "amplifier_saturation", "encoder_zero_offset", "encoder_eccentricity", "geometry_error",
+        "power_law_friction", "position_dependent_friction", "axis_weight", "temperature_friction",
     } <= set(LIBRARY)  # fmt: skip
 
 
