@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from numbers import Real
 from typing import Any, get_args
 
-from ident.dynamics.effects.base import Additive, Effect, Quantity, SignatureAxis
+from ident.dynamics.effects.base import Additive, Effect, Friction, Need, Quantity, SignatureAxis
 
 _TEXTS = ("sentence", "symptom", "causes", "remedy", "equation")
 _UNITS = {"effort": "N m", "position": "rad"}
@@ -21,8 +21,7 @@ def _errors(effect: Effect) -> Iterator[str]:
         text: Any = getattr(effect, name)
         if not isinstance(text, str) or not text.strip():
             yield f"{name}: a text expected, {text!r} found"
-    if effect.axis not in get_args(SignatureAxis):
-        yield f"axis: one of {', '.join(get_args(SignatureAxis))} expected, {effect.axis!r} found"
+    yield from _choice_errors(effect)
     local = effect.coefficients if isinstance(effect, Additive) else getattr(effect, "parameters", ())
     kinds: list[tuple[str, Any]] = [("shapes", effect.shapes)]
     kinds.insert(0, ("coefficients" if isinstance(effect, Additive) else "parameters", local))
@@ -40,6 +39,16 @@ def _errors(effect: Effect) -> Iterator[str]:
     for quantity in searched:
         if not quantity.initial_guesses and effect.suggest is None:
             yield f"{quantity.name}: initial_guesses (where the search for it begins) expected, none found"
+
+
+def _choice_errors(effect: Effect) -> Iterator[str]:
+    if effect.axis not in get_args(SignatureAxis):
+        yield f"axis: one of {', '.join(get_args(SignatureAxis))} expected, {effect.axis!r} found"
+    if effect.replaces is not None and effect.replaces not in get_args(Friction):
+        yield f"replaces: one of {', '.join(get_args(Friction))} expected, {effect.replaces!r} found"
+    for need in effect.needs:
+        if need not in get_args(Need):
+            yield f"needs: any of {', '.join(get_args(Need))} expected, {need!r} found"
 
 
 def _quantity_errors(quantity: Quantity) -> Iterator[str]:

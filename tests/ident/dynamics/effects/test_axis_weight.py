@@ -24,6 +24,15 @@ def test_is_named_where_a_weight_is_not_declared(seed: int) -> None:
     assert building.named(train, validate)[0][0] == "axis_weight"
 
 
+def test_a_spring_may_be_a_weight_where_the_travel_is_short() -> None:
+    spring = building.of_size(lambda motion: motion.position - 0.3, 0.03, size=0.15)
+    train, validate = (
+        building.record(noise=0.03, seed=shape, shape=shape, extra=spring, size=0.15, name=f"{shape}")
+        for shape in (0, 1000)
+    )
+    assert set(building.named(train, validate)[0]) == {"joint_spring", "axis_weight"}
+
+
 def test_only_a_revolute_axis_without_declared_weight_can_have_it() -> None:
     axes = (Axis(), Axis(gravity=True), Axis(type="prismatic"), Axis())
     assert load("axis_weight").possible_joints(Rig(name="bench", mechanism="axes", axes=axes)) == (0, 3)

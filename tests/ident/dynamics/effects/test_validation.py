@@ -22,6 +22,8 @@ def test_the_effects_of_the_library_are_valid(name: str) -> None:
         ({"sentence": 3}, "sentence: a text expected, 3 found"),
         ({"causes": " "}, "causes: a text expected"),
         ({"axis": "colour"}, "axis: one of position, velocity"),
+        ({"replaces": "friction"}, "replaces: one of c_v, c_c expected, 'friction' found"),
+        ({"needs": ("luck",)}, "needs: any of temperature, both directions expected, 'luck' found"),
         ({"coefficients": ()}, "at least one Quantity expected"),
         ({"coefficients": ("a",)}, "coefficients: a tuple of Quantity expected"),
         ({"suggest": None}, "v_s: initial_guesses .* expected, none found"),
