@@ -1,0 +1,105 @@
+"""Import and diagnose one data set, and judge what was claimed about it."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+
+from benchmarks.real.data_set import Claim, Manifest, Part
+from recordings.csv_table import read_table
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+Judgement = Literal["right", "or", "missed", "wrong", "unknown"]
+"""or: named beside another effect that the data cannot tell from it. unknown: nobody knows whether it is right."""
+_QUARTER = 0.25
+"""Length of the stretches of which every fourth validates [s]."""
+_MEASURED = ("effort", "current", "voltage")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was said about one data set."""
+
+    manifest: Manifest
+    document: dict[str, Any] | None
+    """Of `ident diagnose`; None if it could not be read."""
+    problem: str = ""
+
+    @property
+    def claims(self) -> list[tuple[str, Judgement]]:
+        """Everything that is known, and everything that was found, with its judgement."""
+        if self.document is None:
+            return []
+        known = [(_text(claim), _judge(claim, self.document)) for claim in self.manifest.claims]
+        names = {claim.effect for claim in self.manifest.claims}
+        others = [entry["effect"] for entry in self.document["findings"] if entry["effect"] not in names]
+        return [*known, *((f"{name} (found)", "unknown") for name in others)]
+
+
+def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> Outcome:
+    """Diagnose the data set of `manifest` in `folder`.
+
+    Raises:
+        BadInput: a file is missing, or cannot be read.
+    """
+    import ident
+
+    train, validate = [], []
+    for part in manifest.parts:
+        table = read_table(folder / part.path)
+        missing = [column.name for column in manifest.columns.values() if column.name not in table.columns]
+        if missing:
+            raise BadInput(f"{folder / part.path}: columns {', '.join(missing)} expected, none found; see {manifest.get}")
+        columns = {name: table.columns[column.name] * column.factor for name, column in manifest.columns.items()}
+        for use, kept in _uses(part, columns["time"]):
+            recording = _record(manifest, columns, kept, scratch / f"{manifest.name}-{len(train)}-{len(validate)}")
+            (train if use == "train" else validate).append(recording)
+    return Outcome(manifest, ident.diagnose(train, validate=validate).as_json())
+
+
+def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:
+    """Each use of a file with the samples (n,) whose measured torque it may see."""
+    if part.use != "both":
+        return [(part.use, np.ones(len(time), bool))]
+    held_out = np.floor((time - time[0]) / _QUARTER) % 4 == 3
+    return [("train", ~held_out), ("validate", held_out)]
+
+
+def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path) -> Path:
+    """Import the columns, with gaps in what was measured where it is not `kept`."""
+    from daq.importing import Description, import_csv
+
+    seen = {
+        name: np.where(kept, values, np.nan) if name.startswith(_MEASURED) else values
+        for name, values in columns.items()
+    }
+    table, recording = out.with_suffix(".csv"), out.with_suffix(".mcap")
+    np.savetxt(table, np.stack(list(seen.values()), axis=1), "%.9g", ",", header=",".join(seen), comments="")
+    import_csv(table, recording, Description(mechanism="axes", joints=manifest.joints))
+    return recording
+
+
+def _judge(claim: Claim, document: dict[str, Any]) -> Judgement:
+    """Judge one claim by the findings of a `document`."""
+    for entry in document["findings"]:
+        if claim.effect not in (entry["effect"], *entry["confusable_with"]) or not _has_order(claim, document):
+            continue
+        if not claim.present:
+            return "or" if entry["confusable_with"] else "wrong"
+        return "or" if entry["confusable_with"] else "right"
+    return "missed" if claim.present else "right"
+
+
+def _has_order(claim: Claim, document: dict[str, Any]) -> bool:
+    if claim.order is None:
+        return True
+    parameters = document["rungs"][-1]["parameters"]
+    orders = [entry["value"] for name, entry in parameters.items() if name.split(".")[-1] == "N"]
+    return any(abs(order / claim.order - 1) < claim.tolerance for order in orders)
+
+
+def _text(claim: Claim) -> str:
+    order = f" of {claim.order:g} per turn" if claim.order else ""
+    return f"{'' if claim.present else 'no '}{claim.effect}{order}"

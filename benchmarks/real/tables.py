@@ -1,0 +1,31 @@
+"""Print what was claimed about real machines."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from benchmarks.real.diagnosing import Outcome
+
+
+def lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
+    """Yield the table of every data set, and the sum of all claims."""
+    total: Counter[str] = Counter()
+    for outcome in outcomes:
+        manifest, document = outcome.manifest, outcome.document
+        yield f"{manifest.name}: {manifest.source}"
+        if document is None:
+            yield f"  not read: {outcome.problem}"
+            yield f"  get it: {manifest.get}"
+            continue
+        yield f"  verdict {document['verdict']}; held-out error {_errors(document)}"
+        if manifest.published:
+            yield f"  published: {manifest.published}"
+        for text, judgement in outcome.claims:
+            total[judgement] += 1
+            yield f"  {judgement:8} {text}"
+    yield "claims: " + ", ".join(f"{count} {judgement}" for judgement, count in total.most_common())
+
+
+def _errors(document: dict) -> str:
+    first, last = (document["rungs"][index]["validate_rms"] for index in (0, -1))
+    pairs = zip(first, last, document["effort_units"], strict=True)
+    return ", ".join(f"{before:.3g} → {after:.3g} {unit}" for before, after, unit in pairs)
