@@ -46,12 +46,15 @@ def diagnose(manifest: Manifest, folder: Path, scratch: Path) -> Outcome:
     """
     import ident
 
-    train, validate = [], []
+    train: list[Path] = []
+    validate: list[Path] = []
     for part in manifest.parts:
         table = read_table(folder / part.path)
         missing = [column.name for column in manifest.columns.values() if column.name not in table.columns]
         if missing:
-            raise BadInput(f"{folder / part.path}: columns {', '.join(missing)} expected, none found; see {manifest.get}")
+            raise BadInput(
+                f"{folder / part.path}: columns {', '.join(missing)} expected, none found; see {manifest.get}"
+            )
         columns = {name: table.columns[column.name] * column.factor for name, column in manifest.columns.items()}
         for use, kept in _uses(part, columns["time"]):
             recording = _record(manifest, columns, kept, scratch / f"{manifest.name}-{len(train)}-{len(validate)}")

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 from benchmarks.real.diagnosing import Outcome
 
@@ -25,7 +26,7 @@ def lines(outcomes: Sequence[Outcome]) -> Iterator[str]:
     yield "claims: " + ", ".join(f"{count} {judgement}" for judgement, count in total.most_common())
 
 
-def _errors(document: dict) -> str:
+def _errors(document: dict[str, Any]) -> str:
     first, last = (document["rungs"][index]["validate_rms"] for index in (0, -1))
     pairs = zip(first, last, document["effort_units"], strict=True)
     return ", ".join(f"{before:.3g} → {after:.3g} {unit}" for before, after, unit in pairs)

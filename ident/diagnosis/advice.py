@@ -16,8 +16,9 @@ def next_motion(diagnosis: Diagnosis, findings: Sequence[Finding]) -> NextMotion
     files = list(dict.fromkeys(str(data.recording.path) for data in split.recordings))
     recording_options = [f"--recording {shlex.quote(file)}" for file in files]
     for finding in findings:
-        # No motion discriminates effects that change with time.
-        alternatives = [name for name in finding.alternatives if diagnosis.library[name].axis != "time"]
+        # No motion discriminates effects that change with time; a vibration is no effect of the library.
+        known = {name: diagnosis.library[name] for name in finding.alternatives if name in diagnosis.library}
+        alternatives = [name for name, effect in known.items() if effect.axis != "time"]
         if not alternatives or finding.term.effect.axis == "time":
             continue
         name = finding.term.name

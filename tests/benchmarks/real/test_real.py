@@ -1,0 +1,96 @@
+"""Benchmark of real machines: manifests, judgements, and the data sets where they are."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.real import data_set, diagnosing, tables
+from benchmarks.real.data_set import Claim
+from benchmarks.real.diagnosing import Outcome
+from recordings.errors import BadInput
+
+SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data"))
+MANIFESTS = {manifest.name: manifest for manifest in data_set.manifests()}
+
+
+def _document(*findings: dict[str, Any], **parameters: float) -> dict[str, Any]:
+    entries = {name.replace("__", "."): {"value": value} for name, value in parameters.items()}
+    rung = {"validate_rms": [1.0], "parameters": entries}
+    return {"findings": list(findings), "rungs": [rung, rung], "verdict": "adequate", "effort_units": ["N m"]}
+
+
+def _finding(effect: str, *others: str) -> dict[str, Any]:
+    return {"effect": effect, "confusable_with": list(others)}
+
+
+@pytest.mark.parametrize(
+    ("claim", "document", "judgement"),
+    [
+        ({"effect": "stribeck"}, _document(_finding("stribeck")), "right"),
+        ({"effect": "stribeck"}, _document(_finding("torque_offset", "stribeck")), "or"),
+        ({"effect": "stribeck"}, _document(), "missed"),
+        ({"effect": "stribeck", "present": False}, _document(_finding("stribeck")), "wrong"),
+        ({"effect": "stribeck", "present": False}, _document(), "right"),
+        ({"effect": "cogging", "order": 72}, _document(_finding("cogging"), cogging__N=71.9), "right"),
+        ({"effect": "cogging", "order": 72}, _document(_finding("cogging"), cogging__N=36.0), "missed"),
+    ],
+)
+def test_claim_is_judged_by_the_findings(claim: dict[str, Any], document: dict[str, Any], judgement: str) -> None:
+    manifest = MANIFESTS["cogging_bldc"].model_copy(update={"claims": (Claim(known_from="test", **claim),)})
+    assert Outcome(manifest, document).claims[0][1] == judgement
+
+
+def test_findings_that_nobody_knows_about_are_unknown() -> None:
+    manifest = MANIFESTS["cogging_bldc"].model_copy(update={"claims": ()})
+    outcome = Outcome(manifest, _document(_finding("stribeck")))
+    assert outcome.claims == [("stribeck (found)", "unknown")]
+    assert list(tables.lines([outcome]))[-1] == "claims: 1 unknown"
+
+
+def test_missing_data_are_said_to_be_missing(tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match="does not exist"):
+        diagnosing.diagnose(MANIFESTS["friction_damper"], tmp_path, tmp_path)
+    line = list(tables.lines([Outcome(MANIFESTS["friction_damper"], None, "nothing there")]))[1]
+    assert line == "  not read: nothing there"
+
+
+def test_every_fourth_quarter_of_a_second_is_held_out(tmp_path: Path) -> None:
+    time = np.arange(0, 8, 0.002)
+    angle, torque = np.sin(3 * time), 0.4 * np.cos(3 * time) + np.sign(np.cos(3 * time))
+    table = np.stack([time, angle, torque], axis=1)
+    header = "time [s],position [rad],motor current [A]"
+    (tmp_path / "kinova_gen3").mkdir()
+    np.savetxt(tmp_path / "kinova_gen3/joint_7.csv", table, "%.6f", ",", header=header, comments="")
+    outcome = diagnosing.diagnose(MANIFESTS["kinova_gen3_joint_7"], tmp_path, tmp_path)
+    assert outcome.document is not None
+    assert "another recording" in outcome.document["held_out"]
+
+
+def _diagnosed(name: str, scratch: Path) -> Outcome:
+    if not SHARED.is_dir():
+        assert not os.environ.get("CI"), f"data sets expected in {SHARED}"
+        pytest.skip(f"no data sets in {SHARED}")
+    return diagnosing.diagnose(MANIFESTS[name], SHARED, scratch)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", sorted(MANIFESTS))
+def test_nothing_false_is_said_about_real_machines(name: str, tmp_path: Path) -> None:
+    outcome = _diagnosed(name, tmp_path)
+    assert "wrong" not in [judgement for _, judgement in outcome.claims]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [1, 4, 7])
+def test_ripple_of_harmonic_drives_is_found(joint: int, tmp_path: Path) -> None:
+    outcome = _diagnosed(f"kinova_gen3_joint_{joint}", tmp_path)
+    ripple = [judgement for text, judgement in outcome.claims if text.startswith("cogging of")]
+    assert ripple
+    assert set(ripple) <= {"right", "or"}
+    assert outcome.document is not None
+    if joint == 7:
+        assert outcome.document["rungs"][-1]["validate_rms"][0] <= 0.18
+        assert outcome.document["rungs"][0]["validate_rms"][0] > 0.8
