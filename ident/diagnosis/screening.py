@@ -267,7 +267,7 @@ def effect_columns(
 
     if isinstance(term.effect, Additive):
         last = len(structure.terms) - 1
-        return predictor.prepared.condition(predictor.columns(structure, last, at(np.zeros(local.size)), load))
+        return predictor.conditioned_columns(structure, last, at(np.zeros(local.size)), load)
     changes = [predictor.torque(structure, at(values), load) - computed for values in np.diag(local.ravel())]
     return np.stack(changes, axis=2)
 

@@ -3,7 +3,7 @@
 Nothing here is derived from the measured torque: such a regressor would lower the error and explain nothing.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +17,8 @@ from ident.dynamics.rods import GRAVITY as GRAVITY
 from recordings.recording import Floats
 from recordings.rig import Rig
 
+_REMEMBERED = 8
+"""Number of results that `EffectInputs.remembered` keeps."""
 _SMOOTH = ("position", "velocity", "acceleration")
 """Signals of a motion to which a low-pass may be applied."""
 
@@ -73,6 +75,22 @@ class EffectInputs:
         smooth = {name: filters.convolve(getattr(self.motion, name), taps) for name in _SMOOTH}
         known = {name: np.where(np.isfinite(x), x, getattr(self.motion, name)) for name, x in smooth.items()}
         return replace(self, motion=replace(self.motion, **known))
+
+    def remembered(self, key: Hashable, compute: Callable[[], Floats]) -> Floats:
+        """Return the result of `compute`, or the one of an earlier call with this `key`.
+
+        The torque of flexible joints is needed several times with the same parameters: for each derivative with
+        respect to another parameter, for example. Only the last few results are kept.
+        """
+        if key not in self._results and len(self._results) >= _REMEMBERED:
+            self._results.pop(next(iter(self._results)))
+        result = self._results.pop(key) if key in self._results else compute()
+        self._results[key] = result  # in the order of use
+        return result
+
+    @cached_property
+    def _results(self) -> dict[Hashable, Floats]:
+        return {}
 
     def motor_inertia(self, share: float) -> Floats:
         """Motor inertia (dof,) [kg m^2]: a `share` of each joint's own inertia."""

@@ -55,6 +55,16 @@ class Term:
         by_joint[:, joints, range(len(joints))] = columns[:, joints]
         return by_joint.reshape(n, dof, -1)
 
+    def torque(self, columns: Floats, coefficients: Floats) -> Floats:
+        """Torque (n, dof) of an additive effect with its `columns` (n, dof, c) and `coefficients` (instances, c)."""
+        if self.effect.whole_robot:
+            torque: Floats = columns @ coefficients[0]
+            return torque
+        joints = list(self.joints)
+        torque = np.zeros(columns.shape[:2])
+        torque[:, joints] = np.einsum("njc,jc->nj", columns[:, joints], coefficients)
+        return torque
+
 
 @dataclass(frozen=True)
 class ParameterEntry:
@@ -161,19 +171,32 @@ class ModelStructure:
         """Mask (K,) of the entries in which the torque is linear."""
         return np.array([entry.linear for entry in self.parameters])
 
+    @cached_property
+    def _entries(self) -> tuple[slice, ...]:
+        """Entries of each term in the vector; those of the mechanism come last, for the index -1."""
+        ends = np.cumsum([len(self.mechanism.parameters), *(self._size(term) for term in self.terms)]).tolist()
+        terms = [slice(first, end) for first, end in zip(ends[:-1], ends[1:], strict=True)]
+        return *terms, slice(0, ends[0])
+
+    @staticmethod
+    def _size(term: Term) -> int:
+        return term.instances * len(term.local_parameters) + len(term.effect.shapes)
+
     def parameter_mask(self, index: int) -> Bools:
         """Mask (K,) of the entries of the term `index`; -1: the mechanism."""
-        return np.array([entry.term == index for entry in self.parameters])
+        mask = np.zeros(len(self.parameters), dtype=bool)
+        mask[self._entries[index]] = True
+        return mask
 
     def load_parameters(self, x: Floats) -> Floats:
         """Parameters (k or k + 1,) of the load that effects depend on: the mechanism's, and the mass of the rods."""
-        mandatory = [x[self.parameter_mask(index)] for index, term in enumerate(self.terms) if term.effect.mandatory]
-        return np.concatenate([x[self.parameter_mask(-1)], *mandatory])
+        mandatory = [x[self._entries[index]] for index, term in enumerate(self.terms) if term.effect.mandatory]
+        return np.concatenate([x[self._entries[-1]], *mandatory])
 
     def local_values(self, index: int, x: Floats) -> Floats:
         """Local parameters (instances, c) of the term `index` in the vector `x` (K,)."""
         term = self.terms[index]
-        values = x[self.parameter_mask(index)]
+        values = x[self._entries[index]]
         return values[: term.instances * len(term.local_parameters)].reshape(
             term.instances, len(term.local_parameters)
         )
@@ -181,7 +204,7 @@ class ModelStructure:
     def shape_values(self, index: int, x: Floats) -> Floats:
         """Shapes (s,) of the term `index` in the vector `x` (K,)."""
         term = self.terms[index]
-        return x[self.parameter_mask(index)][term.instances * len(term.local_parameters) :]
+        return x[self._entries[index]][term.instances * len(term.local_parameters) :]
 
     def columns(self, index: int, x: Floats, inputs: EffectInputs) -> Floats:
         """Torque (n, dof, c) per unit of each coefficient of the additive term `index`, on every joint."""

@@ -7,13 +7,15 @@ effect can reduce the error by scaling it down.
 """
 
 from collections.abc import Callable, Hashable
+from dataclasses import dataclass, field, fields
+from functools import cached_property
 from typing import TypeVar, cast
 
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effect_inputs import EffectInputs
-from ident.dynamics.effects.base import Additive
+from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
 from recordings.recording import Floats
@@ -23,6 +25,37 @@ _RELATIVE_STEP = 1e-4
 """Relative step of finite differences."""
 CACHE_SIZE = 64
 """Default number of cached columns and corrected motions."""
+_FREE_OF_LOAD = frozenset({"rig", "rate", "time", "motion", "bandwidth", "platform", "temperature"})
+"""Inputs of effects that do not depend on the parameters of the mechanism."""
+
+
+@dataclass(frozen=True, eq=False)
+class _WatchedInputs(EffectInputs):
+    """Effect inputs that record whether an effect uses any that depends on the load parameters."""
+
+    used: set[str] = field(default_factory=set)
+
+    @classmethod
+    def of(cls, inputs: EffectInputs) -> "_WatchedInputs":
+        return cls(**{each.name: getattr(inputs, each.name) for each in fields(EffectInputs)})
+
+    def __getattribute__(self, name: str) -> object:
+        if name not in _FREE_OF_LOAD and not name.startswith("__"):
+            super().__getattribute__("used").add(name)
+        return super().__getattribute__(name)
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """Columns (n, dof, c), and the same as conditioned by `prepared`, which are computed once."""
+
+    raw: Floats
+    prepared: PreparedRecording
+
+    @cached_property
+    def conditioned(self) -> Floats:
+        """(m, dof, c)"""
+        return self.prepared.condition(self.raw)
 
 
 class TorquePredictor:
@@ -53,11 +86,14 @@ class TorquePredictor:
             they are 0.
         """
         load_parameters = structure.load_parameters(x)
-        reported = self._reported_torque(structure, x, load_parameters)
+        true = self._true_torque(structure, x, load_parameters)
+        reported = self._report(structure, x, load_parameters, true)
         derivatives = np.zeros((*self.prepared.torque.shape, len(x)))
-        derivatives[:, :, structure.linear] = self._linear_derivatives(structure, x, load_parameters)
-        for entry in np.flatnonzero(~structure.linear) if nonlinear else ():
-            derivatives[:, :, entry] = self._nonlinear_derivative(structure, x, load_parameters, int(entry), reported)
+        derivatives[:, :, structure.linear] = self._linear_derivatives(structure, x, load_parameters, true)
+        for entry in np.flatnonzero(~structure.linear).tolist() if nonlinear else ():
+            derivatives[:, :, entry] = self._nonlinear_derivative(
+                structure, x, load_parameters, entry, true, reported
+            )
         return self.prepared.condition(reported), derivatives
 
     def error_amplification(self, structure: ModelStructure, x: Floats, error: Floats) -> Floats:
@@ -68,18 +104,29 @@ class TorquePredictor:
         slope: Floats = np.abs(upper - lower) / (2 * error)
         return slope
 
-    def columns(self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats) -> Floats:
-        """(n, dof, instances * c) torque per unit of each coefficient of the additive term `index`.
+    def conditioned_columns(
+        self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats
+    ) -> Floats:
+        """(m, dof, instances * c) conditioned torque per unit of each coefficient of the additive term `index`.
 
         The inputs of the effect are those of the whole `structure` at `x` (K,).
         """
+        columns = self._term_columns(structure, index, x, load_parameters)
+        return structure.terms[index].by_instance(columns.conditioned)
+
+    def _term_columns(
+        self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats
+    ) -> _Columns:
+        """(n, dof, c) columns of the additive term `index`; cached for all loads if they do not depend on them."""
         term, shapes = structure.terms[index], structure.shape_values(index, x).tobytes()
-        key = ("columns", term.name, shapes, self.corrected_motion(structure, x), load_parameters.tobytes())
-
-        def columns() -> Floats:
-            return structure.columns(index, x, self.effect_inputs(structure, x, load_parameters))
-
-        return term.by_instance(self._cached(key, columns))
+        key = ("columns", term.name, shapes, self.corrected_motion(structure, x))
+        key_with_load = (*key, load_parameters.tobytes())
+        for known in (key, key_with_load):
+            if known in self._cache:
+                return cast(_Columns, self._recall(known))
+        inputs = _WatchedInputs.of(self.effect_inputs(structure, x, load_parameters))
+        columns = _Columns(structure.columns(index, x, inputs), self.prepared)
+        return self._store(key_with_load if vars(inputs)["used"] else key, columns)
 
     def effect_inputs(
         self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None
@@ -113,34 +160,39 @@ class TorquePredictor:
 
         return self._cached(("corrected motion", *key), lambda: self.prepared.corrected_motion(rig, correct_all))
 
-    def _all_columns(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
-        """(n, dof, K_linear) columns of all linear parameters, in the order of the vector."""
-        effect_columns = [
-            self.columns(structure, index, x, load_parameters)
-            for index, term in enumerate(structure.terms)
-            if isinstance(term.effect, Additive)
-        ]
-        mechanism = structure.mechanism_columns(self.corrected_motion(structure, x).regressor)
-        return np.concatenate([mechanism, *effect_columns], axis=2)
+    def _mechanism_columns(self, corrected: MechanismMotion) -> _Columns:
+        return self._cached(("mechanism", corrected), lambda: _Columns(corrected.regressor, self.prepared))
+
+    def _all_columns(
+        self, structure: ModelStructure, x: Floats, load_parameters: Floats, conditioned: bool
+    ) -> Floats:
+        """(n or m, dof, K_linear) columns of all linear parameters, in the order of the vector."""
+        mechanism = self._mechanism_columns(self.corrected_motion(structure, x))
+        columns = [structure.mechanism_columns(mechanism.conditioned if conditioned else mechanism.raw)]
+        for index, term in enumerate(structure.terms):
+            if isinstance(term.effect, Additive):
+                of_term = self._term_columns(structure, index, x, load_parameters)
+                columns.append(term.by_instance(of_term.conditioned if conditioned else of_term.raw))
+        return np.concatenate(columns, axis=2)
 
     def _reported_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         return self._report(structure, x, load_parameters, self._true_torque(structure, x, load_parameters))
 
     def _true_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         """(n, dof) true torque. The last result is cached, as most nonlinear parameters affect only the report."""
-        additive = [
-            (term.name, term.joints, structure.shape_values(index, x).tobytes())
-            for index, term in enumerate(structure.terms)
-            if isinstance(term.effect, Additive)
-        ]
+        additive = [(index, term) for index, term in enumerate(structure.terms) if isinstance(term.effect, Additive)]
+        corrected = self.corrected_motion(structure, x)
         key = (
-            self.corrected_motion(structure, x),
+            corrected,
             load_parameters.tobytes(),
             x[structure.linear].tobytes(),
-            *additive,
+            *((term.name, term.joints, structure.shape_values(index, x).tobytes()) for index, term in additive),
         )
         if self._last_torque is None or self._last_torque[0] != key:
-            true: Floats = self._all_columns(structure, x, load_parameters) @ x[structure.linear]
+            true: Floats = corrected.regressor @ structure.mechanism_values(x[structure.linear])
+            for index, term in additive:
+                columns = self._term_columns(structure, index, x, load_parameters).raw
+                true += term.torque(columns, structure.local_values(index, x))
             true.flags.writeable = False
             self._last_torque = key, true
         return self._last_torque[1]
@@ -151,12 +203,13 @@ class TorquePredictor:
             torque = report(torque, inputs)
         return torque
 
-    def _linear_derivatives(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
-        """(m, dof, K_linear) derivatives with respect to the linear parameters."""
-        columns = self._all_columns(structure, x, load_parameters)
-        if not any(effect.report for _, _, effect in structure.signals):
-            return self.prepared.condition(columns)
-        true: Floats = columns @ x[structure.linear]
+    def _linear_derivatives(
+        self, structure: ModelStructure, x: Floats, load_parameters: Floats, true: Floats
+    ) -> Floats:
+        """(m, dof, K_linear) derivatives with respect to the linear parameters; `true`: (n, dof) true torque."""
+        if all(effect.report is None or effect.offset for _, _, effect in structure.signals):
+            return self._all_columns(structure, x, load_parameters, conditioned=True)
+        columns = self._all_columns(structure, x, load_parameters, conditioned=False)
         step = _RELATIVE_STEP * max(float(np.sqrt(np.nanmean(true**2))), 1e-12)
         if all(effect.pointwise for _, _, effect in structure.signals):
             upper, lower = (self._report(structure, x, load_parameters, true + side * step) for side in (1, -1))
@@ -171,24 +224,40 @@ class TorquePredictor:
         return self.prepared.condition(np.stack(slopes, axis=2))
 
     def _nonlinear_derivative(
-        self, structure: ModelStructure, x: Floats, load_parameters: Floats, entry: int, reported: Floats
+        self,
+        structure: ModelStructure,
+        x: Floats,
+        load_parameters: Floats,
+        entry: int,
+        true: Floats,
+        reported: Floats,
     ) -> Floats:
         """(m, dof) derivative with respect to a nonlinear parameter; 0 if the parameter is fixed.
 
-        reported: (n, dof) reported torque at `x`.
+        true, reported: (n, dof) torque at `x`.
         """
         parameter = structure.parameters[entry]
         if not parameter.free:
             return np.zeros_like(self.prepared.torque)
-        step = structure.terms[parameter.term].effect.step * max(abs(x[entry]), parameter.scale)
+        effect = structure.terms[parameter.term].effect
+        step = effect.step * max(abs(x[entry]), parameter.scale)
         shifted = x.copy()
         shifted[entry] += step if x[entry] + step <= parameter.upper else -step
-        difference = self._reported_torque(structure, shifted, load_parameters) - reported
+        if not isinstance(effect, Signal) or effect.position or effect.rig:
+            true = self._true_torque(structure, shifted, load_parameters)
+        difference = self._report(structure, shifted, load_parameters, true) - reported
         return self.prepared.condition(difference / (shifted[entry] - x[entry]))
 
     def _cached(self, key: Hashable, compute: Callable[[], _T]) -> _T:
-        if key not in self._cache:
-            if len(self._cache) >= self._cache_size:
-                self._cache.pop(next(iter(self._cache)))
-            self._cache[key] = compute()
-        return cast(_T, self._cache[key])
+        return cast(_T, self._recall(key)) if key in self._cache else self._store(key, compute())
+
+    def _recall(self, key: Hashable) -> object:
+        """The cached result of `key`, which becomes the last one to be dropped."""
+        self._cache[key] = self._cache.pop(key)
+        return self._cache[key]
+
+    def _store(self, key: Hashable, result: _T) -> _T:
+        if len(self._cache) >= self._cache_size:
+            self._cache.pop(next(iter(self._cache)))
+        self._cache[key] = result
+        return result

@@ -138,3 +138,5 @@ class Signal(Effect):
     """Compute, from the true torque (n, dof), the torque (n, dof) that the rig's map gives for what is reported."""
     pointwise: bool = True
     """False if the report at an instant depends on the true torque at other instants, as with a delay."""
+    offset: bool = False
+    """True if the report is the true torque plus a torque that does not depend on it."""

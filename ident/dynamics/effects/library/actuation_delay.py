@@ -1,5 +1,7 @@
 """Time delay between reported voltage and torque."""
 
+from functools import lru_cache
+
 import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
@@ -21,14 +23,19 @@ def _ahead(x: Floats, instants: float) -> Floats:
     if instants == 0:
         return x
     whole = int(np.floor(instants))
-    offset = np.arange(-_REACH, _REACH + 1)
-    distance = offset - (instants - whole)
-    taps = np.sinc(distance) * np.i0(6.0 * np.sqrt(np.maximum(1 - (distance / (_REACH + 1)) ** 2, 0)))
-    taps /= taps.sum()
     margin = _REACH + abs(whole)
     padded = np.pad(x, margin, constant_values=np.nan)
-    sums = np.convolve(padded, taps[::-1], mode="same")
+    sums = np.convolve(padded, _taps(instants - whole), mode="same")
     return sums[margin + whole : margin + whole + len(x)]
+
+
+@lru_cache(maxsize=16)
+def _taps(fraction: float) -> Floats:
+    """Taps (2 reach + 1,) that advance by a `fraction` of an instant, the last one first."""
+    distance = np.arange(-_REACH, _REACH + 1) - fraction
+    taps = np.sinc(distance) * np.i0(6.0 * np.sqrt(np.maximum(1 - (distance / (_REACH + 1)) ** 2, 0)))
+    normalised: Floats = (taps / taps.sum())[::-1]
+    return normalised
 
 
 effect = Signal(

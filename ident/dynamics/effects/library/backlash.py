@@ -20,9 +20,15 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
     half_gap = np.broadcast_to(values["b"], (torque.shape[1],)).astype(float)
     if not (half_gap > 0).any():
         return torque
-    inputs = inputs.low_passed()
+    return torque + inputs.remembered(
+        ("backlash", share, half_gap.tobytes()), lambda: _change(inputs.low_passed(), share, half_gap)
+    )
+
+
+def _change(inputs: EffectInputs, share: float, half_gap: Floats) -> Floats:
+    """Torque (n, dof) that a gap adds; 0 where it is unknown."""
     changed = inputs.flexible_joints(share).backlash_torque(inputs.motion, half_gap) - inputs.arm_torque(share)
-    return torque + np.where(np.isfinite(changed), changed, 0.0)
+    return np.where(np.isfinite(changed), changed, 0.0)
 
 
 def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, Floats]]:
@@ -73,5 +79,6 @@ effect = Signal(
         ),
     ),
     report=report,
+    offset=True,
     suggest=suggest,
 )

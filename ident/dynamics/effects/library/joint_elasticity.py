@@ -22,13 +22,21 @@ def report(torque: Floats, inputs: EffectInputs, values: Values) -> Floats:
     share, damping_ratio, compliance = float(values["motor"][0]), float(values["damping"][0]), values["compliance"]
     if not (compliance > 0).any():
         return torque
+    return torque + inputs.remembered(
+        ("joint_elasticity", share, damping_ratio, compliance.tobytes()),
+        lambda: _change(inputs, share, damping_ratio, compliance),
+    )
+
+
+def _change(inputs: EffectInputs, share: float, damping_ratio: float, compliance: Floats) -> Floats:
+    """Torque (n, dof) that springs add to that of stiff joints; 0 where it is unknown."""
     joints = inputs.flexible_joints(share)
     slowest = joints.natural_frequencies(inputs.motion, compliance).min(initial=np.inf) / (
         2 * np.pi * inputs.bandwidth
     )
     inputs = inputs.low_passed(float(np.clip((slowest - 1) / (_FILTER_ABOVE - 1), 0.0, 1.0)))
     changed = joints.elastic_torque(inputs.motion, compliance, damping_ratio) - inputs.arm_torque(share)
-    return torque + np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
+    return np.where(np.abs(changed) < _DIVERGED, changed, 0.0)
 
 
 effect = Signal(
@@ -69,4 +77,5 @@ effect = Signal(
         ),
     ),
     report=report,
+    offset=True,
 )
