@@ -112,7 +112,6 @@ def command(
     import ident
     from ident.diagnosis import verdict
     from ident.output.console import diagnosis as console_table
-    from ident.output.report import contents, page
     from recordings.progress import progress_bar
 
     start = ident.load_model(model_path, effect_files) if model_path else None
@@ -136,6 +135,8 @@ def command(
             progress("fitting the model with all effects found")
             result.apply().save(out)
         if report:
+            from ident.output.report import contents, page
+
             progress("drawing")
             request = contents.ReportRequest((), files, validate, effect_files, diagnose=True, base_model=model_path)
             page.write(contents.assemble(request, diagnosis=result), report)

@@ -166,7 +166,7 @@ def _shift_rows(x: Floats, shift: float) -> Floats:
 
 def _statistics(x: Floats) -> CycleStatistics | None:
     """Statistics of one joint from `x` (cycles, phases); None if no phase occurs twice."""
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     count = np.isfinite(x).sum(axis=0)
     x, count = x[:, count > 0], count[count > 0]
@@ -190,7 +190,7 @@ def _statistics(x: Floats) -> CycleStatistics | None:
         total=total,
         noise=noise,
         repeating=repeating,
-        repeating_p=float(f.sf(ratio, freedom, freedom * (cycles - 1))),
+        repeating_p=float(fdtrc(freedom, freedom * (cycles - 1), max(ratio, 0.0))),
         trend=trend,
     )
 
@@ -201,7 +201,7 @@ def _trend(x: Floats) -> Trend | None:
     Noise has the same expected energy in every contrast between cycles. A pattern is a contrast whose amplitude
     depends on the phase. An F test compares its energy with the mean energy of the other contrasts.
     """
-    from scipy.stats import f
+    from scipy.special import fdtrc
 
     x = x[np.isfinite(x).mean(axis=1) > 0.5]  # an incomplete cycle would leave few common phases
     x = x[:, np.isfinite(x).all(axis=0)]
@@ -217,7 +217,7 @@ def _trend(x: Floats) -> Trend | None:
         energy = float(((contrast @ deviation) ** 2).mean())
         others = (total_energy - energy) / (cycles - 2)
         ratio = energy / others if others > 0 else np.inf if energy > 0 else 1.0
-        chance = float(f.sf(ratio, freedom, freedom * (cycles - 2)))
+        chance = float(fdtrc(freedom, freedom * (cycles - 2), max(ratio, 0.0)))
         trends.append(Trend(name, min(1.0, len(patterns) * chance), (energy - others) / cycles))
     return min(trends, key=lambda trend: (trend.p_value, -trend.mean_square))
 

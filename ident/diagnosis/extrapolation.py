@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
 
 from ident.diagnosis.improvement import BLOCK_SECONDS
 from ident.diagnosis.noise_floor import NoiseFloor
@@ -100,6 +99,8 @@ def _range(
 
 def _dilated(rows: Bools, distance: float) -> Bools:
     """(m,) `rows`, extended by `distance` rows to both sides."""
+    from scipy.ndimage import maximum_filter1d
+
     dilated: Bools = maximum_filter1d(rows, 2 * int(distance) + 1)
     return dilated
 

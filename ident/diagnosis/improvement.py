@@ -77,10 +77,10 @@ def _ratio_interval(numerator: Floats, denominator: Floats) -> tuple[float, floa
     of numerator - r denominator does not differ from zero by Student's t. If the denominator's own mean does not
     exceed zero significantly, any ratio is possible.
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit
 
     count = len(numerator)
-    tolerance = t.ppf((1 + _LEVEL) / 2, count - 1) ** 2 / count * np.cov(numerator, denominator)
+    tolerance = stdtrit(count - 1, (1 + _LEVEL) / 2) ** 2 / count * np.cov(numerator, denominator)
     mean = np.array([numerator.mean(), denominator.mean()])
     (a, b), (_, c) = np.outer(mean, mean) - tolerance  # the ratios fulfil a - 2 b r + c r^2 <= 0
     if c <= 0 or mean[1] <= 0:

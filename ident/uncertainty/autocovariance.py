@@ -162,6 +162,5 @@ def _two_sided_weights(length: int, size: int) -> Floats:
 
 
 def _transform_length(rows: int) -> int:
-    from scipy.fft import next_fast_len
-
-    return int(next_fast_len(rows, real=True))
+    """Smallest length of a fast Fourier transform, m 2^k, that is not below `rows`."""
+    return min(m << (-(-rows // m) - 1).bit_length() for m in (8, 9, 10, 12, 15))

@@ -113,9 +113,9 @@ class Uncertainty:
 
     def half_width(self) -> Floats:
         """(k,) half widths of the 95 % intervals, from Student's t."""
-        from scipy.stats import t
+        from scipy.special import stdtrit
 
-        width: Floats = t.ppf((1 + LEVEL) / 2, self.degrees_of_freedom) * self.std
+        width: Floats = stdtrit(self.degrees_of_freedom, (1 + LEVEL) / 2) * self.std
         return width
 
     def interval(self, parameters: Floats, gain_uncertainty: float = 0.0) -> Floats:
@@ -123,9 +123,9 @@ class Uncertainty:
 
         gain_uncertainty: relative standard uncertainty of the torque gain, to which all parameters are proportional.
         """
-        from scipy.stats import norm
+        from scipy.special import ndtri
 
-        gain = norm.ppf((1 + LEVEL) / 2) * gain_uncertainty * np.abs(parameters)
+        gain = ndtri((1 + LEVEL) / 2) * gain_uncertainty * np.abs(parameters)
         width = np.hypot(self.half_width(), gain)
         return np.stack([parameters - width, parameters + width], axis=1)
 
