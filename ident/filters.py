@@ -8,7 +8,6 @@ from functools import lru_cache
 
 import numpy as np
 
-from ident.numba_cache import compiled
 from recordings.recording import Bools, Floats
 
 _STOPBAND = 6.0

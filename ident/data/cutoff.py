@@ -137,13 +137,13 @@ class Spectra:
         if len(torque) < segment:
             return None
         averaged = max(1, round(1.5 * len(torque) / segment))
-        frequency = np.fft.rfftfreq(segment, 1 / rate)
+        frequency: Floats = np.fft.rfftfreq(segment, 1 / rate).astype(float)
         transforms = [_windowed_transforms(signal, segment) for signal in (acceleration, torque)]
         acceleration_density, torque_density, common = (
             _density(transforms[i], transforms[j], segment, rate) for i, j in ((0, 0), (1, 1), (0, 1))
         )
         # Finite differences attenuate the derivative towards half the rate.
-        shortfall = np.sinc(frequency / rate) ** 2
+        shortfall: Floats = np.sinc(frequency / rate) ** 2
         return cls(
             frequency,
             acceleration_density / shortfall**2,

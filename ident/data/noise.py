@@ -99,7 +99,7 @@ def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
     if len(variance) < 2 or not variance.any():
         return None
     columns = np.stack([squared, np.ones_like(squared)], axis=1)
-    expected = np.full_like(variance, variance.mean())
+    expected: Floats = np.full_like(variance, variance.mean())
     for _ in range(5):
         weight = 1 / np.maximum(expected, 1e-3 * variance.mean())
         coefficients = _nonnegative_fit(columns * weight[:, None], variance * weight)
@@ -114,7 +114,7 @@ def _nonnegative_fit(columns: Floats, values: Floats) -> Floats:
     if (both >= 0).all():
         return both
     squares = (columns**2).sum(axis=0)
-    alone = np.maximum(columns.T @ values, 0.0) / np.where(squares > 0, squares, 1.0)
+    alone: Floats = np.maximum(columns.T @ values, 0.0) / np.where(squares > 0, squares, 1.0)
     return np.where(np.arange(2) == np.argmax(alone**2 * squares), alone, 0.0)
 
 

@@ -89,7 +89,8 @@ def _deviation(prepared: PreparedRecording, residual: Floats) -> tuple[Floats, f
 def _noise_level(power: Floats, frequency: Floats) -> Floats:
     """Level of the noise from the running median, which is ln 2 of the mean for an exponential distribution."""
     width = max(int(2 * _AROUND / (frequency[1] - frequency[0])), 3)
-    return _running_median(power, width) / np.log(2)
+    level: Floats = _running_median(power, width) / np.log(2)
+    return level
 
 
 def _running_median(x: Floats, width: int) -> Floats:

@@ -12,120 +12,114 @@ import math
 import numpy as np
 
 from ident.numba_cache import compiled
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools, Floats, Ints
 
 _TINY = 1e-9
 """Added to every inertia [kg m^2] so that none is zero."""
 _SETTLING_STEPS = 50
 """Iterations to the initial static twist."""
+_ELBOW, _TANGENT, _ROD, _ROD_RATE, _ROWS, _J = 0, 3, 6, 9, 12, 15
+"""First rows of 3 x 3 matrices in the workspace of `_delta_dynamics`."""
+_FIRST, _SECOND, _NORMAL, _P, _P_DOT, _P_DDOT, _SINES, _COSINES = range(18, 26)
+"""Rows of vectors in it."""
 
 
 def _delta_dynamics(  # noqa: C901 - compiled: nothing but numbers in small loops
-    constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, workspace: Floats
+    constants: Floats, q: Floats, v: Floats, a: Floats, torque: Floats, inertia: Floats, w: Floats
 ) -> None:
     """Torque (3,) and inertia (3, 3) of a delta's arms: (A3)-(A8), (15)-(16), (23), (26), with uniform rods.
 
-    workspace: (26, 3), any content.
+    w: (26, 3), any content; a workspace, of which no views are made: they take longer than the sums.
     """
     L1, L2, out, g = constants[0], constants[1], constants[2], constants[3]
     m_p, T_g, m_d = constants[4], constants[5], constants[6]
-    elbow, tangent, rod, rod_rate, rows, J = (
-        workspace[:3],
-        workspace[3:6],
-        workspace[6:9],
-        workspace[9:12],
-        workspace[12:15],
-        workspace[15:18],
-    )
-    first, second, normal, P, P_dot, P_ddot = (
-        workspace[18],
-        workspace[19],
-        workspace[20],
-        workspace[21],
-        workspace[22],
-        workspace[23],
-    )
-    sines, cosines = workspace[24], workspace[25]
     for i in range(3):
         cos_phi, sin_phi = constants[7 + i], constants[10 + i]
         sine, cosine = math.sin(q[i]), math.cos(q[i])
-        sines[i], cosines[i] = sine, cosine
-        elbow[i, 0], elbow[i, 1], elbow[i, 2] = (
+        w[_SINES, i], w[_COSINES, i] = sine, cosine
+        w[_ELBOW + i, 0], w[_ELBOW + i, 1], w[_ELBOW + i, 2] = (
             (out + L1 * cosine) * cos_phi,
             (out + L1 * cosine) * sin_phi,
             L1 * sine,
         )
-        tangent[i, 0], tangent[i, 1], tangent[i, 2] = -L1 * sine * cos_phi, -L1 * sine * sin_phi, L1 * cosine
+        w[_TANGENT + i, 0], w[_TANGENT + i, 1], w[_TANGENT + i, 2] = (
+            -L1 * sine * cos_phi,
+            -L1 * sine * sin_phi,
+            L1 * cosine,
+        )
     aa = bb = cc = 0.0
     for d in range(3):
-        first[d], second[d] = elbow[1, d] - elbow[0, d], elbow[2, d] - elbow[0, d]
-        aa += first[d] ** 2
-        bb += second[d] ** 2
-        cc += (first[d] - second[d]) ** 2
-    _cross(first, second, normal)
-    nn = normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2
+        w[_FIRST, d], w[_SECOND, d] = w[_ELBOW + 1, d] - w[_ELBOW, d], w[_ELBOW + 2, d] - w[_ELBOW, d]
+        aa += w[_FIRST, d] ** 2
+        bb += w[_SECOND, d] ** 2
+        cc += (w[_FIRST, d] - w[_SECOND, d]) ** 2
+    _cross(w, _FIRST, _SECOND, _NORMAL)
+    nn = w[_NORMAL, 0] ** 2 + w[_NORMAL, 1] ** 2 + w[_NORMAL, 2] ** 2
     height_squared = L2**2 - aa * bb * cc / (4 * nn)
     if not height_squared >= 0.0:  # no position closes the loop
         torque[:] = np.nan
         inertia[:] = np.nan
         return
-    drop = math.copysign(math.sqrt(height_squared / nn), normal[2])
+    drop = math.copysign(math.sqrt(height_squared / nn), w[_NORMAL, 2])
     for d in range(3):
-        first[d] = aa * second[d] - bb * first[d]
-    _cross(first, normal, second)
+        w[_FIRST, d] = aa * w[_SECOND, d] - bb * w[_FIRST, d]
+    _cross(w, _FIRST, _NORMAL, _SECOND)
     for d in range(3):
-        P[d] = elbow[0, d] + second[d] / (2 * nn) - drop * normal[d]
+        w[_P, d] = w[_ELBOW, d] + w[_SECOND, d] / (2 * nn) - drop * w[_NORMAL, d]
     for i in range(3):
         for d in range(3):
-            rod[i, d] = P[d] - elbow[i, d]
+            w[_ROD + i, d] = w[_P, d] - w[_ELBOW + i, d]
     for i in range(3):  # rows of the transposed inverse, not yet divided by the determinant
-        _cross(rod[(i + 1) % 3], rod[(i + 2) % 3], rows[i])
-    determinant = rod[0, 0] * rows[0, 0] + rod[0, 1] * rows[0, 1] + rod[0, 2] * rows[0, 2]
+        _cross(w, _ROD + (i + 1) % 3, _ROD + (i + 2) % 3, _ROWS + i)
+    determinant = w[_ROD, 0] * w[_ROWS, 0] + w[_ROD, 1] * w[_ROWS, 1] + w[_ROD, 2] * w[_ROWS, 2]
     for i in range(3):
-        leverage = rod[i, 0] * tangent[i, 0] + rod[i, 1] * tangent[i, 1] + rod[i, 2] * tangent[i, 2]
+        leverage = 0.0
         for d in range(3):
-            rows[i, d] /= determinant
-            J[i, d] = rows[i, d] * leverage
+            leverage += w[_ROD + i, d] * w[_TANGENT + i, d]
+        for d in range(3):
+            w[_ROWS + i, d] /= determinant
+            w[_J + i, d] = w[_ROWS + i, d] * leverage
     for d in range(3):
-        P_dot[d] = J[0, d] * v[0] + J[1, d] * v[1] + J[2, d] * v[2]
-        P_ddot[d] = J[0, d] * a[0] + J[1, d] * a[1] + J[2, d] * a[2]
+        w[_P_DOT, d] = w[_J, d] * v[0] + w[_J + 1, d] * v[1] + w[_J + 2, d] * v[2]
+        w[_P_DDOT, d] = w[_J, d] * a[0] + w[_J + 1, d] * a[1] + w[_J + 2, d] * a[2]
     for i in range(3):
-        sine, cosine = sines[i], cosines[i]
+        sine, cosine = w[_SINES, i], w[_COSINES, i]
         tangent_derivative = (-L1 * cosine * constants[7 + i], -L1 * cosine * constants[10 + i], -L1 * sine)
         curvature = 0.0
         for d in range(3):
-            rod_rate[i, d] = P_dot[d] - tangent[i, d] * v[i]
-            curvature += (rod_rate[i, d] * tangent[i, d] + rod[i, d] * tangent_derivative[d] * v[i]) * v[
-                i
-            ] - rod_rate[i, d] * P_dot[d]
+            w[_ROD_RATE + i, d] = w[_P_DOT, d] - w[_TANGENT + i, d] * v[i]
+            bend = w[_ROD_RATE + i, d] * w[_TANGENT + i, d] + w[_ROD + i, d] * tangent_derivative[d] * v[i]
+            curvature += bend * v[i] - w[_ROD_RATE + i, d] * w[_P_DOT, d]
         for d in range(3):
-            P_ddot[d] += rows[i, d] * curvature
-    P_ddot[2] += g  # from here on minus gravity
-    force = first
+            w[_P_DDOT, d] += w[_ROWS + i, d] * curvature
+    w[_P_DDOT, 2] += g  # from here on minus gravity
     for d in range(3):
-        force[d] = (m_p + m_d) * P_ddot[d]
+        w[_FIRST, d] = (m_p + m_d) * w[_P_DDOT, d]
     for i in range(3):
-        sine, cosine = sines[i], cosines[i]
+        sine, cosine = w[_SINES, i], w[_COSINES, i]
         tangent_derivative = (-L1 * cosine * constants[7 + i], -L1 * cosine * constants[10 + i], -L1 * sine)
         torque[i] = T_g * cosine + constants[13 + i] * a[i]
         for d in range(3):
-            elbow_acceleration = tangent[i, d] * a[i] + tangent_derivative[d] * v[i] ** 2 + (g if d == 2 else 0.0)
-            torque[i] += m_d * tangent[i, d] * (2 * elbow_acceleration + P_ddot[d]) / 6
-            force[d] += m_d * elbow_acceleration / 6
+            elbow_acceleration = (
+                w[_TANGENT + i, d] * a[i] + tangent_derivative[d] * v[i] ** 2 + (g if d == 2 else 0.0)
+            )
+            torque[i] += m_d * w[_TANGENT + i, d] * (2 * elbow_acceleration + w[_P_DDOT, d]) / 6
+            w[_FIRST, d] += m_d * elbow_acceleration / 6
     for i in range(3):
-        torque[i] += J[i, 0] * force[0] + J[i, 1] * force[1] + J[i, 2] * force[2]
+        torque[i] += w[_J + i, 0] * w[_FIRST, 0] + w[_J + i, 1] * w[_FIRST, 1] + w[_J + i, 2] * w[_FIRST, 2]
         for j in range(3):
             inertia[i, j] = 0.0
             for d in range(3):
-                inertia[i, j] += (m_p + m_d) * J[i, d] * J[j, d]
-                inertia[i, j] += m_d * (tangent[i, d] * J[j, d] + J[i, d] * tangent[j, d]) / 6
+                inertia[i, j] += (m_p + m_d) * w[_J + i, d] * w[_J + j, d]
+                inertia[i, j] += m_d * (w[_TANGENT + i, d] * w[_J + j, d] + w[_J + i, d] * w[_TANGENT + j, d]) / 6
         inertia[i, i] += constants[13 + i] + m_d * L1**2 / 3 + _TINY
 
 
-def _cross(a: Floats, b: Floats, result: Floats) -> None:
-    result[0] = a[1] * b[2] - a[2] * b[1]
-    result[1] = a[2] * b[0] - a[0] * b[2]
-    result[2] = a[0] * b[1] - a[1] * b[0]
+def _cross(w: Floats, a: int, b: int, result: int) -> None:
+    """Row `result` of `w` becomes the cross product of the rows `a` and `b`."""
+    w[result, 0] = w[a, 1] * w[b, 2] - w[a, 2] * w[b, 1]
+    w[result, 1] = w[a, 2] * w[b, 0] - w[a, 0] * w[b, 2]
+    w[result, 2] = w[a, 0] * w[b, 1] - w[a, 1] * w[b, 0]
 
 
 def _axes_dynamics(constants: Floats, q: Floats, a: Floats, torque: Floats, inertia: Floats) -> None:
@@ -170,6 +164,13 @@ def _solve(matrix: Floats, vector: Floats, count: int) -> None:
         vector[i] /= matrix[i, i]
 
 
+def _known(q: Floats, v: Floats, a: Floats, k: int) -> bool:
+    for i in range(q.shape[1]):
+        if not (math.isfinite(q[k, i]) and math.isfinite(v[k, i]) and math.isfinite(a[k, i])):
+            return False
+    return True
+
+
 def _elastic_torque(  # noqa: C901 - compiled: one loop
     delta: bool,
     constants: Floats,
@@ -197,7 +198,7 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
     position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
     h, running = dt / substeps, False
     for k in range(n):
-        if not (np.isfinite(q[k]).all() and np.isfinite(v[k]).all() and np.isfinite(a[k]).all()):
+        if not _known(q, v, a, k):
             running = False
             continue
         if not running:
@@ -248,24 +249,39 @@ def _elastic_torque(  # noqa: C901 - compiled: one loop
             result[k, i] = torque[i]
             for m in range(count):
                 result[k, i] -= inertia[i, flexible[m]] * twist_acceleration[flexible[m]]
-        if np.isnan(result[k]).any():
-            running = False
+            if math.isnan(result[k, i]):
+                running = False
+        if not running:
             twist[:] = 0.0
     return result
 
 
 def _contact_torque(
-    torque: Floats, inertia: Floats, free: Bools, gap_acceleration: Floats, matrix: Floats, vector: Floats
+    torque: Floats,
+    inertia: Floats,
+    free: Bools,
+    gap_acceleration: Floats,
+    matrix: Floats,
+    vector: Floats,
+    separated: Ints,
 ) -> None:
-    """Compute the `gap_acceleration` of the `free` arms; `torque` becomes the contact torque, 0 for free arms."""
-    separated = np.flatnonzero(free)
-    count = len(separated)
+    """Compute the `gap_acceleration` of the `free` arms; `torque` becomes the contact torque, 0 for free arms.
+
+    matrix, vector, separated: (dof, dof), (dof,) and (dof,), any content.
+    """
+    count = 0
+    for i in range(len(torque)):
+        gap_acceleration[i] = 0.0
+        if free[i]:
+            separated[count] = i
+            count += 1
+    if count == 0:
+        return
     for s in range(count):
         vector[s] = torque[separated[s]]
         for m in range(count):
             matrix[s, m] = inertia[separated[s], separated[m]]
     _solve(matrix, vector, count)
-    gap_acceleration[:] = 0.0
     for s in range(count):
         gap_acceleration[separated[s]] = vector[s]
     for i in range(len(torque)):
@@ -303,11 +319,11 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
         np.zeros(dof),
         np.zeros(dof),
     )
-    free = np.zeros(dof, dtype=np.bool_)
+    free, separated = np.zeros(dof, dtype=np.bool_), np.zeros(dof, dtype=np.int64)
     position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
     h, running = dt / substeps, False
     for k in range(n):
-        if not (np.isfinite(q[k]).all() and np.isfinite(v[k]).all() and np.isfinite(a[k]).all()):
+        if not _known(q, v, a, k):
             running = False
             continue
         if not running:
@@ -316,13 +332,17 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
             for i in range(dof):
                 x[i] = half_gap[i] if torque[i] > 0 else -half_gap[i]
             running = True
-        mean_torque[:] = 0.0
-        if not free.any():
+        any_free = False
+        for i in range(dof):
+            mean_torque[i] = 0.0
+            any_free = any_free or free[i]
+        if not any_free:
             for i in range(dof):
-                position[i] = q[k, i] - x[i]
-            _arm_dynamics(delta, constants, position, v[k], a[k], torque, inertia, workspace)
+                position[i], speed[i], acceleration[i] = q[k, i] - x[i], v[k, i], a[k, i]
+            _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
             if _in_firm_contact(torque, previous, x, half_gap):
-                result[k], previous[:] = torque, torque
+                for i in range(dof):
+                    result[k, i] = previous[i] = torque[i]
                 continue
         for substep in range(substeps):
             offset = (substep + 0.5) * h - dt / 2
@@ -331,8 +351,9 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                 speed[i] = v[k, i] + a[k, i] * offset - w[i]
                 position[i] = q[k, i] + v[k, i] * offset + a[k, i] * offset**2 / 2 - x[i]
             _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
-            rigid_torque[:] = torque
-            _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
+            for i in range(dof):
+                rigid_torque[i] = torque[i]
+            _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector, separated)
             released = False
             for i in range(dof):  # contact forces push, they do not pull
                 free_share[i] = 1.0
@@ -342,10 +363,12 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                     )
                     free[i] = released = True
             if released:
-                torque[:] = rigid_torque
-                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
-            mean_torque += torque / substeps
-            previous[:] = torque
+                for i in range(dof):
+                    torque[i] = rigid_torque[i]
+                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector, separated)
+            for i in range(dof):
+                mean_torque[i] += torque[i] / substeps
+                previous[i] = torque[i]
             contact = False
             for i in range(dof):
                 rate_jump[i] = 0.0
@@ -366,12 +389,12 @@ def _backlash_torque(  # noqa: C901 - compiled: one loop
                     torque[i] = 0.0
                     for m in range(dof):
                         torque[i] -= inertia[i, m] * rate_jump[m]
-                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector)
+                _contact_torque(torque, inertia, free, gap_acceleration, matrix, vector, separated)
                 mean_torque += torque / dt
                 w += rate_jump + gap_acceleration
-        result[k] = mean_torque
-        if np.isnan(mean_torque).any():
-            running = False
+        for i in range(dof):
+            result[k, i] = mean_torque[i]
+            running = running and not math.isnan(mean_torque[i])
     return result
 
 
@@ -380,14 +403,17 @@ def _dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Flo
     n, dof = q.shape
     torques, inertias = np.full((n, dof), np.nan), np.full((n, dof), np.nan)
     torque, inertia, workspace = np.zeros(dof), np.zeros((dof, dof)), np.zeros((26, 3))
+    position, speed, acceleration = np.zeros(dof), np.zeros(dof), np.zeros(dof)
     for k in range(n):
-        _arm_dynamics(delta, constants, q[k], v[k], a[k], torque, inertia, workspace)
-        torques[k] = torque
         for i in range(dof):
-            inertias[k, i] = inertia[i, i]
+            position[i], speed[i], acceleration[i] = q[k, i], v[k, i], a[k, i]
+        _arm_dynamics(delta, constants, position, speed, acceleration, torque, inertia, workspace)
+        for i in range(dof):
+            torques[k, i], inertias[k, i] = torque[i], inertia[i, i]
     return torques, inertias
 
 
+_known = compiled(_known)
 _cross = compiled(_cross)
 _delta_dynamics = compiled(_delta_dynamics)
 _axes_dynamics = compiled(_axes_dynamics)

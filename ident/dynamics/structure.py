@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -175,7 +176,7 @@ class ModelStructure:
     def _entries(self) -> tuple[slice, ...]:
         """Entries of each term in the vector; those of the mechanism come last, for the index -1."""
         ends = np.cumsum([len(self.mechanism.parameters), *(self._size(term) for term in self.terms)]).tolist()
-        terms = [slice(first, end) for first, end in zip(ends[:-1], ends[1:], strict=True)]
+        terms = [slice(first, end) for first, end in pairwise(ends)]
         return *terms, slice(0, ends[0])
 
     @staticmethod

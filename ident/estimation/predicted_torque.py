@@ -23,6 +23,8 @@ from recordings.recording import Floats
 _T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
 """Relative step of finite differences."""
+_ROUNDING = 1e-12
+"""Relative differences below this are rounding errors."""
 CACHE_SIZE = 64
 """Default number of cached columns and corrected motions."""
 _FREE_OF_LOAD = frozenset({"rig", "rate", "time", "motion", "bandwidth", "platform", "temperature"})
@@ -114,9 +116,7 @@ class TorquePredictor:
         columns = self._term_columns(structure, index, x, load_parameters)
         return structure.terms[index].by_instance(columns.conditioned)
 
-    def _term_columns(
-        self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats
-    ) -> _Columns:
+    def _term_columns(self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats) -> _Columns:
         """(n, dof, c) columns of the additive term `index`; cached for all loads if they do not depend on them."""
         term, shapes = structure.terms[index], structure.shape_values(index, x).tobytes()
         key = ("columns", term.name, shapes, self.corrected_motion(structure, x))
@@ -246,6 +246,8 @@ class TorquePredictor:
         if not isinstance(effect, Signal) or effect.position or effect.rig:
             true = self._true_torque(structure, shifted, load_parameters)
         difference = self._report(structure, shifted, load_parameters, true) - reported
+        if np.nanmax(np.abs(difference), initial=0.0) < _ROUNDING * np.nanmax(np.abs(reported), initial=0.0):
+            difference *= 0.0  # a search would follow its direction as far as it can
         return self.prepared.condition(difference / (shifted[entry] - x[entry]))
 
     def _cached(self, key: Hashable, compute: Callable[[], _T]) -> _T:
