@@ -8,12 +8,13 @@ SEED = 9
 """Seed of the hidden effect."""
 
 
-def record(folder: Path, *trajectories: str) -> list[Path]:
-    """Record each of `trajectories` on the simulated rig into `folder`."""
+def record(folder: Path, *trajectories: str, rate: float = 500.0) -> list[Path]:
+    """Record each of `trajectories` on the simulated rig at `rate` [Hz] into `folder`."""
+    folder.mkdir(exist_ok=True)
     paths = [folder / f"{name}.mcap" for name in trajectories]
     for name, path in zip(trajectories, paths, strict=True):
-        command = [program("daq"), "record", "--traj", name, "--hidden", str(SEED), "--out", str(path)]
-        subprocess.run(command, check=True, capture_output=True)
+        command = [program("daq"), "record", "--traj", name, "--rate", str(rate), "--hidden", str(SEED)]
+        subprocess.run([*command, "--out", str(path)], check=True, capture_output=True)
     return paths
 
 
