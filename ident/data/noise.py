@@ -110,10 +110,10 @@ def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
 
 def _nonnegative_fit(columns: Floats, values: Floats) -> Floats:
     """Nonnegative coefficients (2,) of two nonnegative `columns` (n, 2) with the least squared error to `values`."""
-    both: Floats = np.linalg.lstsq(columns, values, rcond=None)[0]
+    both: Floats = np.linalg.lstsq(columns, values, rcond=None)[0].astype(float)
     if (both >= 0).all():
         return both
-    squares = (columns**2).sum(axis=0)
+    squares: Floats = (columns**2).sum(axis=0)
     alone: Floats = np.maximum(columns.T @ values, 0.0) / np.where(squares > 0, squares, 1.0)
     return np.where(np.arange(2) == np.argmax(alone**2 * squares), alone, 0.0)
 

@@ -12,7 +12,7 @@ from ident.data.prepared_recording import PreparedRecording
 from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
-from ident.estimation.predicted_torque import TorquePredictor
+from ident.estimation.predicted_torque import TorquePredictor, cache_size
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
@@ -32,10 +32,6 @@ _CREEPING = 0.02
 """Share of the largest speed: below it, dry friction is between its two levels in any machine."""
 _MIN_CREEPING_SHARE = 0.5
 """Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
-_CACHED_INSTANTS = 3_000_000
-"""Number of cached columns and corrected motions, times the number of instants of all recordings."""
-_CACHE_SIZES = (8, 256)
-"""Least and largest number of cached columns and corrected motions of each recording."""
 _SEED = 0
 """Fixed, so that results are reproducible."""
 _DRAWS = 4
@@ -216,9 +212,8 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
         train_rows, test_rows = (list(rows) for rows in zip(*map(_split_by_phase, train, moving), strict=True))
     _check_rows(recordings, train_rows, test_rows)
     weights = _weights(recordings, train_rows, standstill)
-    instants = sum(len(recording.preprocessed.instants) for recording in recordings)
-    cache_size = int(np.clip(_CACHED_INSTANTS / instants, *_CACHE_SIZES))
-    predictors = tuple(TorquePredictor(recording, cache_size) for recording in recordings)
+    size = cache_size(recordings)
+    predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
     usable = sum(int(recording.usable.sum()) for recording in recordings)
     excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
     return SplitData(predictors, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)

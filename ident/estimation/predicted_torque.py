@@ -6,7 +6,7 @@ for a motion that is corrected by the effects on encoders and rig. The measured 
 effect can reduce the error by scaling it down.
 """
 
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TypeVar, cast
@@ -27,6 +27,10 @@ _ROUNDING = 1e-12
 """Relative differences below this are rounding errors."""
 CACHE_SIZE = 64
 """Default number of cached columns and corrected motions."""
+_CACHED_INSTANTS = 3_000_000
+"""Number of cached columns and corrected motions, times the number of instants of all recordings."""
+_CACHE_SIZES = (8, 256)
+"""Least and largest number of cached columns and corrected motions of each recording."""
 _FREE_OF_LOAD = frozenset({"rig", "rate", "time", "motion", "bandwidth", "platform", "temperature"})
 """Inputs of effects that do not depend on the parameters of the mechanism."""
 
@@ -58,6 +62,12 @@ class _Columns:
     def conditioned(self) -> Floats:
         """(m, dof, c)"""
         return self.prepared.condition(self.raw)
+
+
+def cache_size(recordings: Sequence[PreparedRecording]) -> int:
+    """Number of columns and corrected motions of each of the `recordings` for which there is memory."""
+    instants = sum(len(recording.preprocessed.instants) for recording in recordings)
+    return int(np.clip(_CACHED_INSTANTS / instants, *_CACHE_SIZES))
 
 
 class TorquePredictor:

@@ -80,13 +80,13 @@ def test_initial_guesses_are_inside_the_physical_ranges(name: str) -> None:
         assert all(quantity.lower <= guess <= quantity.upper for guess in quantity.initial_guesses)
 
 
-_WITHOUT_GUESSES = {"N": 20.0, "t_c": 1.0, "t_e": 1e9, "t_r": 0.4}
+_WITHOUT_GUESSES = {"t_c": 1.0, "t_e": 1e9, "t_r": 0.4}
 """Values of shapes that only a residual suggests."""
 
 
 def _shapes(name: str) -> list[dict[str, float]]:
     combinations = product(
-        *(shape.initial_guesses or (_WITHOUT_GUESSES[shape.name],) for shape in LIBRARY[name].shapes)
+        *(shape.initial_guesses or (_WITHOUT_GUESSES.get(shape.name, 20.0),) for shape in LIBRARY[name].shapes)
     )
     return [dict(zip((shape.name for shape in LIBRARY[name].shapes), values, strict=True)) for values in combinations]
 
