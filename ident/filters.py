@@ -12,8 +12,6 @@ from recordings.recording import Bools, Floats
 
 _STOPBAND = 6.0
 """Kaiser's beta: about 63 dB of attenuation."""
-_PRECISION = 1e-14
-"""Relative precision of the corner frequency of a low-pass."""
 
 # Central differences of order eight: right halves of an odd and of an even stencil. At 30 Hz and 500 samples a
 # second their error is below 1e-6; that of three-point differences is above 1 %.
@@ -64,17 +62,15 @@ def low_pass(cutoff: float, rate: float) -> Floats:
 
     A sinc with a Kaiser window, 1.5 periods of the cut-off to either side, with a gain of exactly one at 0 Hz.
     """
+    from scipy.optimize import brentq
+
     half = int(np.ceil(1.5 * rate / cutoff))
     at_cutoff = np.cos(2 * np.pi * cutoff / rate * np.arange(-half, half + 1))
 
     def excess(corner: float) -> float:
         return float(_windowed_sinc(corner / rate, half) @ at_cutoff - np.sqrt(0.5))
 
-    low, high = cutoff, min(2 * cutoff, rate / 2)
-    while high - low > _PRECISION * cutoff:
-        middle = (low + high) / 2
-        low, high = (middle, high) if excess(middle) < 0 else (low, middle)
-    taps = _windowed_sinc(low / rate, half)
+    taps = _windowed_sinc(brentq(excess, cutoff, min(2 * cutoff, rate / 2)) / rate, half)
     taps.flags.writeable = False
     return taps
 

@@ -94,28 +94,20 @@ def _from_cycles(variance: Floats, squared: Floats) -> Noise | None:
 
     Nonnegative weighted least squares is used, since the scatter of an estimated variance is proportional to it.
     """
+    from scipy.optimize import nnls
+
     usable = np.isfinite(variance) & np.isfinite(squared)
     variance, squared = variance[usable], squared[usable]
     if len(variance) < 2 or not variance.any():
         return None
     columns = np.stack([squared, np.ones_like(squared)], axis=1)
-    expected: Floats = np.full_like(variance, variance.mean())
+    expected = np.full_like(variance, variance.mean())
     for _ in range(5):
         weight = 1 / np.maximum(expected, 1e-3 * variance.mean())
-        coefficients = _nonnegative_fit(columns * weight[:, None], variance * weight)
+        coefficients, _ = nnls(columns * weight[:, None], variance * weight)
         expected = columns @ coefficients
     volts, floor = np.sqrt(coefficients)
     return Noise(float(volts), float(floor), "repetition")
-
-
-def _nonnegative_fit(columns: Floats, values: Floats) -> Floats:
-    """Nonnegative coefficients (2,) of two nonnegative `columns` (n, 2) with the least squared error to `values`."""
-    both: Floats = np.linalg.lstsq(columns, values, rcond=None)[0].astype(float)
-    if (both >= 0).all():
-        return both
-    squares: Floats = (columns**2).sum(axis=0)
-    alone: Floats = np.maximum(columns.T @ values, 0.0) / np.where(squares > 0, squares, 1.0)
-    return np.where(np.arange(2) == np.argmax(alone**2 * squares), alone, 0.0)
 
 
 def _from_band_above(recordings: Sequence[PreparedRecording], joint: int) -> Noise:

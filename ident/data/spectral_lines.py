@@ -4,7 +4,6 @@ Vibrations of a fan, a pump or the floor differ from cycle to cycle and would be
 noise has no lines.
 """
 
-from bisect import bisect_left, insort
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -88,17 +87,8 @@ def _deviation(prepared: PreparedRecording, residual: Floats) -> tuple[Floats, f
 
 def _noise_level(power: Floats, frequency: Floats) -> Floats:
     """Level of the noise from the running median, which is ln 2 of the mean for an exponential distribution."""
+    from scipy.ndimage import median_filter
+
     width = max(int(2 * _AROUND / (frequency[1] - frequency[0])), 3)
-    level: Floats = _running_median(power, width) / np.log(2)
+    level: Floats = median_filter(power, size=width, mode="nearest") / np.log(2)
     return level
-
-
-def _running_median(x: Floats, width: int) -> Floats:
-    """Median of the `width` values around each one of `x` (n,), which goes on with its first and last value."""
-    padded = np.pad(x, (width // 2, width - width // 2), mode="edge").tolist()
-    window, medians = sorted(padded[:width]), np.empty_like(x)
-    for i in range(len(x)):
-        medians[i] = window[width // 2]
-        del window[bisect_left(window, padded[i])]
-        insort(window, padded[i + width])
-    return medians

@@ -162,6 +162,6 @@ def _two_sided_weights(length: int, size: int) -> Floats:
 
 
 def _transform_length(rows: int) -> int:
-    """Smallest product of powers of 2, 3 and 5 that is not below `rows`."""
-    odd: list[int] = [3**i * 5**j for i in range(14) for j in range(10)]
-    return min(m << (-(-rows // m) - 1).bit_length() for m in odd)
+    from scipy.fft import next_fast_len
+
+    return int(next_fast_len(rows, real=True))
