@@ -3,50 +3,31 @@
 Differences between cycles at the same phase are noise; the mean over the cycles is not. The statistics apply to the
 *residual*: the torque itself also contains the controller's reaction to the noise.
 
-A steady change from cycle to cycle (a gripper that picks something up, friction that warms up) is not noise either.
-Such a trend is tested for first and, if significant, separated from the noise.
+A change from cycle to cycle (a gripper that picks something up, friction that warms up) is not noise either. The
+noise is estimated from the differences between cycles that no event disturbs, and trends are tested against it.
 
 The repeating part contains unmodelled dynamics, and also repeating errors of encoder quantization and preprocessing.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ident.data.cycle_differences import cycle_differences
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import Samples
+from ident.data.trends import Trend, clearest_trend
 from ident.filters import convolve
 from recordings.recording import Floats
 
-SIGNIFICANT = 0.001
-"""Significance level of a trend."""
 _HALF_WIDTH = 12
 """Half-width of the interpolation filter in rows."""
-_MIN_PHASES = 10
-"""Minimum number of phases common to all cycles for a test of trends."""
-
-
-@dataclass(frozen=True)
-class Trend:
-    """A pattern in the change of one joint's residual from cycle to cycle."""
-
-    pattern: str
-    """"linear", or "step after k": one level in the first k cycles, another level in the following ones."""
-    p_value: float
-    """Probability of such a change by chance, corrected for the number of patterns tested."""
-    mean_square: float
-    """Part of the residual's mean square, less the contribution of noise to the pattern."""
-
-    @property
-    def significant(self) -> bool:
-        """Whether the trend is statistically significant."""
-        return self.p_value < SIGNIFICANT
 
 
 @dataclass(frozen=True)
 class CycleStatistics:
-    """Decomposition of one joint's mean-square residual: repeating + noise + trend (only if significant).
+    """Decomposition of one joint's mean-square residual: repeating + noise + changing.
 
     All estimates are unbiased, so an estimate near zero may be slightly negative.
     """
@@ -55,9 +36,11 @@ class CycleStatistics:
     cycles: int
     total: float
     noise: float
-    """Variance between cycles at the same phase, corrected by C / (C - 1)."""
+    """Variance of what differs between cycles at random."""
     repeating: float
-    """Mean square of the mean cycle, less the noise / C that remains in the mean."""
+    """Mean square of the mean cycle, less the part of noise and changes that remains in the mean."""
+    changing: float
+    """What differs between cycles beyond the noise: a drift, or the difference that an event makes."""
     repeating_p: float
     """Probability of such a repeating part by chance."""
     trend: Trend | None
@@ -126,6 +109,7 @@ def _pooled(recordings: Sequence[CycleStatistics]) -> CycleStatistics:
         total=mean("total"),
         noise=mean("noise"),
         repeating=mean("repeating"),
+        changing=mean("changing"),
         repeating_p=min(1.0, len(recordings) * min(recording.repeating_p for recording in recordings)),
         trend=min(trends, key=lambda trend: trend.p_value, default=None),
     )
@@ -165,23 +149,23 @@ def _shift_rows(x: Floats, shift: float) -> Floats:
 
 
 def _statistics(x: Floats) -> CycleStatistics | None:
-    """Statistics of one joint from `x` (cycles, phases); None if no phase occurs twice."""
+    """Statistics of one joint from `x` (cycles, phases); None if no phase occurs in two consecutive cycles."""
     from scipy.special import fdtrc
 
+    differences = cycle_differences(x)
+    if differences is None:
+        return None
     count = np.isfinite(x).sum(axis=0)
     x, count = x[:, count > 0], count[count > 0]
     samples, phases = int(count.sum()), len(count)
-    if samples == phases:
-        return None
-    mean = np.nansum(x, axis=0) / count
-    deviation = x - mean
+    deviation = x - np.nansum(x, axis=0) / count
     total = float(np.nansum(x**2) / samples)
     differing = float(np.nansum(deviation**2) / (samples - phases))
-    trend = _trend(x)
-    excess = trend.mean_square if trend and trend.significant else 0.0
-    noise = differing - excess * samples / (samples - phases)
-    repeating = total - noise - excess
-    freedom = _degrees_of_freedom(deviation)
+    trend, others = clearest_trend(x, differences.noise, differences.freedom) or (None, np.inf)
+    # Differences between cycles contain a part of a drift.
+    noise = min(differences.noise, others) if trend and trend.significant else differences.noise
+    changing = (differing - noise) * (samples - phases) / samples
+    repeating = total - noise - changing
     cycles = samples / phases
     ratio = (repeating + noise / cycles) * cycles / noise if noise > 0 else np.inf
     return CycleStatistics(
@@ -190,67 +174,7 @@ def _statistics(x: Floats) -> CycleStatistics | None:
         total=total,
         noise=noise,
         repeating=repeating,
-        repeating_p=float(fdtrc(freedom, freedom * (cycles - 1), max(ratio, 0.0))),
+        changing=changing,
+        repeating_p=float(fdtrc(differences.freedom, differences.freedom * (cycles - 1), max(ratio, 0.0))),
         trend=trend,
     )
-
-
-def _trend(x: Floats) -> Trend | None:
-    """Find the most significant pattern across the cycles of `x` (cycles, phases).
-
-    Noise has the same expected energy in every contrast between cycles. A pattern is a contrast whose amplitude
-    depends on the phase. An F test compares its energy with the mean energy of the other contrasts.
-    """
-    from scipy.special import fdtrc
-
-    x = x[np.isfinite(x).mean(axis=1) > 0.5]  # an incomplete cycle would leave few common phases
-    x = x[:, np.isfinite(x).all(axis=0)]
-    cycles, phases = x.shape
-    if cycles < 3 or phases < _MIN_PHASES:
-        return None
-    deviation = x - x.mean(axis=0)
-    total_energy = float((deviation**2).sum() / phases)
-    freedom = _degrees_of_freedom(deviation)
-    patterns = dict(_patterns(cycles))
-    trends = []
-    for name, contrast in patterns.items():
-        energy = float(((contrast @ deviation) ** 2).mean())
-        others = (total_energy - energy) / (cycles - 2)
-        ratio = energy / others if others > 0 else np.inf if energy > 0 else 1.0
-        chance = float(fdtrc(freedom, freedom * (cycles - 2), max(ratio, 0.0)))
-        trends.append(Trend(name, min(1.0, len(patterns) * chance), (energy - others) / cycles))
-    return min(trends, key=lambda trend: (trend.p_value, -trend.mean_square))
-
-
-def _patterns(cycles: int) -> Iterator[tuple[str, Floats]]:
-    """Contrasts (cycles,) of unit norm and zero sum, with their names."""
-    number = np.arange(cycles)
-    profiles = {"linear": 1.0 * number, **{f"step after {k}": 1.0 * (number >= k) for k in range(1, cycles)}}
-    for name, profile in profiles.items():
-        contrast = profile - profile.mean()
-        yield name, contrast / np.linalg.norm(contrast)
-
-
-def _degrees_of_freedom(deviation: Floats) -> float:
-    """Effective degrees of freedom of the noise of one cycle, in a sum of squares.
-
-    For Gaussian noise of covariance S along the phase this is (tr S)^2 / tr S^2. The local variance and the
-    autocorrelation of S are estimated from the `deviation` (cycles, phases) of all cycles; the variance of these
-    estimates is subtracted.
-    """
-    count = np.maximum(np.isfinite(deviation).sum(axis=0) - 1, 1)
-    variance = np.nansum(deviation**2, axis=0) / count
-    if not variance.any():
-        return 1.0
-    phases = len(variance)
-    contrasts = float(count.mean())
-    unit = np.nan_to_num(deviation / np.sqrt(np.where(variance > 0, variance, np.inf)))
-    sum_of_squares = 0.0
-    for lag in range(max(phases // 4, 1)):
-        products = unit[:, lag:] * unit[:, : phases - lag]
-        correlation = 1.0 if lag == 0 else float(products.sum() / (unit**2).sum())
-        chance = 0.0 if lag == 0 else 1 / (phases * contrasts)
-        squared = max(correlation**2 - chance, 0.0) / (1 + 2 * correlation**2 / contrasts)
-        product = float(variance[lag:] @ variance[: phases - lag])
-        sum_of_squares += (1 if lag == 0 else 2) * squared * product
-    return max(float(variance.sum()) ** 2 / sum_of_squares, 1.0)

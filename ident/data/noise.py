@@ -18,6 +18,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cycle_statistics
+from ident.data.cycle_differences import CycleDifferences, between_cycles, cycle_differences
 from ident.data.prepared_recording import PreparedRecording
 from ident.data.samples import drive_signal
 from recordings.recording import Floats
@@ -78,14 +79,30 @@ def residual_std(prepared: PreparedRecording, residual: Floats, noise: Sequence[
 
 
 def _between_cycles(prepared: PreparedRecording, residual: Floats) -> tuple[Floats, Floats]:
-    """(p, dof) variance [(N m)^2] between cycles and squared sensitivity at each phase; NaN with a single cycle."""
+    """(p, dof) variance [(N m)^2] of the noise and squared sensitivity at each phase; NaN with a single cycle."""
     x = cycle_statistics.by_cycle(prepared, residual)
     squared = cycle_statistics.by_cycle(prepared, prepared.volt_sensitivity**2)
-    count = np.isfinite(x).sum(axis=0)
-    known = np.where(count > 1, count, np.nan)
-    mean = np.nansum(x, axis=0) / known
-    variance: Floats = np.nansum((x - mean) ** 2, axis=0) / (known - 1)
-    sensitivity: Floats = np.nansum(np.where(np.isfinite(x), squared, np.nan), axis=0) / known
+    variance, sensitivity = np.full((2, *x.shape[1:]), np.nan)
+    for joint in range(x.shape[2]):
+        differences = cycle_differences(x[:, :, joint])
+        if differences is not None:
+            variance[:, joint], sensitivity[:, joint] = _by_phase(x[:, :, joint], squared[:, :, joint], differences)
+    return variance, sensitivity
+
+
+def _by_phase(x: Floats, squared: Floats, differences: CycleDifferences) -> tuple[Floats, Floats]:
+    """(phases,) variance of `x` (cycles, phases) and mean of `squared` (cycles, phases); NaN at a single occurrence.
+
+    If an event disturbs any differences between the cycles, the variance is that of the others.
+    """
+    known = np.isfinite(differences.values)
+    repeated = known.any(axis=0)
+    variance, sensitivity = np.full((2, x.shape[1]), np.nan)
+    if differences.disturbed:
+        variance[repeated] = np.nansum(differences.values**2, axis=0)[repeated] / known.sum(axis=0)[repeated] / 2
+    else:
+        variance[repeated] = between_cycles(x[:, repeated])
+    sensitivity[repeated] = np.nanmean(np.where(np.isfinite(x), squared, np.nan)[:, repeated], axis=0)
     return variance, sensitivity
 
 

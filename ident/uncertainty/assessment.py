@@ -7,8 +7,8 @@ from typing import Literal
 import numpy as np
 
 from ident.data import cycle_statistics, noise
-from ident.data.cycle_statistics import Trend
 from ident.data.samples import holds_torque
+from ident.data.trends import Trend
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit

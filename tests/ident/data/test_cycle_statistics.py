@@ -33,7 +33,7 @@ def noise(rng: Generator, cycles: int, correlation: float = 0.9) -> Floats:
     amplitude=st.floats(0, 3),
     lost=st.floats(0, 0.3),
 )
-def test_mean_square_is_decomposed_into_repeating_part_trend_and_noise(
+def test_mean_square_is_decomposed_into_repeating_and_changing_part_and_noise(
     seed: int, cycles: int, amplitude: float, lost: float
 ) -> None:
     rng = np.random.default_rng(seed)
@@ -43,10 +43,9 @@ def test_mean_square_is_decomposed_into_repeating_part_trend_and_noise(
     statistics = of_cycles(residual[:, :, None])
     assert statistics is not None
     (joint_statistics,) = statistics
-    trend = (
-        joint_statistics.trend.mean_square if joint_statistics.trend and joint_statistics.trend.significant else 0.0
-    )
-    assert joint_statistics.total == pytest.approx(joint_statistics.noise + joint_statistics.repeating + trend)
+    parts = joint_statistics.noise + joint_statistics.repeating + joint_statistics.changing
+    assert joint_statistics.total == pytest.approx(parts)
+    assert joint_statistics.changing == pytest.approx(0.0, abs=0.3)
     assert joint_statistics.noise == pytest.approx(1.0, abs=0.5)
     assert joint_statistics.repeating == pytest.approx(amplitude**2 / 2, abs=0.3 + 0.3 * amplitude)
 
@@ -82,6 +81,7 @@ def test_a_trend_is_separated_from_noise(pattern: str, profile: Floats) -> None:
     assert joint.trend.pattern == pattern
     assert joint.noise == pytest.approx(1.0, abs=0.15)
     assert joint.trend.mean_square == pytest.approx(np.var(profile), abs=0.1)
+    assert joint.changing == pytest.approx(np.var(profile), abs=0.1)
 
 
 def test_p_value_distinguishes_a_repeating_part_from_chance() -> None:

@@ -42,3 +42,21 @@ def test_a_vibration_is_found_with_its_frequency_and_mean_square(
     assert second is not None
     assert second.frequency == pytest.approx(frequency, abs=0.05)
     assert second.mean_square == pytest.approx(0.5, rel=0.3)
+
+
+def test_transient_is_no_vibration(make: Callable[..., Recording]) -> None:
+    """Three seconds of it, at half of the recording."""
+    prepared = prepare(make(cycles=6), "parallel", 30.0)
+    since = prepared.time - prepared.time.mean()
+    residual = _noise(prepared, 2)
+    residual[:, 1] += 3 * np.sin(2 * np.pi * 7.37 * since) * np.where((since > 0) & (since < 3), 1.0, 0.0)
+    assert strongest_lines([prepared], [residual]) == (None, None, None)
+
+
+def test_broad_peak_is_no_vibration(prepared: PreparedRecording) -> None:
+    """Noise in a band of 1 Hz."""
+    white = np.random.default_rng(3).normal(size=len(prepared.time))
+    slow = filters.convolve(white, filters.low_pass(0.5, prepared.rate))
+    residual = _noise(prepared, 2)
+    residual[:, 1] += 3 * np.nan_to_num(slow / np.nanstd(slow)) * np.sin(2 * np.pi * 9.0 * prepared.time)
+    assert strongest_lines([prepared], [residual])[1] is None

@@ -1,0 +1,120 @@
+"""Noise from the differences between cycles, with and without an event."""
+
+import numpy as np
+import pytest
+from numpy.random import Generator
+from scipy.signal import lfilter
+
+from ident.data.cycle_differences import (
+    between_cycles,
+    cycle_differences,
+    degrees_of_freedom,
+    deviation_within_groups,
+)
+from recordings.recording import Floats
+
+PHASES = 400
+PHASE = np.arange(PHASES) / PHASES
+
+
+def noise(rng: Generator, cycles: int, correlation: float) -> Floats:
+    """(cycles, PHASES) of variance one, first-order autoregressive along the phase."""
+    white = rng.normal(size=(cycles, PHASES + 200))
+    return np.asarray(lfilter([np.sqrt(1 - correlation**2)], [1, -correlation], white))[:, 200:]
+
+
+def with_event(rng: Generator, cycles: int, instant: float, size: float) -> Floats:
+    """Noise, and from an `instant` [cycles] on a torque of RMS `size` that repeats with the motion."""
+    after = np.arange(cycles)[:, None] + PHASE >= instant
+    return noise(rng, cycles, 0.5) + size * np.sqrt(2) * np.sin(6 * np.pi * PHASE + 1) * after
+
+
+@pytest.mark.parametrize("cycles", [2, 3, 5, 10])
+@pytest.mark.parametrize("correlation", [0.0, 0.5, 0.9])
+def test_noise_is_unbiased(cycles: int, correlation: float) -> None:
+    rng = np.random.default_rng([cycles, round(10 * correlation)])
+    draws = [cycle_differences(noise(rng, cycles, correlation)) for _ in range(300)]
+    assert np.mean([draw.noise for draw in draws if draw]) == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("cycles", [3, 5, 10])
+@pytest.mark.parametrize("size", [0.3, 3.0, 30.0])
+def test_event_at_any_instant_is_no_noise(cycles: int, size: float) -> None:
+    rng = np.random.default_rng(cycles)
+    instants = [*range(1, cycles), cycles / 2, *rng.uniform(0.1, cycles - 0.1, 40)]
+    levels = [cycle_differences(with_event(rng, cycles, instant, size)).noise for instant in instants]  # type: ignore[union-attr]
+    assert np.median(levels) == pytest.approx(1.0, abs=0.25)
+    if cycles > 3:  # with three, both differences are disturbed where the block of the event ends
+        assert max(levels) < 2.0
+
+
+def test_window_in_five_cycles_is_no_noise() -> None:
+    rng = np.random.default_rng(0)
+    x = with_event(rng, 5, 1.3, 10.0) - with_event(rng, 5, 3.1, 10.0) + noise(rng, 5, 0.5)
+    differences = cycle_differences(x)
+    assert differences is not None
+    assert differences.disturbed
+    assert differences.noise == pytest.approx(3.0, rel=0.3)  # of three independent parts
+
+
+def test_only_the_differences_that_the_event_touches_are_left_out() -> None:
+    differences = cycle_differences(with_event(np.random.default_rng(0), 5, 2.5, 10.0))
+    assert differences is not None
+    known = np.isfinite(differences.values)
+    assert known.shape == (4, PHASES)
+    assert known[[0, 3]].all()
+    assert not known[1, PHASES * 6 // 10 :].any()  # those from the second cycle to the third change at the end
+    assert not known[2, : PHASES * 4 // 10].any()
+    assert known[1, : PHASES * 4 // 10].all()
+
+
+def test_noise_that_depends_on_the_phase_keeps_its_mean_square() -> None:
+    rng = np.random.default_rng(0)
+    level = 0.1 + 5 * np.sin(np.pi * PHASE) ** 4
+    draws = [cycle_differences(level * noise(rng, 5, 0.5)) for _ in range(100)]
+    assert np.mean([draw.noise for draw in draws if draw]) == pytest.approx(np.mean(level**2), rel=0.05)
+
+
+def test_rows_without_a_partner_give_nothing() -> None:
+    assert cycle_differences(np.ones((1, 20))) is None
+    apart = np.ones((2, 20))
+    apart[0, 10:] = apart[1, :10] = np.nan
+    assert cycle_differences(apart) is None
+
+
+def test_equal_cycles_have_no_noise() -> None:
+    differences = cycle_differences(np.tile(PHASE, (4, 1)))
+    assert differences is not None
+    assert differences.noise == 0.0
+    assert not differences.disturbed
+
+
+def test_deviation_is_from_the_mean_of_the_cycles_before_or_after_the_event() -> None:
+    x = with_event(np.random.default_rng(0), 5, 2.0, 30.0)
+    differences = cycle_differences(x)
+    assert differences is not None
+    deviation, groups = deviation_within_groups(x, differences)
+    before, after = x[:2] - x[:2].mean(axis=0), x[2:] - x[2:].mean(axis=0)
+    disturbed = np.isnan(differences.values[1])
+    np.testing.assert_allclose(deviation[:, disturbed], np.concatenate([before, after])[:, disturbed])
+    assert disturbed.mean() > 0.9
+    assert groups == PHASES + disturbed.sum()
+
+
+def test_cycle_that_stands_alone_has_no_deviation() -> None:
+    x = with_event(np.random.default_rng(0), 5, 1.0, 30.0)
+    differences = cycle_differences(x)
+    assert differences is not None
+    assert np.isnan(deviation_within_groups(x, differences)[0][0]).mean() > 0.9
+
+
+def test_variance_about_the_mean_cycle_is_that_of_numpy() -> None:
+    x = np.random.default_rng(0).normal(size=(4, 50))
+    np.testing.assert_allclose(between_cycles(x), x.var(axis=0, ddof=1))
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_degrees_of_freedom_are_those_of_the_autocorrelation(correlation: float) -> None:
+    expected = PHASES * (1 - correlation**2) / (1 + correlation**2)
+    draws = [degrees_of_freedom(noise(np.random.default_rng(seed), 4, correlation)) for seed in range(40)]
+    assert np.mean(draws) == pytest.approx(expected, rel=0.15)
