@@ -49,7 +49,7 @@ class Judgement:
     variables: tuple[str, ...]
     """Variables that the unknown structure depends on, according to the diagnosis."""
     over_floor: float
-    """Ratio of the held-out error of the last model to the noise floor, over all joints."""
+    """Ratio of the held-out error of the last model to the noise floor, over all joints; NaN: it is unknown."""
     errors: Mapping[str, float]
     """Relative error of the strength of each effect in the last model."""
     covered: tuple[bool, ...]
@@ -135,12 +135,17 @@ def judge(case: Case, truth: Mapping[str, Any], line: Mapping[str, Any]) -> Judg
         verdict=document["verdict"],
         findings=findings,
         variables=tuple(document["remaining"]["depends_on"]),
-        over_floor=_norm(last["validate_rms"]) / _norm(document["noise_rms"]),
+        over_floor=_over_floor(last["validate_rms"], document["noise_rms"]),
         errors=errors(hidden, values),
         covered=interval_coverage(hidden, last["parameters"]),
         extrapolates=any(_EXTRAPOLATION_TEXT in caution for caution in document.get("cautions", ())),
         seconds=line["seconds"],
     )
+
+
+def _over_floor(error: Sequence[float], floor: Sequence[float | None]) -> float:
+    known = [value for value in floor if value is not None]
+    return _norm(error) / _norm(known) if known else math.nan
 
 
 def _norm(values: Sequence[float]) -> float:

@@ -68,11 +68,12 @@ def figures(judgements: Sequence[Judgement]) -> Iterator[Figure]:
     yield Figure("  verdict unknown-structure", [j.verdict == "unknown-structure" for j in outside])
     exact = [set(j.truth[0]["depends_on"]) == set(j.variables) for j in outside]
     yield Figure("  exactly the right variables", exact)
-    reached = [j.over_floor <= REACHED for j in (*singles, *pairs)]
+    known = [j for j in (*singles, *pairs) if not np.isnan(j.over_floor)]
+    reached = [j.over_floor <= REACHED for j in known]
     yield Figure(f"held-out error at most {REACHED:g} noise floors", reached, 95)
-    diagnosed = [j.over_floor <= REACHED or j.extrapolates for j in (*singles, *pairs)]
+    diagnosed = [j.over_floor <= REACHED or j.extrapolates for j in known]
     yield Figure("  or cautioned as outside of the training range", diagnosed)
-    yield Figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing])
+    yield Figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing if not np.isnan(j.over_floor)])
     yield Figure("findings with four names at most", [len(f.group) <= 4 for j in judgements for f in j.findings], 100)
     yield Figure("on the right joints, where named", [j.right_joints for j in (*singles, *pairs) if j.right])
     yield Figure(

@@ -57,11 +57,22 @@ def make(
     validate = Plant(robot, reference_motion.draw(geometry, "fourier", rng, rate=setting.rate, seconds=12.0))
     sizer = EffectSizer(train) if effects else None
     sized = [_draw_of_size(rng, sizer, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if sizer]
-    (folder / "rig.toml").write_text(robots.rig_file(robot.rig), encoding="utf-8")
-    for plant, out in ((train, TRAIN), (validate, VALIDATE)):
-        reported = plant.report([effect for effect, _ in sized])
-        _write(folder / out, reported, plant, setting, rng)
+    write_pair(folder, train, validate, [effect for effect, _ in sized], setting, rng)
     return {"schema": 1, "seed": seed, "effects": [_truth_entry(effect, reached) for effect, reached in sized]}
+
+
+def write_pair(
+    folder: Path,
+    train: Plant,
+    validate: Plant,
+    effects: Sequence[HiddenEffect],
+    setting: Setting,
+    rng: np.random.Generator,
+) -> None:
+    """Write train.mcap and validate.mcap of plants with the hidden `effects`, and their rig file, into `folder`."""
+    (folder / "rig.toml").write_text(robots.rig_file(train.robot.rig), encoding="utf-8")
+    for plant, out in ((train, TRAIN), (validate, VALIDATE)):
+        _write(folder / out, plant.report(effects), plant, setting, rng)
 
 
 def _draw_of_size(

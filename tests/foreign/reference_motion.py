@@ -53,14 +53,23 @@ class ReferenceMotion:
 
 
 def draw(
-    geometry: Geometry, shape: Shape, rng: np.random.Generator, *, rate: float, seconds: float
+    geometry: Geometry,
+    shape: Shape,
+    rng: np.random.Generator,
+    *,
+    rate: float,
+    seconds: float,
+    cycles: int | None = None,
 ) -> ReferenceMotion:
-    """Random motion with about `seconds` of identical cycles, for recordings at `rate` [Hz]."""
+    """Random motion with about `seconds` of identical cycles, for recordings at `rate` [Hz].
+
+    cycles: their number; None: as many as the usual acceleration allows.
+    """
     path = _fourier(geometry, rng) if shape == "fourier" else _stations(geometry, rng)
     per_sample = 2 * round(FINE / rate / 2)  # even: the averaging window of a sample is symmetric
     step = 1 / (rate * per_sample)
-    period = round(_period(geometry, path) * rate) / rate
-    cycles = max(round(seconds / period), 3)
+    period = round((seconds / cycles if cycles else _period(geometry, path)) * rate) / rate
+    cycles = cycles or max(round(seconds / period), 3)
     phase, phase_speed, phase_acceleration = _timing(
         round(period / step), round(_RAMP / step), round(_REST / step), step
     )

@@ -1,5 +1,6 @@
 """Acceptance rules that compare diagnoses with hidden effects."""
 
+import math
 from typing import Any
 
 import pytest
@@ -113,6 +114,21 @@ def test_out_of_library_effect_requires_all_its_variables_and_at_most_one_other(
     verdict: str, variables: tuple[str, ...], right: bool
 ) -> None:
     assert judgement_of("outside", ("hose_drag",), verdict, {}, variables).right is right
+
+
+def test_unknown_floor_is_no_ratio() -> None:
+    case = Case("foreign", "nothing", (), (), "default", 1)
+    rung = {"validate_rms": [0.6], "parameters": {}}
+    document = {
+        "verdict": "undetermined",
+        "noise_rms": [None],
+        "findings": [],
+        "rungs": [rung],
+        "remaining": {"depends_on": []},
+    }
+    judgement = judge(case, {"effects": []}, {"document": document, "seconds": 1.0})
+    assert math.isnan(judgement.over_floor)
+    assert not judgement.right
 
 
 def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> None:

@@ -1,0 +1,18 @@
+"""The cases of the payload benchmark."""
+
+import pytest
+
+from benchmarks.payload import COUNT, CYCLES, instant
+
+
+def test_instants_hold_the_middle_and_the_seams() -> None:
+    instants = [instant(number) for number in range(COUNT)]
+    assert {CYCLES / 2, *range(1, CYCLES)} <= set(instants)
+    assert len(set(instants)) >= COUNT - 1
+    assert min(instants) > 0
+    assert max(instants) < CYCLES
+
+
+def test_case_beyond_the_last_is_refused() -> None:
+    with pytest.raises(IndexError):
+        instant(COUNT)
