@@ -18,6 +18,11 @@ def is_supported(improvement: Improvement) -> bool:
     return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND
 
 
+def is_structure(improvement: Improvement) -> bool:
+    """Whether the test rows show that what a curve explains is no noise, even if the noise floor is unknown."""
+    return is_supported(improvement) or improvement.t_of_ratio > MIN_T
+
+
 def is_decisive(improvement: Improvement) -> bool:
     """Whether an improvement rules out a model that explains nearly as much."""
     return (

@@ -13,6 +13,7 @@ from ident.data.compatibility import check_no_overlap, check_not_repeated, check
 from ident.data.excerpts import excerpts
 from ident.data.prepared_recording import PreparedRecording, prepare
 from ident.data.samples import sample
+from ident.diagnosis.confirmation import is_structure
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.observability import Observability, observability
@@ -144,6 +145,8 @@ def diagnose(
         selection = selection if options.only else remove_imitations(selector, selection)
         learned = fit_curves(selection.model)
         dependences = learned.dependences if learned and learned.supported else None
+        if not selection.model.noise_floor.known:
+            dependences = learned.dependences if learned and is_structure(learned.improvement) else ()
         unexplained = estimate_unexplained(selection.model, dependences)
     selection = with_vibrations(selection)
     progress("searching ripple above the low-pass")

@@ -9,8 +9,11 @@ from pydantic import Field
 from ident.dynamics.effects.base import is_infinite
 from recordings.config import ConfigSection
 
-Verdict = Literal["adequate", "missing-effect", "unknown-structure"]
+Verdict = Literal["adequate", "missing-effect", "unknown-structure", "undetermined"]
+NoiseSource = Literal["repetition", "unknown"]
 Numbers = tuple[float, ...]
+UNKNOWN_FLOOR = "unknown (nothing repeats)"
+"""In place of the noise floor, where it is not known."""
 
 
 class ParameterValue(ConfigSection):
@@ -39,6 +42,9 @@ class StepEntry(ConfigSection):
     train_rms: Numbers
     """Per joint [N m]."""
     validate_rms: Numbers
+    train_rms_all: Numbers = ()
+    """On all rows, with those that are not scored: near standstill, or near the limit of the amplifiers."""
+    validate_rms_all: Numbers = ()
     parameters: dict[str, ParameterValue]
 
 
@@ -154,8 +160,10 @@ class Document(ConfigSection):
     """The verdict in words."""
     bandwidth_hz: float
     """Highest frequency in the errors: the low-pass of the analysis, or above the highest ripple that was found."""
-    noise_rms: Numbers
-    """Per joint: noise floor, including the propagated encoder quantization [N m]."""
+    noise_rms: tuple[float | None, ...]
+    """Per joint: noise floor, including the propagated encoder quantization [N m]; None if nothing repeats."""
+    noise_source: NoiseSource = "repetition"
+    """From what the noise floor is known."""
     torque_rms: Numbers
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]

@@ -28,6 +28,9 @@ class Improvement:
     """Of the mean square, in units of the squared noise floor."""
     remaining: float
     """Mean square of the second model above the noise floor, in the same units."""
+    t_of_ratio: float = 0.0
+    """Student's t of the logarithm of the ratio of both mean squares over the blocks. It needs no noise floor, and no
+    block outweighs the others."""
 
 
 def measure_improvement(
@@ -66,8 +69,21 @@ def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0) -> 
     share = float(np.clip(reduction.mean() / excess.mean(), -1.0, 1.0)) if excess.mean() > 0 else 0.0
     t = float(reduction.mean() / spread) if spread else 0.0
     return Improvement(
-        share, _ratio_interval(reduction, excess), t, float(reduction.mean()), float(after.mean()) - noise
+        share,
+        _ratio_interval(reduction, excess),
+        t,
+        float(reduction.mean()),
+        float(after.mean()) - noise,
+        _t_of_ratio(before, after),
     )
+
+
+def _t_of_ratio(before: Floats, after: Floats) -> float:
+    """Student's t of the logarithm of the ratio of the mean squares (b,) `before` and `after`."""
+    known = (before > 0) & (after > 0)
+    logarithm = np.log(before[known]) - np.log(after[known])
+    spread = float(logarithm.std(ddof=1)) / np.sqrt(len(logarithm)) if len(logarithm) > 2 else 0.0
+    return float(logarithm.mean() / spread) if spread else 0.0
 
 
 def _ratio_interval(numerator: Floats, denominator: Floats) -> tuple[float, float]:

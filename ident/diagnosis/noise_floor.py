@@ -14,8 +14,8 @@ import numpy as np
 
 from ident import filters
 from ident.data import cycle_statistics, noise
-from ident.data.cycle_statistics import Trend
 from ident.data.spectral_lines import SpectralLine, strongest_lines
+from ident.data.trends import Trend
 from ident.diagnosis.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
@@ -29,6 +29,8 @@ _MAX_AMPLIFICATION = 4.0
 """Upper limit of the ratio of observed to expected quantization errors."""
 _CLIPPING = 3.0
 """Values are clipped at this multiple of the typical value."""
+_MAX_UNKNOWN_SHARE = 0.5
+"""Largest share of the residual's RMS that noise, or quantization errors, are taken to be where nothing repeats."""
 _TINY = 1e-24
 
 
@@ -40,6 +42,8 @@ class NoiseFloor:
     """(dof,) RMS of the part that differs between repetitions, without a trend [N m]."""
     encoder: Floats
     """(dof,) RMS of the repeating part due to encoder quantization [N m]."""
+    known: bool
+    """Whether it is measured, because a motion is repeated. Otherwise it is only a guess, which proves nothing."""
     lines: tuple[SpectralLine | None, ...]
     """Vibration of each joint; it is not part of the noise."""
     trends: tuple[Trend | None, ...]
@@ -51,10 +55,18 @@ class NoiseFloor:
         together: Floats = np.hypot(self.noise, self.encoder)
         return together
 
+    @property
+    def known_rms(self) -> tuple[float | None, ...]:
+        """`rms` of each joint; None where it is only a guess."""
+        return tuple(float(value) if self.known else None for value in self.rms)
+
 
 def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> NoiseFloor:
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
     statistics = cycle_statistics.of_residuals(split.recordings, residuals)
+    dof = residuals[0].shape[1]
+    vibrations: tuple[SpectralLine | None, ...] = (None,) * dof
+    trends: tuple[Trend | None, ...] = (None,) * dof
     if statistics:
         level = np.array([statistic.noise_rms for statistic in statistics])
         vibrations = strongest_lines(split.recordings, residuals)
@@ -64,16 +76,7 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
             statistic.trend if statistic.trend and statistic.trend.significant else None for statistic in statistics
         )
     else:
-        vibrations, trends = (None,) * residuals[0].shape[1], (None,) * residuals[0].shape[1]
-        noise_models = noise.estimate(split.recordings, residuals)
-        std = [
-            np.stack(
-                [noise_model.torque_std(data.volt_sensitivity[:, j]) for j, noise_model in enumerate(noise_models)],
-                axis=1,
-            )
-            for data in split.recordings
-        ]
-        level = rms(std, [predictor.prepared.usable for predictor in split.predictors])
+        level = _level_above_the_signal(split, residuals)
     fixed, refitted = _perturbation_torque(split, solution)
     scored = split.scored
     mean_squares = [
@@ -88,7 +91,24 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         )
         for i, predictor in enumerate(split.predictors)
     ]
-    return NoiseFloor(level, np.sqrt(np.mean(mean_squares, axis=0)), vibrations, trends)
+    encoder = np.sqrt(np.mean(mean_squares, axis=0))
+    if not statistics:  # a guess above the residual is wrong
+        limit = _MAX_UNKNOWN_SHARE * rms(residuals, split.train)
+        level, encoder = np.minimum(level, limit), np.minimum(encoder, limit)
+    return NoiseFloor(level, encoder, bool(statistics), vibrations, trends)
+
+
+def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:
+    """(dof,) RMS of the torque noise [N m] if the noise above the bandwidth of the analysis is white."""
+    noise_models = noise.estimate(split.recordings, residuals)
+    std = [
+        np.stack(
+            [noise_model.torque_std(data.volt_sensitivity[:, j]) for j, noise_model in enumerate(noise_models)],
+            axis=1,
+        )
+        for data in split.recordings
+    ]
+    return rms(std, [predictor.prepared.usable for predictor in split.predictors])
 
 
 def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Floats], list[Floats]]:

@@ -14,7 +14,12 @@ def step_errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) ->
     split = model.split
     return {
         name: tuple(ripple.rms(rows, model, with_lines).tolist())
-        for name, rows in (("train_rms", split.train), ("validate_rms", split.test))
+        for name, rows in (
+            ("train_rms", split.train),
+            ("validate_rms", split.test),
+            ("train_rms_all", split.train_all),
+            ("validate_rms_all", split.test_all),
+        )
     }
 
 

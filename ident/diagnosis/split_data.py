@@ -57,6 +57,10 @@ class SplitData:
     """Share of the rows that are not used because a joint stands still."""
     insensitive_share: float = 0.0
     """Share of the rows that are not scored because the reported signal hardly depends on the torque."""
+    train_all: tuple[Bools, ...] = ()
+    """(m, dof) training rows of each recording, with those that are not used because a joint stands still, or not
+    scored."""
+    test_all: tuple[Bools, ...] = ()
     _perturbed_cache: dict[tuple[str, ...], tuple[list[tuple[Floats, Floats]], Floats]] = field(
         default_factory=dict, repr=False
     )
@@ -204,19 +208,25 @@ def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[Prep
     moving = [
         recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
     ]
-    if validate:
-        unused = [np.zeros_like(recording.usable) for recording in recordings]
-        train_rows = moving[: len(train)] + unused[len(train) :]
-        test_rows = unused[: len(train)] + moving[len(train) :]
-    else:
-        train_rows, test_rows = (list(rows) for rows in zip(*map(_split_by_phase, train, moving), strict=True))
+    subsets = _subsets_with_validation if validate else _subsets_by_phase
+    train_rows, test_rows = subsets(recordings, moving, len(train))
+    train_all, test_all = subsets(recordings, [recording.usable for recording in recordings], len(train))
     _check_rows(recordings, train_rows, test_rows)
     weights = _weights(recordings, train_rows, standstill)
     size = cache_size(recordings)
     predictors = tuple(TorquePredictor(recording, size) for recording in recordings)
     usable = sum(int(recording.usable.sum()) for recording in recordings)
     excluded_share = 1 - sum(int(rows.sum()) for rows in moving) / max(usable, 1)
-    return SplitData(predictors, tuple(train_rows), tuple(test_rows), tuple(weights), bool(validate), excluded_share)
+    return SplitData(
+        predictors,
+        train_rows,
+        test_rows,
+        tuple(weights),
+        bool(validate),
+        excluded_share,
+        train_all=train_all,
+        test_all=test_all,
+    )
 
 
 def _check_rows(recordings: Sequence[PreparedRecording], train: Sequence[Bools], test: Sequence[Bools]) -> None:
@@ -259,6 +269,22 @@ def rms(residuals: Sequence[Floats], selected: Sequence[Bools]) -> Floats:
     count = sum(rows.sum(axis=0) for rows in known)
     result: Floats = np.sqrt(squares / np.maximum(count, 1))
     return result
+
+
+def _subsets_with_validation(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
+    """Training and test rows (m, dof) of recordings, of which the first `count` are for training."""
+    unused = [np.zeros_like(rows) for rows in usable]
+    return (*usable[:count], *unused[count:]), (*unused[:count], *usable[count:])
+
+
+def _subsets_by_phase(
+    recordings: Sequence[PreparedRecording], usable: Sequence[Bools], count: int
+) -> tuple[tuple[Bools, ...], tuple[Bools, ...]]:
+    """Training and test rows (m, dof) of recordings that are all for training."""
+    train, test = zip(*map(_split_by_phase, recordings, usable), strict=True)
+    return train, test
 
 
 def _split_by_phase(recording: PreparedRecording, usable: Bools) -> tuple[Bools, Bools]:

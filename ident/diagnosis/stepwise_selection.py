@@ -173,7 +173,7 @@ class Selector:
         """The next extension. The best one may not be supported before a smaller effect is included."""
         train_rms, floor = rms(model.residuals, self._split.train), model.noise_floor.rms
         # A correct model reaches the noise floor. A lower error means that quantization errors are fitted.
-        if self._excess(model) <= 0 or (train_rms <= floor).all():
+        if model.noise_floor.known and (self._excess(model) <= 0 or (train_rms <= floor).all()):
             return None
         joints = np.flatnonzero(train_rms > MAX_FLOOR_RATIO * floor)
         candidates = [*candidates, *self.search.joint_extensions(model, joints.tolist())]

@@ -55,6 +55,8 @@ def estimate_unexplained(
     structured = np.sqrt(np.maximum(total**2 - floor.rms**2, 0.0))
     share = float((structured**2).sum() / (total**2).sum()) if total.any() else 0.0
     min_rms = MIN_TORQUE_SHARE * split.torque_rms
+    if not floor.known:
+        return _without_floor(model, total, np.flatnonzero(total > min_rms).tolist(), known)
     limit = np.sqrt(
         min_rms**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
     )
@@ -78,26 +80,49 @@ def estimate_unexplained(
     )
 
 
+def _without_floor(
+    model: FittedModel, total: Floats, joints: Sequence[int], known: Sequence[ResidualDependence] | None
+) -> UnexplainedResidual:
+    """The residual of RMS `total` (dof,) of a motion that does not repeat: structured is what curves explain."""
+    dependences = find_dependences(model.split, model.solution, model.residuals, joints) if known is None else known
+    structured = np.zeros_like(total)
+    for dependence in dependences:
+        structured[dependence.joint] = total[dependence.joint] * np.sqrt(dependence.explained)
+    share = float((structured**2).sum() / (total**2).sum()) if dependences else 0.0
+    sentence = "it cannot be told from noise, because nothing repeats."
+    if dependences:
+        sentence = "; ".join(_clauses(dependences)) + "."
+    variables = {variable for dependence in dependences for variable in dependence.variables}
+    return UnexplainedResidual(
+        structured, share, bool(dependences), tuple(sorted(variables)), sentence, tuple(dependences)
+    )
+
+
 def _sentence(
     significant: bool, dependences: Sequence[ResidualDependence], floor: NoiseFloor, vibrates: Bools, drifts: Bools
 ) -> str:
     if not significant:
         return "only noise and encoder quantization."
-    clauses = [
+    clauses = _clauses(dependences)
+    for joint, line in enumerate(floor.lines):
+        if vibrates[joint] and line:
+            clauses.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
+    for joint, trend in enumerate(floor.trends):
+        if drifts[joint] and trend:
+            kind = "from cycle to cycle" if trend.pattern == "linear" else f"at one instant ({trend.pattern})"
+            clauses.append(f"joint {joint + 1}: it changes {kind}")
+    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but depends on no single variable."
+
+
+def _clauses(dependences: Sequence[ResidualDependence]) -> list[str]:
+    return [
         f"joint {dependence.joint + 1}: {dependence.explained:.0%} of it depends on "
         f"{' and '.join(dependence.variables)}"
         for dependence in dependences
     ]
-    for joint, line in enumerate(floor.lines):
-        if vibrates[joint] and line:
-            clauses.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
-    clauses += [f"joint {joint + 1}: it changes from cycle to cycle" for joint in np.flatnonzero(drifts)]
-    return "; ".join(clauses) + "." if clauses else "it repeats with the motion, but depends on no single variable."
 
 
 def _repeating(split: SplitData, residuals: tuple[Floats, ...]) -> Bools:
-    """(dof,) whether the residual repeats with the motion significantly; True where it cannot be tested."""
-    statistics = cycle_statistics.of_residuals(split.recordings, residuals)
-    if not statistics:
-        return np.ones(residuals[0].shape[1], bool)
+    """(dof,) whether the residual repeats with the motion significantly."""
+    statistics = cycle_statistics.of_residuals(split.recordings, residuals) or ()
     return np.array([statistic.repeating_p < _MAX_P_VALUE for statistic in statistics])

@@ -40,14 +40,15 @@ def to_document(diagnosis: Diagnosis) -> Document:
     """The document of a `diagnosis`."""
     split, selection = diagnosis.split, diagnosis.selection
     rig = split.recordings[0].recording.rig
-    verdict, ripple = _verdict(diagnosis), diagnosis.ripple
+    verdict, ripple, floor = _verdict(diagnosis), diagnosis.ripple, selection.model.noise_floor
     rungs = [step_entry(split, step, step_errors(ripple, step.model)) for step in selection.steps]
     return Document(
         schema=1,
         verdict=verdict,
         sentence=_sentence(diagnosis, verdict),
         bandwidth_hz=ripple.upper,
-        noise_rms=_numbers(ripple.with_noise(selection.model.noise_floor.rms)),
+        noise_rms=_numbers(ripple.with_noise(floor.rms)) if floor.known else (None,) * len(floor.rms),
+        noise_source="repetition" if floor.known else "unknown",
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
@@ -68,9 +69,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
         cautions=(
             *_bias_caution(diagnosis),
-            *data_warnings(
-                split, selection.model, selection.model.noise_floor, diagnosis.library.get("torque_offset")
-            ),
+            *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
     )
@@ -138,27 +137,34 @@ def merge_repeated(findings: Sequence[Finding]) -> list[Finding]:
 def _verdict(diagnosis: Diagnosis) -> Verdict:
     if diagnosis.unexplained.significant:
         return "unknown-structure"
-    return "missing-effect" if _new_findings(diagnosis) or diagnosis.ripple.lines else "adequate"
+    if _new_findings(diagnosis) or diagnosis.ripple.lines:
+        return "missing-effect"
+    return "adequate" if diagnosis.model.noise_floor.known else "undetermined"
+
+
+_UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and noise has no measure"
 
 
 def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:
     descriptions = [_describe(finding) for finding in _new_findings(diagnosis)]
     names = ", ".join([*descriptions, *describe_ripple(diagnosis.ripple)])
+    remains = "no structured residual is left above the noise floor"
+    if verdict == "unknown-structure":
+        remains = "a structured residual is left"
+    elif not diagnosis.model.noise_floor.known:
+        remains = _UNKNOWN_FLOOR
     if diagnosis.forced:
-        remains = (
-            "no structured residual is left above the noise floor"
-            if verdict != "unknown-structure"
-            else "a structured residual is left"
-        )
         if not names:
             return f"The requested effects explain nothing. Without them, {remains}: {diagnosis.unexplained.sentence}"
         return f"With {names}, as requested, {remains}: {diagnosis.unexplained.sentence}"
     initial = ", ".join(sorted(_initial_effects(diagnosis)))
     model = f"The model with {initial}" if initial else "The base model"
+    if verdict == "undetermined":
+        return f"No missing effect was found; {remains}."
     if verdict == "adequate":
         return "No structured residual is left above the noise floor: the model is adequate for these recordings."
     if verdict == "missing-effect":
-        return f"{model} lacks {names}; with it, no structured residual is left above the noise floor."
+        return f"{model} lacks {names}; with it, {remains}."
     subject = f"{model} lacks {names}, but a structured residual" if names else "A structured residual"
     return f"{subject} is left that no effect of the library explains: {diagnosis.unexplained.sentence}"
 
@@ -192,12 +198,14 @@ def step_entry(
 ) -> StepEntry:
     """One model of the selection in numbers.
 
-    errors: `train_rms` and `validate_rms`; None: below the low-pass.
+    errors: `train_rms`, `validate_rms`, and those on all rows; None: below the low-pass.
     """
     model = step.model
     below = {
         "train_rms": _numbers(rms(model.residuals, split.train)),
         "validate_rms": _numbers(rms(model.residuals, split.test)),
+        "train_rms_all": _numbers(rms(model.residuals, split.train_all)),
+        "validate_rms_all": _numbers(rms(model.residuals, split.test_all)),
     }
     return StepEntry(
         added=step.added,

@@ -71,7 +71,7 @@ def signal(view: RecordingView, name: str, span: Span) -> Figure:
 
 
 def torque_comparison(
-    series: TorqueSeries, joint: int, unit: str, noise: float, span: Span, selecting: bool
+    series: TorqueSeries, joint: int, unit: str, noise: float | None, span: Span, selecting: bool
 ) -> Figure:
     """Plot measured and computed torque of a joint, and the residual below."""
     figure = theme.subplots(2, 1, 480, shared_xaxes=True, row_heights=[0.55, 0.45], vertical_spacing=0.06)
@@ -109,8 +109,9 @@ def branches(all_: Sequence[Branch]) -> Figure:
     base = all_[0].ladder
     names = [theme.escaped(base.steps[0].label), *(theme.escaped(branch.title) for branch in all_)]
     entries = [base.steps[0].entry, *(branch.ladder.steps[-1].entry for branch in all_)]
-    noise = np.min([branch.ladder.noise_rms for branch in all_], axis=0)
-    return to_dict(rms_bars(names, entries, noise.tolist(), base.units))
+    floors = zip(*(branch.ladder.noise_rms for branch in all_), strict=True)
+    noise = [min((value for value in joint if value is not None), default=None) for joint in floors]
+    return to_dict(rms_bars(names, entries, noise, base.units))
 
 
 def swarm_convergence(view: SwarmProgress) -> Figure:

@@ -156,8 +156,8 @@ class LadderView:
     validate: str | None
     """Names of the recordings."""
     steps: tuple[StepView, ...]
-    noise_rms: tuple[float, ...]
-    """Noise floor of each joint."""
+    noise_rms: tuple[float | None, ...]
+    """Noise floor of each joint; None if nothing repeats."""
     units: tuple[str, ...]
     """Units of the efforts."""
     position_units: tuple[str, ...]

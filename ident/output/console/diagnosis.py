@@ -1,12 +1,23 @@
 """Print a diagnosis."""
 
+from collections.abc import Sequence
+
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from ident.diagnosis.document import Document, FindingEntry, LearnedCurveEntry, ParameterValue, StepEntry
+from ident.diagnosis.document import (
+    UNKNOWN_FLOOR,
+    Document,
+    FindingEntry,
+    LearnedCurveEntry,
+    ParameterValue,
+    StepEntry,
+)
 
-_COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta"}
+_COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta", "undetermined": "cyan"}
+_NOTABLE = 1.25
+"""Ratio of the error on all rows to that on scored rows from which both are printed."""
 
 
 def show(document: Document, console: Console) -> None:
@@ -59,15 +70,25 @@ def _step_table(document: Document) -> Table:
     for joint in document.joints:
         table.add_column(joint, justify="right")
     for label, step in zip(document.labels, document.rungs, strict=True):
-        table.add_row(label, *_rms_cells(step))
+        table.add_row(label, *_rms_cells(step.train_rms, step.validate_rms))
     table.add_section()
-    table.add_row("noise floor, with encoder steps", *(f"{value:.3g}" for value in document.noise_rms), style="green")
+    if _differs_notably(document.rungs[-1]):
+        last = document.rungs[-1]
+        table.add_row("last model, on all rows", *_rms_cells(last.train_rms_all, last.validate_rms_all))
+    floors = (UNKNOWN_FLOOR if value is None else f"{value:.3g}" for value in document.noise_rms)
+    table.add_row("noise floor, with encoder steps", *floors, style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
     return table
 
 
-def _rms_cells(step: StepEntry) -> list[str]:
-    return [f"{train:.3g} | {test:.3g}" for train, test in zip(step.train_rms, step.validate_rms, strict=True)]
+def _rms_cells(train_rms: Sequence[float], test_rms: Sequence[float]) -> list[str]:
+    return [f"{train:.3g} | {test:.3g}" for train, test in zip(train_rms, test_rms, strict=True)]
+
+
+def _differs_notably(step: StepEntry) -> bool:
+    """Whether the error on all rows is notably larger than on those that are scored."""
+    pairs = zip((*step.train_rms_all, *step.validate_rms_all), (*step.train_rms, *step.validate_rms), strict=False)
+    return any(on_all > _NOTABLE * scored for on_all, scored in pairs)
 
 
 def _print_finding(finding: FindingEntry, document: Document, console: Console) -> None:

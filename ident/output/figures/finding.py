@@ -33,7 +33,7 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
         x = axis_values(axis, predictions, joint)
         forwards = axis_values("velocity", predictions, joint) > 0
         directions = {"solid": forwards, "dash": ~forwards} if axis in _TWO_DIRECTIONS else {"solid": forwards | True}
-        theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), 1, column, False)
+        theme.noise_band(figure, diagnosis.model.noise_floor.known_rms[joint], 1, column, False)
         for residuals, colour, name in (
             (finding.residuals_without, theme.MEASURED, "without"),
             (finding.residuals_with, theme.joint_colour(joint), "with"),
@@ -54,11 +54,11 @@ def before_after(diagnosis: Diagnosis, finding: Finding) -> go.Figure:
 
 
 def effect_contribution(
-    model: FittedModel, term: Term, contribution: Sequence[Floats], noise: Sequence[float] | Floats
+    model: FittedModel, term: Term, contribution: Sequence[Floats], noise: Sequence[float | None]
 ) -> go.Figure:
     """Draw per joint the residual of `model`, and the part of it that `term` would explain.
 
-    contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m].
+    contribution: (m, dof) that part in each recording [N m]; noise: (dof,) noise floor [N m]; None: unknown.
     """
     predictions, axis, rig = model.predictions, term.effect.axis, model.split.recordings[0].recording.rig
     figure = theme.subplots(
@@ -66,7 +66,7 @@ def effect_contribution(
     )
     for joint in range(rig.dof):
         x = axis_values(axis, predictions, joint)
-        theme.noise_band(figure, float(noise[joint]), 1, joint + 1, False)
+        theme.noise_band(figure, noise[joint], 1, joint + 1, False)
         residual, explained = (
             np.concatenate([array[:, joint] for array in arrays]) for arrays in (model.residuals, contribution)
         )

@@ -19,9 +19,9 @@ def ladder(document: Document) -> go.Figure:
 
 
 def rms_bars(
-    names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float], units: Sequence[str]
+    names: Sequence[str], steps: Sequence[StepEntry], noise: Sequence[float | None], units: Sequence[str]
 ) -> go.Figure:
-    """Draw training and held-out RMS of models `steps` called `names`; `noise` and `units` are per joint."""
+    """Draw training and held-out RMS of models `steps` called `names`; `noise` (None: unknown), `units` per joint."""
     dof = len(units)
     figure = theme.subplots(
         1,
@@ -53,14 +53,16 @@ def rms_bars(
             )
             figure.add_trace(bar, row=1, col=joint + 1)
         largest = max(max(step.train_rms[joint], step.validate_rms[joint]) for step in steps)
-        figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, row=1, col=joint + 1)
+        if noise[joint] is not None:
+            figure.add_vline(x=noise[joint], line=theme.NOISE_LINE, row=1, col=joint + 1)
         figure.update_xaxes(title_text=f"RMS error [{unit}]", range=[0, 1.22 * largest], row=1, col=joint + 1)
     square = {"symbol": "square", "size": 11}
     theme.legend_entry(
         figure, "training", marker=square | {"color": theme.with_opacity(theme.MEASURED, theme.FAINT_OPACITY)}
     )
     theme.legend_entry(figure, "held out", marker=square | {"color": theme.MEASURED})
-    theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
+    if any(value is not None for value in noise):
+        theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
     figure.update_yaxes(autorange="reversed", tickvals=list(range(len(names))), ticktext=names, ticksuffix=" ")
     return figure
 

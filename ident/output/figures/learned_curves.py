@@ -58,7 +58,7 @@ def _draw_curve(
     )
     colour = theme.joint_colour(joint)
     if curve.multiplier != "velocity":
-        theme.noise_band(figure, float(diagnosis.model.noise_floor.rms[joint]), row, column, False)
+        theme.noise_band(figure, diagnosis.model.noise_floor.known_rms[joint], row, column, False)
     for residual, line_colour in ((before - sibling_torque, theme.MEASURED), (after, colour)):
         centre, mean, _, half_width, _, _ = binned_means("velocity", x, residual / divisor, predictions)
         interval_band(figure, centre, mean, half_width, line_colour, row, column)

@@ -1,5 +1,7 @@
 """Draw the residual of the last model of a diagnosis."""
 
+from collections.abc import Sequence
+
 import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
@@ -8,6 +10,7 @@ from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import curve_grid
 from ident.residuals.analysis import ResidualAnalysis, analyse
+from recordings.recording import Floats
 
 
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
@@ -16,12 +19,14 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     last = document.rungs[-1].validate_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
     figure = theme.subplots(1, 1, 280)
-    components = [
-        ("noise", floor.noise, theme.NOISE),
-        ("encoder steps", floor.encoder, theme.CATEGORIES[1]),
-        ("structured", document.remaining.structured_rms, theme.CATEGORIES[0]),
-        ("held-out error", last, theme.MEASURED),
-    ]
+    components: list[tuple[str, Sequence[float] | Floats, str]] = [("held-out error", last, theme.MEASURED)]
+    if floor.known:
+        components = [
+            ("noise", floor.noise, theme.NOISE),
+            ("encoder steps", floor.encoder, theme.CATEGORIES[1]),
+            ("structured", document.remaining.structured_rms, theme.CATEGORIES[0]),
+            *components,
+        ]
     texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in components for value in values]))
     for label, values, colour in components:
         numbers = [float(value) for value in values]
@@ -50,5 +55,5 @@ def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figu
     return curve_grid(
         {"last model": [joint.curves for joint in analysis.joints]},
         [joint.unit for joint in analysis.joints],
-        diagnosis.model.noise_floor.rms.tolist(),
+        diagnosis.model.noise_floor.known_rms,
     )

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ident.diagnosis.document import Document
+from ident.diagnosis.document import UNKNOWN_FLOOR, Document
 from ident.output.figures.theme import number, percent
 from ident.output.report.contents import ReportContents
 
@@ -11,6 +11,7 @@ VERDICTS = {
     "adequate": "Nothing is missing",
     "missing-effect": "An effect is missing",
     "unknown-structure": "An unknown effect remains",
+    "undetermined": "Nothing was found, but the noise floor is unknown",
 }
 
 
@@ -62,11 +63,17 @@ def _error_reduction(document: Document) -> Iterator[str]:
     if len(document.rungs) == 1 or not before[joint]:
         return
     unit = document.effort_units[joint].replace(" ", "\u00a0")
-    first, last, floor = (number(value, 2) for value in (before[joint], after[joint], document.noise_rms[joint]))
+    first, last = (number(value, 2) for value in (before[joint], after[joint]))
     yield (
         f"On held-out rows, the error of joint {joint + 1} falls from {first} to {last}\u00a0{unit} RMS, by "
-        f"{percent(1 - after[joint] / before[joint])}; the noise floor is at {floor}\u00a0{unit}."
+        f"{percent(1 - after[joint] / before[joint])}; the noise floor is {_floor(document, joint)}."
     )
+
+
+def _floor(document: Document, joint: int) -> str:
+    """Return the noise floor in words."""
+    floor = document.noise_rms[joint]
+    return UNKNOWN_FLOOR if floor is None else f"{number(floor, 2)}\u00a0{document.effort_units[joint]}"
 
 
 def _next_motion(document: Document) -> Iterator[str]:
@@ -80,7 +87,7 @@ def _tiles(contents: ReportContents, document: Document) -> Iterator[Tile]:
         before, after = base.validate_rms[joint], top.validate_rms[joint]
         share = after / document.torque_rms[joint] if document.torque_rms[joint] else None
         value = number(after, 2) if len(document.rungs) == 1 else f"{number(before, 2)} → {number(after, 2)}"
-        note = f"{percent(share)} of the torque; noise floor {number(document.noise_rms[joint], 2)} {unit}"
+        note = f"{percent(share)} of the torque; noise floor {_floor(document, joint)}"
         yield Tile(f"joint {joint + 1}: held-out error [{unit} RMS]", value, note)
 
 

@@ -8,9 +8,17 @@ from ident.diagnosis.confirmation import (
     MIN_LOWER_BOUND,
     MIN_T,
     is_decisive,
+    is_structure,
     is_supported,
 )
 from ident.diagnosis.improvement import Improvement
+
+
+def test_structure_needs_no_noise_floor() -> None:
+    """Where one block outweighs the others, the ratio in most of them tells structure."""
+    assert is_structure(Improvement(0.9, (-1.0, 1.0), 2.0, 100.0, 1.0, t_of_ratio=MIN_T + 0.1))
+    assert not is_structure(Improvement(0.9, (-1.0, 1.0), 2.0, 100.0, 1.0, t_of_ratio=MIN_T - 0.1))
+    assert is_structure(Improvement(0.9, (0.8, 1.0), 10.0, 100.0, 1.0))
 
 
 def improvement(

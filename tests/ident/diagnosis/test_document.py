@@ -42,6 +42,31 @@ def test_infinite_instant_is_printed_as_never_and_the_conclusion_last() -> None:
     assert document.as_json()["rungs"][-1]["parameters"]["payload_change.t_e"]["value"] == INFINITE_TIME
 
 
+def test_unknown_floor_is_called_so_and_errors_on_all_rows_are_printed_if_they_differ() -> None:
+    step = StepEntry(
+        added=None, effects=(), train_rms=(0.1,), validate_rms=(0.1,), parameters={}, train_rms_all=(0.11,),
+        validate_rms_all=(0.25,),
+    )  # fmt: skip
+    document = Document(
+        schema=1, verdict="undetermined", sentence="No missing effect was found.", bandwidth_hz=30.0,
+        noise_rms=(None,), noise_source="unknown", torque_rms=(5.0,),
+        joints=("joint_1",), effort_units=("N m",), simulated=False, held_out="", rungs=(step,), findings=(),
+        rejected=(),
+        remaining=Remaining(structured_share=0.0, depends_on=(), why="", structured_rms=(0.0,)), next_motion=None,
+    )  # fmt: skip
+    output = io.StringIO()
+    diagnosis.show(document, Console(file=output, width=120))
+    assert "unknown (nothing repeats)" in output.getvalue()
+    assert "undetermined: No missing effect was found." in output.getvalue()
+    (line,) = (line for line in output.getvalue().splitlines() if "last model, on all rows" in line)
+    assert "0.11 | 0.25" in line
+    assert document.as_json()["noise_rms"] == [None]
+    like = step.model_copy(update={"validate_rms_all": (0.11,)})
+    output = io.StringIO()
+    diagnosis.show(document.model_copy(update={"rungs": (like,)}), Console(file=output, width=120))
+    assert "on all rows" not in output.getvalue()
+
+
 def test_label_names_the_effects_added_and_removed() -> None:
     base, mandatory = (), ("rod_inertia",)
     assert labels([base, mandatory, (*mandatory, "cogging")]) == ["base model", "+ rod_inertia", "+ cogging"]

@@ -47,6 +47,15 @@ def coverage(seconds: float, before: float, after: float, draws: int, joints: in
     return inside / draws
 
 
+def test_ratio_is_significant_where_one_block_outweighs_the_others() -> None:
+    rng = np.random.default_rng(0)
+    size = np.repeat([1.0, 1.0, 1.0, 1.0, 1.0, 30.0], 31)[:, None]
+    before = size * rng.normal(size=(186, 1))
+    improvement = compare(before, 0.2 * before * rng.uniform(0.5, 1.5, before.shape))
+    assert improvement.t_statistic < 3.5 < improvement.t_of_ratio
+    assert compare(before, 0.0 * before).t_of_ratio == 0.0
+
+
 CASES = [(7.0, 1.0, 0.5), (7.0, 3.0, 1.0), (10.0, 1.0, 0.9), (20.0, 1.0, 0.1)]
 """Duration of the test rows [s], size of the residual before and after."""
 

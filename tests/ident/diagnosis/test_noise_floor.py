@@ -25,10 +25,42 @@ def test_noise_is_what_differs_between_cycles() -> None:
     np.testing.assert_allclose(floor.rms, np.hypot(floor.noise, floor.encoder))
 
 
-def test_single_cycle_uses_the_band_above_the_signal() -> None:
-    floor, _ = floor_of(building.record(cycles=1, noise=0.1))
-    np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.2)
+def test_floor_of_a_single_cycle_is_a_guess_below_the_residual() -> None:
+    floor, data = floor_of(building.record(cycles=1, noise=0.1))
+    assert not floor.known
+    assert floor.known_rms == (None,)
     assert floor.trends == (None,)
+    model = building.fitted(data)
+    np.testing.assert_allclose(floor.noise, 0.5 * rms(model.residuals, data.train))
+
+
+def test_guess_follows_the_band_above_the_signal_where_more_is_left() -> None:
+    ripple = building.record(cycles=1, noise=0.1, extra=lambda motion: np.cos(5 * motion.position))
+    floor, _ = floor_of(ripple)
+    np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.2)
+
+
+def test_repetitions_of_the_training_motion_suffice() -> None:
+    data = building.split([building.record(cycles=5, noise=0.1)], [building.record(cycles=1, noise=0.1, shape=1)])
+    model = building.fitted(data)
+    floor = estimate_noise_floor(data, model.solution, model.residuals)
+    assert floor.known
+    np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.1)
+
+
+@pytest.mark.parametrize("instant", [0.3, 0.5, 0.6])
+def test_load_that_is_picked_up_is_no_noise(instant: float) -> None:
+    """Twenty times the noise, at instants of the recording of five cycles."""
+    recording = building.record(cycles=5, noise=0.05)
+    assert recording.effort is not None
+    after = recording.time >= instant * recording.time[-1]
+    recording.effort[:] += np.where(after, np.sin(3 * building.motion_of(cycles=5).position[:, 0]), 0.0)[:, None]
+    floor, _ = floor_of(recording)
+    np.testing.assert_allclose(floor.noise, 0.05 * IN_BAND, rtol=0.3)
+    (trend,) = floor.trends
+    assert trend is not None
+    assert trend.pattern == ("step after 3" if instant == 0.6 else f"step in cycle {int(5 * instant) + 1}")
+    assert floor.lines == (None,)
 
 
 def test_floor_scales_with_the_noise() -> None:

@@ -60,6 +60,35 @@ def test_steady_change_depends_on_time() -> None:
     assert "it changes from cycle to cycle" in result.sentence
 
 
+def test_change_at_an_instant_is_named_so() -> None:
+    recording = building.record(cycles=5, noise=0.02)
+    assert recording.effort is not None
+    shape = np.sin(3 * building.motion_of(cycles=5).position[:, 0])
+    recording.effort[:] += np.where(recording.time >= 0.5 * recording.time[-1], shape, 0.0)[:, None]
+    result = unexplained(recording)
+    assert result.significant
+    assert "time" in result.variables
+    assert "frequency" not in result.variables
+    assert "it changes at one instant (step in cycle 3)" in result.sentence
+
+
+def test_without_repetition_noise_is_no_structure() -> None:
+    result = unexplained(building.record(cycles=1, noise=0.1))
+    assert not result.significant
+    assert result.share == 0.0
+    assert result.sentence == "it cannot be told from noise, because nothing repeats."
+
+
+def test_without_repetition_a_curve_on_test_rows_is_structure() -> None:
+    def ripple(motion: building.Motion) -> np.ndarray:
+        return 0.3 * np.cos(5 * motion.position)
+
+    result = unexplained(building.record(cycles=1, noise=0.05, extra=ripple))
+    assert result.significant
+    assert "position" in result.variables
+    assert 0.1 < result.rms[0] < 0.3 / np.sqrt(2)
+
+
 def test_known_dependences_are_not_searched_again() -> None:
     recording = building.record(cycles=6, noise=0.02, extra=lambda motion: 0.3 * np.cos(5 * motion.position))
     result = unexplained(recording, known=())

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.verdict import _not_added, to_document
+from ident.diagnosis.verdict import _not_added, _sentence, _verdict, to_document
 from ident.dynamics.effects.library import library
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")
@@ -29,6 +29,28 @@ def test_rejected_effect_has_a_reason(first: float, last: float, forced: bool, s
     entry = _not_added(diagnosis, "cogging", ["stribeck"])
     assert entry.status == status
     assert expected in entry.why
+
+
+@pytest.mark.parametrize(
+    ("known", "significant", "expected"),
+    [
+        (True, False, "adequate"),
+        (False, False, "undetermined"),
+        (True, True, "unknown-structure"),
+        (False, True, "unknown-structure"),
+    ],
+)
+def test_nothing_found_is_adequate_only_above_a_known_floor(known: bool, significant: bool, expected: str) -> None:
+    mandatory = SimpleNamespace(model=SimpleNamespace(terms=()))
+    diagnosis: Any = SimpleNamespace(
+        selection=SimpleNamespace(findings=(), steps=(mandatory,)),
+        forced=False,
+        unexplained=SimpleNamespace(significant=significant, sentence="why."),
+        model=SimpleNamespace(noise_floor=SimpleNamespace(known=known)),
+    )
+    assert _verdict(diagnosis) == expected
+    claims_adequacy = "adequate" in _sentence(diagnosis, expected)  # type: ignore[arg-type]
+    assert claims_adequacy == (expected == "adequate")
 
 
 @pytest.mark.slow

@@ -35,7 +35,7 @@ def _warnings(
         test=(np.zeros((10, 3), bool),),
     )
     model: Any = SimpleNamespace(solution=SimpleNamespace(x=np.zeros(10)), residuals=(np.zeros((10, 3)),))
-    return " ".join(data_warnings(split, model, SimpleNamespace(rms=np.ones(3)), None))  # type: ignore[arg-type]
+    return " ".join(data_warnings(split, model, SimpleNamespace(rms=np.ones(3), known=True), None))  # type: ignore[arg-type]
 
 
 def test_good_recordings_have_no_warnings() -> None:

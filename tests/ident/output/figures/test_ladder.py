@@ -46,6 +46,9 @@ def test_bars_are_the_errors_and_lines_the_noise(document: Document) -> None:
         np.testing.assert_array_equal(train, [step.train_rms[joint] for step in document.rungs])
         np.testing.assert_array_equal(test, [step.validate_rms[joint] for step in document.rungs])
     assert [shape.x0 for shape in figure.layout.shapes] == list(document.noise_rms)
+    unknown = ladder.ladder(document.model_copy(update={"noise_rms": (None, None)}))
+    assert not unknown.layout.shapes
+    assert "noise floor" not in {trace.name for trace in unknown.data}
     assert [axis.title.text for axis in figure.select_xaxes()] == ["RMS error [N m]", "RMS error [N]"]
 
 
