@@ -45,7 +45,7 @@ def cycle_differences(x: Floats) -> CycleDifferences | None:
     width = np.diff(edges)
     limit = _largest_ratio(max(freedom / len(width), 1.0))
     squares = _block_mean_squares(differences, edges)
-    disturbed = _whole_events(squares > limit * _lower_median(squares))
+    disturbed = _whole_events(squares > limit * _lower_median(squares), np.isfinite(squares))
     undisturbed = np.where(np.repeat(disturbed, width, axis=1), np.nan, differences)
     # The variance about the mean cycle is more precise, where no event disturbs it.
     variance = np.where(
@@ -144,17 +144,17 @@ def _lower_median(squares: Floats) -> Floats:
     return median + _TINY
 
 
-def _whole_events(disturbed: Bools) -> Bools:
+def _whole_events(disturbed: Bools, known: Bools) -> Bools:
     """All blocks (pairs, blocks) that an event disturbs: those between two `disturbed` ones less than a cycle apart.
 
     A change at one instant disturbs the differences of a whole cycle, but not always visibly. If no difference of a
-    block is left, only the visible ones are disturbed.
+    `known` block is left, only the visible ones are disturbed.
     """
     in_time, place = disturbed.ravel(), np.arange(disturbed.size)
     before = np.maximum.accumulate(np.where(in_time, place, -disturbed.size))
     after = np.minimum.accumulate(np.where(in_time, place, 2 * disturbed.size)[::-1])[::-1]
     between = (after - before < disturbed.shape[1]).reshape(disturbed.shape)
-    whole: Bools = np.where(between.all(axis=0), disturbed, between | disturbed)
+    whole: Bools = np.where((between | ~known).all(axis=0), disturbed, between)
     return whole
 
 

@@ -34,6 +34,7 @@ _CHANCE_LEVEL = 0.01
 _MIN_ABSORBED = 0.05
 """An effect counts as absorbed if it explained more than this share of the first loss, and less than half of its
 first share of the final loss."""
+_UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
 
 
 def to_document(diagnosis: Diagnosis) -> Document:
@@ -140,9 +141,6 @@ def _verdict(diagnosis: Diagnosis) -> Verdict:
     if _new_findings(diagnosis) or diagnosis.ripple.lines:
         return "missing-effect"
     return "adequate" if diagnosis.model.noise_floor.known else "undetermined"
-
-
-_UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and noise has no measure"
 
 
 def _sentence(diagnosis: Diagnosis, verdict: Verdict) -> str:

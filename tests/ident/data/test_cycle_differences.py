@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.random import Generator
 from scipy.signal import lfilter
 
@@ -46,6 +48,28 @@ def test_event_at_any_instant_is_no_noise(cycles: int, size: float) -> None:
     assert np.median(levels) == pytest.approx(1.0, abs=0.25)
     if cycles > 3:  # with three, both differences are disturbed where the block of the event ends
         assert max(levels) < 2.0
+
+
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    cycles=st.integers(2, 6),
+    phases=st.integers(1, 120),
+    lost=st.floats(0, 0.95),
+    scale=st.sampled_from([0.0, 1e-9, 1.0, 1e9]),
+)
+def test_any_recording_has_a_noise_or_none(seed: int, cycles: int, phases: int, lost: float, scale: float) -> None:
+    """Gaps of any kind, and jumps at any place."""
+    rng = np.random.default_rng(seed)
+    x = scale * (rng.normal(size=(cycles, phases)) + 100 * (rng.random((cycles, phases)) < rng.random() ** 3))
+    gaps = np.repeat(rng.random((cycles, -(-phases // 5))) < lost, 5, axis=1)[:, :phases]
+    x[gaps] = np.nan
+    differences = cycle_differences(x)
+    assert (differences is None) == (not np.isfinite(np.diff(x, axis=0)).any())
+    if differences:
+        assert 0 <= differences.noise < np.inf
+        assert differences.freedom >= 1
+        assert differences.values.shape == (cycles - 1, phases)
+        assert np.isfinite(deviation_within_groups(x, differences)[0][np.isfinite(x)]).mean() <= 1
 
 
 def test_window_in_five_cycles_is_no_noise() -> None:

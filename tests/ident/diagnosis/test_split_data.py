@@ -31,6 +31,16 @@ def test_errors_in_a_regressor_attenuate_the_parameters() -> None:
     assert bias == pytest.approx(-0.25 / 1.25, rel=0.05)
 
 
+@pytest.mark.parametrize("validate", [False, True])
+def test_all_rows_are_the_scored_ones_and_those_near_standstill(validate: bool) -> None:
+    recordings = [building.record(cycles=3, encoder_step=1e-3, shape=shape) for shape in range(2)]
+    split = building.split(recordings[:1], recordings[1:]) if validate else building.split(recordings)
+    pairs = [*zip(split.train, split.train_all, strict=True), *zip(split.test, split.test_all, strict=True)]
+    assert all(everything[rows].all() for rows, everything in pairs)
+    assert sum(int(everything.sum() - rows.sum()) for rows, everything in pairs) > 0
+    assert not any((train & test).any() for train, test in zip(split.train_all, split.test_all, strict=True))
+
+
 def _with_saturation(amplified: float, share: float) -> tuple[Any, Any]:
     """Data of one joint, in which a `share` of the rows amplifies errors by a factor; and a solution."""
     size = np.where(np.arange(1000) < 1000 * share, amplified, 1.0)[:, None]

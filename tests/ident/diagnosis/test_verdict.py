@@ -47,6 +47,7 @@ def test_nothing_found_is_adequate_only_above_a_known_floor(known: bool, signifi
         forced=False,
         unexplained=SimpleNamespace(significant=significant, sentence="why."),
         model=SimpleNamespace(noise_floor=SimpleNamespace(known=known)),
+        ripple=SimpleNamespace(lines=()),
     )
     assert _verdict(diagnosis) == expected
     claims_adequacy = "adequate" in _sentence(diagnosis, expected)  # type: ignore[arg-type]
