@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.signal import csd, welch
 
 from ident.data.cutoff import MAX_NOISE_SHARE, Spectra, choose, given_or_chosen
 from ident.data.samples import sample
@@ -81,3 +82,15 @@ def test_a_given_cutoff_is_used_if_the_rate_permits_it(noisy: Recording) -> None
     with pytest.raises(BadInput, match="a fifth of the rate"):
         given_or_chosen(101.0, sample(noisy))
     assert "chosen from the spectra" in given_or_chosen(None, sample(noisy)).sentence()
+
+
+def test_spectra_are_those_of_scipy() -> None:
+    rng = np.random.default_rng(5)
+    position, torque = rng.normal(size=(2, 5001))
+    spectra = Spectra.of(position, torque, 250.0)
+    assert spectra is not None
+    frequency, density = welch(torque[1:-1], 250.0, nperseg=500)
+    np.testing.assert_allclose(spectra.frequency, frequency)
+    np.testing.assert_allclose(spectra.torque, density, rtol=1e-9)
+    _, common = csd(np.diff(position, 2) * 250.0**2, torque[1:-1], 250.0, nperseg=500)
+    np.testing.assert_allclose(spectra.cross_spectrum, np.real(common) / np.sinc(frequency / 250.0) ** 2, rtol=1e-7)
