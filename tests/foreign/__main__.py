@@ -15,7 +15,9 @@ from tests.foreign.pairs import TRAIN, Setting, make
 @click.option("--effect", "effects", multiple=True, type=click.Choice([*library(), *KINDS]), help="May be repeated.")
 @click.option("--size", default=0.03, show_default=True, help="Size of each effect, as a share of the torque.")
 @click.option("--seed", default=1, show_default=True)
-@click.option("--robot", type=click.Choice(["default", "heavy", "light"]), default="default", show_default=True)
+@click.option(
+    "--robot", type=click.Choice(["default", "heavy", "light", "any"]), default="default", show_default=True
+)
 @click.option("--noise", default=0.01, show_default=True, help="Standard deviation of the voltage noise [V].")
 @click.option("--bits", default=18, show_default=True, help="Encoder resolution per turn of the joint.")
 @click.option("--rate", default=500.0, show_default=True, help="Sampling rate [Hz].")

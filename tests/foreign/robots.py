@@ -1,4 +1,4 @@
-"""Delta robots of three sizes with random parameters, and their rig files."""
+"""Delta robots of three sizes, and of any size, with random parameters, and their rig files."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -8,9 +8,14 @@ import numpy as np
 from drivers.simulated.config import Friction, Links
 from recordings.rig import Drive, Geometry, Rig, Torque, Voltage
 
-Kind = Literal["default", "heavy", "light"]
+Kind = Literal["default", "heavy", "light", "any"]
 _SPREAD = 0.1
 """Largest relative deviation of masses, inertias and friction from those of the kind."""
+_SCALE = 1.5
+"""Largest factor between the lengths of a robot of any size and those of its kind; masses and friction differ by its
+square at most."""
+_PROPORTION = 0.04
+"""Largest relative deviation of a length from that factor."""
 _TABLE_1 = Links()
 
 
@@ -32,7 +37,7 @@ class _BaseRobot:
     gain: float
 
 
-_KINDS: dict[Kind, _BaseRobot] = {
+_KINDS = {
     "default": _BaseRobot(
         Geometry(),
         _TABLE_1,
@@ -62,7 +67,7 @@ def draw(kind: Kind, rng: np.random.Generator, *, rate: float, bits: int, report
     rate: sampling rate of its recordings [Hz]; bits: encoder resolution per turn of the joint, rounded to whole
     counts per turn of the motor.
     """
-    base = _KINDS[kind]
+    base = _any_size(rng) if kind == "any" else _KINDS[kind]
 
     def varied(value: float) -> float:
         return float(value * rng.uniform(1 - _SPREAD, 1 + _SPREAD))
@@ -72,6 +77,30 @@ def draw(kind: Kind, rng: np.random.Generator, *, rate: float, bits: int, report
         {name: tuple(varied(value) for value in values) for name, values in base.friction.model_dump().items()}
     )
     return Robot(kind, _rig(base, rate, bits, reports_command), links, friction)
+
+
+def _any_size(rng: np.random.Generator) -> _BaseRobot:
+    """A robot whose lengths, masses and friction differ from those of a random kind by independent factors."""
+    base = _KINDS[list(_KINDS)[rng.integers(len(_KINDS))]]
+
+    def factor(power: float) -> float:
+        return float(_SCALE ** rng.uniform(-power, power))
+
+    scale = factor(1.0)
+    geometry = {
+        name: getattr(base.geometry, name) * scale * rng.uniform(1 - _PROPORTION, 1 + _PROPORTION)
+        for name in ("L1", "L2", "R", "r")
+    }
+    links = {name: value * factor(2.0) for name, value in base.links.model_dump().items()}
+    friction = {
+        name: tuple(value * factor(2.0) for value in values) for name, values in base.friction.model_dump().items()
+    }
+    return _BaseRobot(
+        base.geometry.model_copy(update=geometry | {"L2_source": "measured"}),
+        base.links.model_copy(update=links),
+        Friction.model_validate(friction),
+        base.gain * factor(2.0),
+    )
 
 
 def _rig(base: _BaseRobot, rate: float, bits: int, reports_command: bool) -> Rig:
