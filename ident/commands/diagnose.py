@@ -24,7 +24,7 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     type=FILE,
     metavar="FILE",
-    help="Validate on this recording of another motion, which no fit uses. May be repeated.",
+    help="Validate on this recording of another motion: no fit uses it, but it chooses the effects. May be repeated.",
 )
 @click.option("--model", "model_path", type=FILE, metavar="MODEL", help="Start from the effects of this model.")
 @click.option(

@@ -5,11 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ident.diagnosis.physical_limits import within_limits
 from ident.diagnosis.screening import Candidate, Screener
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import Exclusion, Extensions, FittedModel
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import ModelStructure
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution
 from recordings.recording import Floats
 
@@ -21,13 +22,8 @@ parameters seldom doubles that."""
 MIN_SIGNIFICANCE = 15.0
 """A reduction of the loss is significant if it exceeds this many times what the same number of parameters gains by
 fitting noise."""
-MIN_SHAPE_EFFECT = 0.01
-"""A shape parameter is identifiable if moving it across its range changes the residual by more than this share of the
-remaining loss, in squares."""
 _MIN_REALISED = 0.95
 """Share of the reduction promised by screening that an optimization must reach; otherwise the next start is tried."""
-_SIGN_TOLERANCE = 0.1
-"""A positive parameter may become negative by this share of its former value by chance."""
 
 _EffectKey = tuple[tuple[str, tuple[int, ...]], ...]
 """The effects of a model, each with its joints."""
@@ -87,22 +83,50 @@ class CandidateSearch:
             (self.add(model, candidate) for candidate in skipped), key=lambda extension: extension.solution.loss
         )
 
-    def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
-        """Models in which one effect of `model` acts on one more of the `joints` (from 0)."""
-        return [
-            self._extend_to_joint(model, index, joint)
-            for index, term in enumerate(model.terms)
-            if not (term.effect.whole_robot or term.effect.repeated)
-            for joint in joints
-            if joint not in term.joints and joint in term.effect.possible_joints(model.solution.structure.rig)
-        ]
+    def replace_last(self, model: FittedModel, name: str) -> FittedModel | None:
+        """Replace the last effect of `model` by the effect `name` on the same joints; None: the library lacks it.
 
-    def _extend_to_joint(self, model: FittedModel, index: int, joint: int) -> FittedModel:
-        """Extend the effect `index` to one more `joint`, starting from the mean of the other joints' parameters."""
+        If `model` has that effect, too, one effect on the joints of both replaces them.
+        """
+        if name not in self._library:
+            return None
+        joints, structure, x = set(model.terms[-1].joints), model.solution.structure, model.solution.x
+        for index in range(len(model.terms) - 1, -1, -1):
+            if index == len(model.terms) - 1 or model.terms[index].name == name:
+                joints |= set(model.terms[index].joints)
+                x = x[~structure.parameter_mask(index)]
+                structure = structure.without_term(index)
+        reduced = structure.with_term(Term(name, self._library[name], tuple(sorted(joints))))
+        return self.fit(reduced, np.concatenate([x, np.zeros(len(reduced.parameters) - len(x))]))
+
+    def without_instances(self, model: FittedModel, index: int, kept: Sequence[bool]) -> FittedModel:
+        """Keep the effect number `index` of `model` only on the joints that are `kept`, and refit."""
+        structure, x = model.solution.structure, model.solution.x
+        term, local = model.terms[index], structure.local_values(index, x)
+        joints = tuple(joint for joint, keep in zip(term.joints, kept, strict=True) if keep)
+        terms = list(structure.terms)
+        terms[index] = replace(term, joints=joints)
+        entries = np.flatnonzero(structure.parameter_mask(index))[: local.size].reshape(local.shape)
+        return self.fit(replace(structure, terms=tuple(terms)), np.delete(x, entries[~np.array(kept)].ravel()))
+
+    def joint_extensions(self, model: FittedModel, joints: Sequence[int]) -> list[FittedModel]:
+        """Models in which one effect of `model` acts on one more of the `joints` (from 0), or on all of them."""
+        extended = []
+        for index, term in enumerate(model.terms):
+            possible = term.effect.possible_joints(model.solution.structure.rig)
+            missing = tuple(joint for joint in joints if joint in possible and joint not in term.joints)
+            if missing and not (term.effect.whole_robot or term.effect.repeated):
+                sets = {*((joint,) for joint in missing), missing}
+                extended += [self._extend_to_joints(model, index, added) for added in sorted(sets)]
+        return extended
+
+    def _extend_to_joints(self, model: FittedModel, index: int, added: Sequence[int]) -> FittedModel:
+        """Extend the effect `index` to the joints `added`, starting from the mean of the other joints' parameters."""
         narrow, x = model.solution.structure, model.solution.x
         term, local = model.terms[index], narrow.local_values(index, x)
-        joints = tuple(sorted((*term.joints, joint)))
-        values = np.insert(local, joints.index(joint), local.mean(axis=0), axis=0)
+        joints = tuple(sorted((*term.joints, *added)))
+        by_joint = dict(zip(term.joints, local, strict=True))
+        values = np.stack([by_joint.get(joint, local.mean(axis=0)) for joint in joints])
         extended = narrow.without_term(index).with_term(replace(term, joints=joints))
         return self.fit(
             extended,
@@ -197,51 +221,6 @@ class CandidateSearch:
         shapes = structure.shape_values(index, model.solution.x)
         reduced = before.solution.structure.with_term(replace(term, joints=tuple(possible)))
         return self.fit(reduced, np.concatenate([before.solution.x, values, shapes]))
-
-
-def within_limits(model: FittedModel) -> list[bool]:
-    """For each instance of the last term, whether its local parameters are within their physical limits."""
-    term = model.terms[-1]
-    local = model.solution.structure.local_values(len(model.terms) - 1, model.solution.x)
-    lower, upper = (
-        np.array([getattr(quantity, side) for quantity in term.local_parameters]) for side in ("lower", "upper")
-    )
-    return [bool(((lower <= row) & (row <= upper)).all()) for row in local]
-
-
-def is_physical(model: FittedModel, before: FittedModel) -> bool:
-    """Whether the last term of `model` and its influence on the mechanism's parameters are physically possible.
-
-    An effect is rejected if it makes a positive parameter of the mechanism negative that was not so `before`, for
-    example friction that drives the motion.
-    """
-    parameters = model.solution.structure.mechanism.parameters
-    positive = np.array([parameter.physically_positive for parameter in parameters])
-    now, then = (fitted.solution.x[: len(parameters)] for fitted in (model, before))
-    flipped = positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then))
-    return all(within_limits(model)) and not flipped.any() and not _shape_at_limit(model)
-
-
-def _shape_at_limit(model: FittedModel) -> bool:
-    """Whether an identifiable shape parameter stopped at a limit of its range that is not physical."""
-    term, index = model.terms[-1], len(model.terms) - 1
-    shapes = zip(term.effect.shapes, model.solution.structure.shape_values(index, model.solution.x), strict=True)
-    first = len(model.solution.x) - len(term.effect.shapes)
-    return any(
-        (
-            (shape.implausible_bound == "upper" and value >= shape.upper)
-            or (shape.implausible_bound == "lower" and value <= shape.lower)
-        )
-        and _is_identifiable(model, entry, shape.upper - shape.lower)
-        for entry, (shape, value) in enumerate(shapes, start=first)
-    )
-
-
-def _is_identifiable(model: FittedModel, entry: int, span: float) -> bool:
-    """Whether the loss depends on entry `entry` of the parameter vector anywhere in its range `span`."""
-    pairs = zip(model.solution.weights, model.solution.derivatives, strict=True)
-    changed = sum(float(np.nansum((weight * by_x[:, :, entry] * span) ** 2)) for weight, by_x in pairs)
-    return changed > MIN_SHAPE_EFFECT * model.solution.loss
 
 
 def _is_further_line(model: FittedModel, candidate: Candidate) -> bool:

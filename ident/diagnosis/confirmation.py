@@ -1,4 +1,4 @@
-"""The rule when an effect counts as confirmed: what rows that no fit has used must show."""
+"""The rule when an effect counts as confirmed: what test rows, which no fit uses, must show."""
 
 from ident.diagnosis.improvement import Improvement
 

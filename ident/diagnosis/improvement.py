@@ -21,7 +21,7 @@ class Improvement:
 
     share: float
     interval: tuple[float, float]
-    """95 % interval, by Fieller's theorem from the blocks."""
+    """95 % interval, by Fieller's theorem from the blocks; simultaneous for all models that were compared."""
     t_statistic: float
     """Student's t of the reduction over the blocks."""
     reduction: float
@@ -39,25 +39,28 @@ def measure_improvement(
     after: Sequence[Floats],
     floor: Floats,
     rows: Sequence[Bools] | None = None,
+    compared: int = 1,
 ) -> Improvement:
     """Compare the residuals (m, dof) of every recording `before` and `after`, with the noise `floor` (dof,) [N m].
 
     Each joint is weighted by its squared noise floor, so that noise counts the same in all joints.
 
     rows: (m, dof) rows of every recording on which they are compared; default: the test rows.
+    compared: number of models among which these rows chose the second one. By Bonferroni's inequality, the intervals
+    of all of them together hold the true shares in 95 % of cases, and so the interval of the chosen one does.
     """
     scale, rows = np.maximum(floor, 1e-12), split.test if rows is None else rows
     # An effect may be undefined in more rows than the model without it: compare where both are defined.
     pairs = zip(rows, before, after, strict=True)
     rows = [scored & np.isfinite(old) & np.isfinite(new) for scored, old, new in pairs]
     mean_before, mean_after = (_block_means(split, residuals, scale, rows) for residuals in (before, after))
-    return improvement_of_blocks(mean_before, mean_after, noise=1.0)
+    return improvement_of_blocks(mean_before, mean_after, 1.0, compared)
 
 
-def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0) -> Improvement:
+def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0, compared: int = 1) -> Improvement:
     """The improvement from the mean squares `before` to those `after` (b,) of independent blocks.
 
-    noise: mean square of the noise floor in the same unit.
+    noise: mean square of the noise floor in the same unit; compared: as in `measure_improvement`.
     """
     difference = before - after
     reduction = np.where(np.abs(difference) > _TINY * before, difference, 0.0)
@@ -70,7 +73,7 @@ def improvement_of_blocks(before: Floats, after: Floats, noise: float = 0.0) -> 
     t = float(reduction.mean() / spread) if spread else 0.0
     return Improvement(
         share,
-        _ratio_interval(reduction, excess),
+        _ratio_interval(reduction, excess, 1 - (1 - _LEVEL) / compared),
         t,
         float(reduction.mean()),
         float(after.mean()) - noise,
@@ -86,8 +89,8 @@ def _t_of_ratio(before: Floats, after: Floats) -> float:
     return float(logarithm.mean() / spread) if spread else 0.0
 
 
-def _ratio_interval(numerator: Floats, denominator: Floats) -> tuple[float, float]:
-    """95 % interval of the ratio of the means of two samples (b,), within -1 to 1.
+def _ratio_interval(numerator: Floats, denominator: Floats, level: float) -> tuple[float, float]:
+    """Interval of the confidence `level` of the ratio of the means of two samples (b,), within -1 to 1.
 
     Fieller, "Some problems in interval estimation", J. R. Statist. Soc. B 16 (1954): all ratios r for which the mean
     of numerator - r denominator does not differ from zero by Student's t. If the denominator's own mean does not
@@ -96,7 +99,7 @@ def _ratio_interval(numerator: Floats, denominator: Floats) -> tuple[float, floa
     from scipy.special import stdtrit
 
     count = len(numerator)
-    tolerance = stdtrit(count - 1, (1 + _LEVEL) / 2) ** 2 / count * np.cov(numerator, denominator)
+    tolerance = stdtrit(count - 1, (1 + level) / 2) ** 2 / count * np.cov(numerator, denominator)
     mean = np.array([numerator.mean(), denominator.mean()])
     (a, b), (_, c) = np.outer(mean, mean) - tolerance  # the ratios fulfil a - 2 b r + c r^2 <= 0
     if c <= 0 or mean[1] <= 0:

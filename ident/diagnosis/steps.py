@@ -1,7 +1,7 @@
 """Data of a stepwise selection: models, their extensions, steps and findings."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal
 
@@ -50,9 +50,15 @@ class FittedModel:
         """The error that this model would leave if it were right."""
         return estimate_noise_floor(self.split, self.solution, self.residuals)
 
-    def improvement_over(self, before: "FittedModel", rows: Sequence[Bools] | None = None) -> Improvement:
-        """Improvement over the model `before`, on test rows or on `rows` (m, dof) of each recording."""
-        return measure_improvement(self.split, before.residuals, self.residuals, self.noise_floor.rms, rows)
+    def improvement_over(
+        self, before: "FittedModel", rows: Sequence[Bools] | None = None, compared: int = 1
+    ) -> Improvement:
+        """Improvement over the model `before`, on test rows or on `rows` (m, dof) of each recording.
+
+        compared: number of models among which those rows chose this one.
+        """
+        floor = self.noise_floor.rms
+        return measure_improvement(self.split, before.residuals, self.residuals, floor, rows, compared)
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +94,8 @@ class Finding:
     residuals_without: tuple[Floats, ...]
     """(m, dof) residuals of the final model without this effect, refitted, for each recording [N m]."""
     residuals_with: tuple[Floats, ...]
+    compared: int = 1
+    """Number of models among which the test rows chose this effect; the interval of the improvement allows for it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +108,8 @@ class Selection:
     """Extensions of the base model."""
     last_extensions: Extensions
     """Extensions of the final model."""
+    refused: Mapping[str, str] = field(default_factory=dict)
+    """Effects that were refused because they cannot be true, with the last reason."""
 
     @property
     def model(self) -> FittedModel:

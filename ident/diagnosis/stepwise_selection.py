@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key, is_physical
+from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key
+from ident.diagnosis.claims import Claims
 from ident.diagnosis.confirmation import is_decisive, is_supported
+from ident.diagnosis.physical_limits import flipped_parameter, is_physical, simpler_effect
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
 from ident.dynamics.effects.base import Effect
@@ -19,8 +21,8 @@ MAX_ROUNDS = 3
 """Maximum number of times that the selected effects are reviewed."""
 EQUIVALENT_SHARE = 0.04
 """Candidates whose reductions differ by less than this share are equivalent."""
-MIN_KEPT_SHARE = 0.05
-"""An effect is kept if it explains this share of the excess error without it."""
+MIN_FITTED_SHARE = 0.05
+"""While a large excess error remains, an effect must explain this share of that of the training rows."""
 MIN_ADDED_SHARE = 0.15
 """An effect is not added if it explains less than this share of a large excess error."""
 LARGE_EXCESS = 3.0
@@ -39,6 +41,9 @@ class Selector:
     def __init__(self, split: SplitData, library: Mapping[str, Effect], progress: Callable[[str], None]) -> None:
         self._split, self._library, self._progress = split, library, progress
         self.search = CandidateSearch(split, library)
+        self._claims = Claims(self.search)
+        self._compared: dict[str, int] = {}
+        """Number of models among which the test rows chose each effect; the largest where they did so repeatedly."""
 
     def select(self, structure: ModelStructure, x: Floats) -> Selection:
         """Select effects step by step, starting from `structure` with the parameters `x` (K,)."""
@@ -64,7 +69,7 @@ class Selector:
             model = self._pruned(better)
             steps.append(SelectionStep(better.terms[-1].name, model, model.improvement_over(steps[-1].model)))
         findings = tuple(finding for finding, _ in reviews)
-        return Selection(tuple(steps), findings, first_extensions, extensions)
+        return Selection(tuple(steps), findings, first_extensions, extensions, self._claims.refused)
 
     def _alternative_start(
         self, model: FittedModel, extensions: Extensions, final: FittedModel
@@ -137,7 +142,7 @@ class Selector:
         findings = tuple(self._review_effect(model, index)[0] for index in range(len(model.terms)))
         extensions = self.search.extensions(model)
         steps = selection.steps[: number + 1]
-        return Selection(steps, findings, selection.first_extensions, extensions)
+        return Selection(steps, findings, selection.first_extensions, extensions, self._claims.refused)
 
     def _add_effects(self, model: FittedModel, steps: list[SelectionStep]) -> tuple[FittedModel, Extensions]:
         """Add effects until no extension is accepted; returns the model and its remaining extensions."""
@@ -149,7 +154,7 @@ class Selector:
                 return model, extensions
             model = self._pruned(extension)
             if effect_key(model) in visited:  # the added effect was pruned again
-                return model, extensions
+                return model, self.search.extensions(model)
             visited.add(effect_key(model))
             steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
             self._progress(f"{steps[-1].added} added; searching for more")
@@ -175,7 +180,8 @@ class Selector:
         # A correct model reaches the noise floor. A lower error means that quantization errors are fitted.
         if model.noise_floor.known and (self._excess(model) <= 0 or (train_rms <= floor).all()):
             return None
-        joints = np.flatnonzero(train_rms > MAX_FLOOR_RATIO * floor)
+        largest_rms = np.maximum(train_rms, rms(model.residuals, self._split.test))
+        joints = np.flatnonzero(largest_rms > MAX_FLOOR_RATIO * floor)
         candidates = [*candidates, *self.search.joint_extensions(model, joints.tolist())]
         extension = self._first_confirmed(model, candidates)
         return extension or (
@@ -184,13 +190,22 @@ class Selector:
 
     def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
-        candidates = [candidate for candidate in candidates if is_physical(candidate, model)]
+        candidates = [candidate for candidate in candidates if self._claims.is_plausible(candidate, model)]
+        count = len(candidates)
         while candidates:
             best = self._simplest(model, candidates)
-            if self._is_confirmed(model, best) and not self._is_minor(model, best):
-                return best
+            chosen = self._accepted(model, best)
+            if chosen is not None and not self._is_minor(model, chosen):
+                name = chosen.terms[-1].name
+                self._compared[name] = max(count, self._compared.get(name, 1))
+                return chosen
             candidates = [candidate for candidate in candidates if candidate is not best]
         return None
+
+    def _accepted(self, before: FittedModel, model: FittedModel) -> FittedModel | None:
+        """`model`, or the simpler one that it does not differ from, if it is confirmed and resolved; else None."""
+        simpler = self._claims.simplified(model)
+        return simpler if self._is_confirmed(before, simpler) and self._claims.is_resolved(simpler) else None
 
     def _simplest(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel:
         """The simplest extension equivalent to the best, unless the data clearly prefer another of them."""
@@ -216,22 +231,25 @@ class Selector:
         )
 
     def _is_minor(self, before: FittedModel, after: FittedModel) -> bool:
-        """Whether `after` explains a small part of a large excess error.
+        """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
 
-        Many such small effects together can imitate any effect that is not in the library.
+        Many such small effects together can imitate any effect that is not in the library. An effect that shows on
+        other rows than those that it was fitted to is an extrapolation.
         """
         improvement = after.improvement_over(before)
-        return improvement.share < MIN_ADDED_SHARE and improvement.remaining > LARGE_EXCESS
+        fitted = after.improvement_over(before, self._split.train)
+        small = improvement.share < MIN_ADDED_SHARE or fitted.share < MIN_FITTED_SHARE
+        return small and improvement.remaining > LARGE_EXCESS
 
     def _pruned(self, model: FittedModel) -> FittedModel:
-        """Remove effects that later effects made unnecessary, the last one first."""
+        """Remove effects, and joints of effects, that later ones made unnecessary or impossible; the last first."""
         for index in range(len(model.terms) - 1, -1, -1):
             if model.terms[index].effect.mandatory:
                 continue
             reduced = self.without_effect(model, index)
-            if model.improvement_over(reduced).share < MIN_KEPT_SHARE and not self._is_confirmed(reduced, model):
-                model = reduced
-        return model
+            if flipped_parameter(model, reduced) or not self._is_confirmed(reduced, model):
+                return self._pruned(reduced)
+        return self._claims.without_zero_joints(model)
 
     def without_effect(self, model: FittedModel, index: int) -> FittedModel:
         """Refit `model` without its effect number `index`."""
@@ -256,15 +274,18 @@ class Selector:
         """The contribution and the alternatives of the effect `index`; and the best of all these models."""
         reduced = self.without_effect(model, index)
         term = model.terms[index]
-        improvement = model.improvement_over(reduced)
+        compared = self._compared.get(term.name, 1)
+        improvement = model.improvement_over(reduced, compared=compared)
         lines = sum(present.name == term.name for present in model.terms)
         if term.effect.mandatory or lines > 1:  # a single line of a spectrum has no alternative
-            return Finding(term, improvement, (), reduced.residuals, model.residuals), model
+            return Finding(term, improvement, (), reduced.residuals, model.residuals, compared), model
         alternatives = self.search.alternatives(term.name, reduced)
         candidates = [candidate for candidate in alternatives if is_physical(candidate, reduced)]
         equivalent = self._equivalent(reduced.solution.loss, [model, *candidates])
         best = self._simplest(reduced, [model, *candidates])
-        if best is not model and not self._is_confirmed(reduced, best):
+        if best is not model:
+            best = self._accepted(reduced, best) or model
+        if effect_key(best) == effect_key(model):
             best = model
         names = [
             candidate.terms[-1].name
@@ -272,8 +293,9 @@ class Selector:
             if candidate is not model
             and not self._is_preferred(candidate, model)
             and not self.search.is_redundant(term.name, model, candidate)
+            and simpler_effect(candidate) != term.name
         ]
         names = (
             names if any(candidate is model for candidate in equivalent) else []
         )  # a much better effect is no alternative
-        return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals), best
+        return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals, compared), best

@@ -16,12 +16,13 @@ from ident.diagnosis.document import (
     FindingStatus,
     LearnedCurveEntry,
     ParameterValue,
-    RejectedEntry,
     Remaining,
     StepEntry,
     Verdict,
 )
+from ident.diagnosis.estimate_consistency import consistency_warnings
 from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.rejections import rejected_effects
 from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
@@ -29,11 +30,6 @@ from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import effect_file_text
 from recordings.recording import Floats
 
-_CHANCE_LEVEL = 0.01
-"""Share of the loss that an effect may explain by chance."""
-_MIN_ABSORBED = 0.05
-"""An effect counts as absorbed if it explained more than this share of the first loss, and less than half of its
-first share of the final loss."""
 _UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
 
 
@@ -59,7 +55,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         findings=with_ripple(
             [_finding(diagnosis, finding) for finding in merge_repeated(selection.findings)], ripple
         ),
-        rejected=tuple(_rejected(diagnosis)),
+        rejected=tuple(rejected_effects(diagnosis)),
         remaining=Remaining(
             structured_share=diagnosis.unexplained.share,
             depends_on=diagnosis.unexplained.variables,
@@ -70,6 +66,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         next_motion=next_motion(diagnosis, _new_findings(diagnosis)),
         cautions=(
             *_bias_caution(diagnosis),
+            *consistency_warnings(selection.model, rungs),
             *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
@@ -236,7 +233,13 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
 def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
+    low, high = improvement.interval
     why = f"It removes {improvement.share:.0%} of the error above the noise floor on held-out data"
+    if finding.compared > 1:
+        why += (
+            f" ({low:.0%} to {high:.0%}: no fit used these data, but they chose among {finding.compared} models, "
+            "which the interval allows for)"
+        )
     if not _is_supported(diagnosis, finding):
         why = "It was requested, but the held-out data do not support it"
     elif finding.alternatives:
@@ -261,49 +264,3 @@ def _status(diagnosis: Diagnosis, finding: Finding) -> FindingStatus:
     if not _is_supported(diagnosis, finding):
         return "not-supported"
     return "asked-for" if diagnosis.forced else "supported"
-
-
-def _rejected(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
-    selection = diagnosis.selection
-    present = {finding.term.name for finding in selection.findings}
-    contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
-    mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
-    for name, effect in diagnosis.library.items():
-        if name in present:
-            continue
-        if mechanism not in effect.mechanisms:
-            yield RejectedEntry(
-                effect=name, status="not-observable", why=f"It does not occur on mechanism {mechanism}."
-            )
-        elif name in diagnosis.effects.unobservable:
-            yield RejectedEntry(effect=name, status="not-observable", why=diagnosis.effects.unobservable[name])
-        elif name in diagnosis.effects.untested:
-            yield RejectedEntry(effect=name, status="not-tested", why=diagnosis.effects.untested[name])
-        elif name in contained:
-            reason = f"It is part of {contained[name]}, which was added."
-            yield RejectedEntry(effect=name, status="absorbed", why=reason)
-        elif selection.last_extensions.excluded.get(name) == "collinear":
-            reason = "This motion does not show it: other parameters reproduce its torque."
-            yield RejectedEntry(effect=name, status="not-tested", why=reason)
-        elif name in selection.last_extensions.excluded:
-            reason = "It would need an impossible sign."
-            yield RejectedEntry(effect=name, status="not-supported", why=reason)
-        else:
-            yield _not_added(diagnosis, name, sorted(present))
-
-
-def _not_added(diagnosis: Diagnosis, name: str, present: Sequence[str]) -> RejectedEntry:
-    first, last = (
-        extensions.loss_reductions.get(name, 0.0)
-        for extensions in (diagnosis.selection.first_extensions, diagnosis.selection.last_extensions)
-    )
-    if diagnosis.forced:
-        reason = f"It was not requested. It would explain {last:.1%} of the remaining residual, by screening."
-        return RejectedEntry(effect=name, status="not-supported", why=reason)
-    if first > _MIN_ABSORBED and last < first / 2:
-        others = ", ".join(present)
-        reason = f"Alone it would explain {first:.0%} of the first residual, but only {last:.1%} beside {others}."
-        return RejectedEntry(effect=name, status="absorbed", why=reason)
-    ending = "but the held-out data do not support it" if last > _CHANCE_LEVEL else "hardly more than chance"
-    reason = f"It would explain {last:.1%} of the remaining residual, {ending}."
-    return RejectedEntry(effect=name, status="not-supported", why=reason, hopeless=last <= _CHANCE_LEVEL)

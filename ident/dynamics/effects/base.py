@@ -53,6 +53,13 @@ class Quantity:
     """End of the range that is no plausible result: a search that ends there is evidence against the effect."""
     searched: bool = True
     """False where only the `initial_guesses` are possible values, as for an index."""
+    reduces_to: str | None = None
+    """Effect that is left if this parameter is zero: one that the effect contains."""
+    max_durations: float | None = None
+    """Largest plausible size of a time constant, in durations of the longest training recording."""
+    min_use: float | None = None
+    """Smallest plausible product of the inverse of a voltage with the largest recorded voltage: a limit that was
+    never approached is not known."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +91,10 @@ class Effect:
     """Other effects that are special cases of this one."""
     mandatory: bool = False
     """Always included; never reported as a finding."""
+    max_amplitude: float | None = None
+    """Largest plausible root of the sum of squares of the local parameters, for a wave's sine and cosine."""
+    same_sign: bool = False
+    """True if hardware gives the local parameters of an instance the same sign."""
     shapes: tuple[Quantity, ...] = ()
     """Nonlinear shape parameters, the same for all joints, each with its `initial_guesses`."""
     suggest: Callable[[EffectInputs, Floats], Sequence[Suggestion]] | None = None

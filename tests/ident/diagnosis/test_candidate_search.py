@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, is_physical
+from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch
 from ident.diagnosis.screening import Candidate
 from ident.dynamics import mechanisms
 from ident.dynamics.effects.library import library
@@ -42,65 +42,28 @@ def test_effect_that_contains_another_is_redundant_unless_it_explains_more(
     )
 
 
-def _with_springs(motor: float, damping: float, identifiable: bool = True) -> tuple[Any, Any]:
-    """A model with springs on all joints, whose shapes are identifiable or not, and the model without springs."""
-    rig = simulated_rig()
-    before = ModelStructure(mechanisms.create(rig), rig)
-    after = before.with_term(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
-    mechanism = np.ones(len(before.parameters))
-    x = np.concatenate([mechanism, [1e-3, 1e-3, 1e-3, motor, damping]])
-    derivatives, weights = np.full((9, 3, len(x)), float(identifiable)), np.ones((9, 3))
-    return tuple(
-        SimpleNamespace(
-            solution=SimpleNamespace(
-                structure=structure, x=values, derivatives=(derivatives,), weights=(weights,), loss=27.0
-            ),
-            terms=structure.terms,
-        )
-        for structure, values in ((after, x), (before, mechanism))
-    )
-
-
 @pytest.mark.parametrize(
-    ("motor", "damping", "expected"), [(0.4, 0.03, True), (0.0, 0.0, True), (0.98, 0.03, False), (0.4, 0.4, False)]
+    ("present", "joints", "sets"),
+    [((0, 2), [0, 1], [(0, 1, 2)]), ((1,), [0, 1, 2], [(0, 1), (0, 1, 2), (1, 2)]), ((0, 1, 2), [0, 1, 2], [])],
 )
-def test_effect_with_a_shape_at_the_limit_of_its_range_is_rejected(
-    motor: float, damping: float, expected: bool
+def test_effect_is_extended_to_each_further_joint_and_to_all_of_them(
+    present: tuple[int, ...], joints: list[int], sets: list[tuple[int, ...]]
 ) -> None:
-    assert is_physical(*_with_springs(motor, damping)) is expected
-
-
-@pytest.mark.parametrize(("lines", "expected"), [(5.0, False), (5.5, True), (2000.0, True)])
-def test_cogging_slower_than_any_ripple_is_rejected(lines: float, expected: bool) -> None:
-    rig = simulated_rig()
-    before = ModelStructure(mechanisms.create(rig), rig)
-    after = before.with_term(Term("cogging", library()["cogging"], (0,)))
-    mechanism = np.ones(len(before.parameters))
-    x = np.concatenate([mechanism, [0.3, 0.1, lines]])
-    derivatives: Any = {"derivatives": (np.ones((9, 3, len(x))),), "weights": (np.ones((9, 3)),), "loss": 27.0}
-    with_it, without = (
-        SimpleNamespace(solution=SimpleNamespace(structure=structure, x=values, **derivatives), terms=structure.terms)
-        for structure, values in ((after, x), (before, mechanism))
-    )
-    assert is_physical(with_it, without) is expected  # type: ignore[arg-type]
-
-
-def test_unidentifiable_shape_may_end_anywhere() -> None:
-    assert is_physical(*_with_springs(0.98, 0.12, identifiable=False))
-
-
-def test_effect_is_extended_to_one_more_joint() -> None:
     rig, known = simulated_rig(), library()
-    narrow = ModelStructure(mechanisms.create(rig), rig, (Term("stribeck", known["stribeck"], (0, 2)),))
+    narrow = ModelStructure(mechanisms.create(rig), rig, (Term("stribeck", known["stribeck"], present),))
     mechanism = np.arange(float(len(mechanisms.create(rig).parameters)))
-    solution = SimpleNamespace(structure=narrow, x=np.concatenate([mechanism, [1.0, 3.0, 0.1]]))
+    coefficients = np.arange(1.0, 1 + len(present))
+    solution = SimpleNamespace(structure=narrow, x=np.concatenate([mechanism, coefficients, [0.1]]))
     split = SimpleNamespace(
         fit=lambda structure, x: SimpleNamespace(structure=structure, x=x), residuals=lambda solution: ()
     )
     search = CandidateSearch(split, known)  # type: ignore[arg-type]
-    (extended,) = search.joint_extensions(SimpleNamespace(solution=solution, terms=narrow.terms), [0, 1])  # type: ignore[arg-type]
-    assert [term.joints for term in extended.terms] == [(0, 1, 2)]
-    np.testing.assert_array_equal(extended.solution.x, [*mechanism, 1.0, 2.0, 3.0, 0.1])
+    extended = search.joint_extensions(SimpleNamespace(solution=solution, terms=narrow.terms), joints)  # type: ignore[arg-type]
+    assert [model.terms[-1].joints for model in extended] == sets
+    by_joint = dict(zip(present, coefficients, strict=True))
+    for model in extended:
+        expected = [by_joint.get(joint, coefficients.mean()) for joint in model.terms[-1].joints]
+        np.testing.assert_array_equal(model.solution.x, [*mechanism, *expected, 0.1])
 
 
 class _Search:

@@ -17,11 +17,13 @@ RATE = 125.0
 TAPS = filters.low_pass(30.0, RATE)[:, None]
 
 
-def compare(before: Floats, after: Floats, floor: float = 1.0, rows: Any = None, time: Any = None) -> Improvement:
+def compare(
+    before: Floats, after: Floats, floor: float = 1.0, rows: Any = None, time: Any = None, compared: int = 1
+) -> Improvement:
     """Improvement on all rows of one recording; residuals (m, dof)."""
     time = np.arange(len(before)) / RATE if time is None else time
     split: Any = SimpleNamespace(test=[np.ones(before.shape, bool)], recordings=[SimpleNamespace(time=time)])
-    return measure_improvement(split, [before], [after], np.full(before.shape[1], floor), rows)
+    return measure_improvement(split, [before], [after], np.full(before.shape[1], floor), rows, compared)
 
 
 def low_passed(rng: np.random.Generator, shape: tuple[int, int]) -> Floats:
@@ -72,6 +74,24 @@ def test_interval_covers_the_true_share() -> None:
 def test_interval_covers_the_true_share_in_every_case(case: tuple[float, float, float], joints: int) -> None:
     """With 1000 draws the binomial error is 0.7 %."""
     assert 0.93 <= coverage(*case, draws=1000, joints=joints) <= 0.97
+
+
+def test_interval_of_the_best_of_many_allows_for_the_choice() -> None:
+    """Twelve models that change nothing but noise: the best of them looks better, as it was chosen for that."""
+    rng, models = np.random.default_rng(0), 12
+    inside = {1: 0, models: 0}
+    for _ in range(150):
+        before = 2 * low_passed(rng, (1000, 1))
+        chosen = min(
+            (before + 0.3 * low_passed(rng, (1000, 1)) - 0.045 * before for _ in range(models)),
+            key=lambda after: float((after**2).sum()),
+        )
+        true = 1 - (0.955**2 * 4 + 0.09 - 1) / 3
+        for compared in inside:
+            improvement = compare(before, chosen, compared=compared)
+            inside[compared] += improvement.interval[0] <= true <= improvement.interval[1]
+    assert inside[1] < 0.8 * 150
+    assert inside[models] > 0.93 * 150
 
 
 def test_rows_where_one_model_is_undefined_are_not_compared() -> None:

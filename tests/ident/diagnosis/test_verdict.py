@@ -7,28 +7,10 @@ from typing import Any
 import pytest
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
-from ident.diagnosis.verdict import _not_added, _sentence, _verdict, to_document
+from ident.diagnosis.verdict import _sentence, _verdict, to_document
 from ident.dynamics.effects.library import library
 
 SAMPLE = Path("recordings/samples/fig5a.mcap")
-
-
-@pytest.mark.parametrize(
-    ("first", "last", "forced", "status", "expected"),
-    [
-        (0.4, 0.02, False, "absorbed", "only 2.0% beside stribeck"),
-        (0.4, 0.39, False, "not-supported", "but the held-out data do not support it"),
-        (0.0, 0.001, False, "not-supported", "hardly more than chance"),
-        (0.99, 0.99, True, "not-supported", "It was not requested. It would explain 99.0%"),
-    ],
-)
-def test_rejected_effect_has_a_reason(first: float, last: float, forced: bool, status: str, expected: str) -> None:
-    before, after = (SimpleNamespace(loss_reductions={"cogging": share}) for share in (first, last))
-    selection = SimpleNamespace(first_extensions=before, last_extensions=after)
-    diagnosis: Any = SimpleNamespace(selection=selection, forced=forced)
-    entry = _not_added(diagnosis, "cogging", ["stribeck"])
-    assert entry.status == status
-    assert expected in entry.why
 
 
 @pytest.mark.parametrize(

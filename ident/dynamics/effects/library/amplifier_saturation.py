@@ -44,6 +44,7 @@ effect = Signal(
             meaning="1 / highest voltage",
             lower=0.0,
             upper=3.0,
+            min_use=0.5,
             initial_guesses=(0.05,),
         ),
     ),

@@ -7,6 +7,8 @@ from recordings.recording import Floats
 from recordings.rig import Rig
 
 _ITERATIONS = 3
+_MAX_AMPLITUDE = np.pi / 180
+"""A joint's encoder that is off by more would have been noticed [rad]."""
 
 
 def position(measured: Floats, rig: Rig, values: Values) -> Floats:
@@ -33,6 +35,7 @@ effect = Signal(
     equation="measured q = q + a sin N q + b cos N q",
     axis="motor angle",
     impossible=impossible,
+    max_amplitude=_MAX_AMPLITUDE,
     parameters=(
         Quantity(
             name="a",

@@ -23,7 +23,7 @@ effect = Additive(
     axis="position",
     contains=("torque_offset",),
     coefficients=(
-        Quantity(name="k", unit="{effort}/{position}", meaning="stiffness", lower=0.0),
+        Quantity(name="k", unit="{effort}/{position}", meaning="stiffness", lower=0.0, reduces_to="torque_offset"),
         Quantity(name="a", unit="{effort}", meaning="torque at angle zero"),
     ),
     columns=columns,

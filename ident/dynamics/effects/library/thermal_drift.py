@@ -23,6 +23,7 @@ effect = Additive(
     remedy="warm the machine up before recording; let the feed-forward follow the temperature",
     equation="(a v + b sgn v) exp(-t / T)",
     axis="time",
+    same_sign=True,
     coefficients=(
         Quantity(name="a", unit="{effort} s/{position}", meaning="viscous part at the beginning"),
         Quantity(name="b", unit="{effort}", meaning="dry part at the beginning"),
@@ -34,6 +35,7 @@ effect = Additive(
             meaning="time constant; negative where friction grows",
             lower=-1e4,
             upper=1e4,
+            max_durations=3.0,  # a slower drift is a straight line over time
             initial_guesses=(3.0, 8.0, 20.0, 60.0, 300.0, -10.0, -60.0),
         ),
     ),

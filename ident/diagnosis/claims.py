@@ -1,0 +1,42 @@
+"""Which extensions of a model can be claimed: what cannot be true is refused, and what is not needed simplified."""
+
+from ident.diagnosis.candidate_search import CandidateSearch
+from ident.diagnosis.physical_limits import implausibility, resolved_instances, simpler_effect, unresolved
+from ident.diagnosis.steps import FittedModel
+
+
+class Claims:
+    """Accepts or refuses the last effect of a model, and keeps the reasons of refusals."""
+
+    def __init__(self, search: CandidateSearch) -> None:
+        self._search = search
+        self.refused: dict[str, str] = {}
+        """Effects that were refused because they cannot be true, with the last reason."""
+
+    def is_plausible(self, model: FittedModel, before: FittedModel) -> bool:
+        """Whether the last effect of `model`, added to `before`, can be true."""
+        return self._is_accepted(model, implausibility(model, before))
+
+    def is_resolved(self, model: FittedModel) -> bool:
+        """Whether the data determine the strength of the last effect of `model`."""
+        return self._is_accepted(model, unresolved(model))
+
+    def simplified(self, model: FittedModel) -> FittedModel:
+        """`model`, or one with the simpler effect that its last one does not differ from."""
+        name = simpler_effect(model)
+        return (self._search.replace_last(model, name) if name else None) or model
+
+    def without_zero_joints(self, model: FittedModel) -> FittedModel:
+        """`model` without the effects on joints where their strength is zero within its interval."""
+        for index, term in enumerate(model.terms):
+            if len(term.joints) == 1 or term.effect.whole_robot or term.effect.mandatory:
+                continue
+            kept = resolved_instances(model, index)
+            if any(kept) and not all(kept):
+                model = self._search.without_instances(model, index, kept)
+        return model
+
+    def _is_accepted(self, model: FittedModel, reason: str | None) -> bool:
+        if reason:
+            self.refused[model.terms[-1].name] = reason
+        return reason is None

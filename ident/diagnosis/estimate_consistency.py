@@ -1,0 +1,106 @@
+"""Contradictions between estimates of the same effect: of different files or steps, and beside other effects."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from ident.diagnosis.confirmation import MIN_T
+from ident.diagnosis.document import ParameterValue, StepEntry
+from ident.diagnosis.parameter_intervals import encoder_step_errors, parameter_uncertainty
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import FittedModel
+from recordings.recording import Floats
+
+MAX_RATIO = 2.0
+"""Estimates of the same parameter that differ by more than this factor contradict each other, if it is no chance."""
+MAX_CORRELATION = 0.95
+"""Parameters whose errors correlate by more are known only together: each variance is ten times what it would be
+without the other (variance inflation factor)."""
+
+
+def consistency_warnings(model: FittedModel, steps: Sequence[StepEntry]) -> Iterator[str]:
+    """Yield a sentence for each contradiction about the effects of the final `model`, reached by the `steps`."""
+    yield from _between_effects(model)
+    yield from _between_files(model)
+    yield from _between_steps(steps)
+
+
+def _between_effects(model: FittedModel) -> Iterator[str]:
+    """Coefficients of two effects that the motion hardly distinguishes."""
+    entries = [(i, entry) for i, entry in enumerate(model.solution.structure.parameters) if _is_strength(model, i)]
+    correlation = parameter_uncertainty(model.split, model.solution).correlation if len(entries) > 1 else np.zeros(0)
+    for (i, first), (j, second) in combinations(entries, 2):
+        if first.term != second.term and np.abs(correlation[i, j]) > MAX_CORRELATION:
+            yield (
+                f"{first.name} and {second.name} are known only together: this motion hardly distinguishes them "
+                f"(their errors correlate by {correlation[i, j]:+.2f}), so one of the two may be all there is."
+            )
+
+
+def _is_strength(model: FittedModel, entry: int) -> bool:
+    """Whether the entry is a linear coefficient of an effect that could be a finding."""
+    parameter = model.solution.structure.parameters[entry]
+    return parameter.term >= 0 and parameter.linear and not model.terms[parameter.term].effect.mandatory
+
+
+def _between_files(model: FittedModel) -> Iterator[str]:
+    """Coefficients that differ between the training files if each is fitted alone."""
+    split = model.split
+    names = {i: split.recordings[i].recording.path for i in split.train_indices}
+    files = list(dict.fromkeys(names.values()))
+    entries = [i for i in range(len(model.solution.x)) if _is_strength(model, i)]
+    if len(files) < 2 or not entries:
+        return
+    fits = [_fit_alone(model, [i for i, path in names.items() if path == file]) for file in files]
+    values, errors = (np.stack(part) for part in zip(*fits, strict=True))
+    for entry in entries:
+        low, high = int(values[:, entry].argmin()), int(values[:, entry].argmax())
+        difference = values[high, entry] - values[low, entry]
+        chance = MIN_T * np.hypot(errors[low, entry], errors[high, entry])
+        if difference > chance and _contradict(values[low, entry], values[high, entry]):
+            parameter = model.solution.structure.parameters[entry]
+            estimates = ", ".join(
+                f"{values[i, entry]:.3g} {parameter.unit} from {files[i].name} alone" for i in (low, high)
+            )
+            yield (
+                f"{parameter.name} differs between the files: {estimates}. The machine changed, or another effect "
+                "is taken for this one."
+            )
+
+
+def _fit_alone(model: FittedModel, indices: Sequence[int]) -> tuple[Floats, Floats]:
+    """(K,) parameters from the training rows of the recordings `indices`, and their standard errors."""
+    split = model.split
+    train = tuple(rows & (i in indices) for i, rows in enumerate(split.train))
+    weights = tuple(weight * (i in indices) for i, weight in enumerate(split.weights))
+    alone: SplitData = replace(split, train=train, weights=weights)
+    solution = alone.fit(model.solution.structure, model.solution.x)
+    noise = parameter_uncertainty(alone, solution).std
+    return solution.x, np.hypot(noise, encoder_step_errors(alone, solution))
+
+
+def _between_steps(steps: Sequence[StepEntry]) -> Iterator[str]:
+    """Parameters whose interval before a step and after it have nothing in common."""
+    for before, after in pairwise(steps):
+        for name in sorted(before.parameters.keys() & after.parameters.keys()):
+            old, new = before.parameters[name], after.parameters[name]
+            if "." in name and _are_apart(old, new) and _contradict(old.value, new.value):
+                yield (
+                    f"{name} was {old.value:.3g} {old.unit} before {after.added} was added, and is {new.value:.3g} "
+                    f"{new.unit} with it: what is attributed to which of the two depends on both."
+                )
+
+
+def _are_apart(first: ParameterValue, second: ParameterValue) -> bool:
+    """Whether both intervals are known and do not overlap."""
+    if first.ci95 is None or second.ci95 is None:
+        return False
+    return first.ci95[1] < second.ci95[0] or second.ci95[1] < first.ci95[0]
+
+
+def _contradict(first: float, second: float) -> bool:
+    """Whether two values differ in sign or by more than MAX_RATIO."""
+    small, large = sorted((abs(first), abs(second)))
+    return first * second < 0 or large > MAX_RATIO * small

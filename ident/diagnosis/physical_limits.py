@@ -1,0 +1,220 @@
+"""Physical plausibility of an effect: rules that decide before statistics do, each with the reason of a refusal.
+
+The limits are those that effects declare (`Quantity` and `Effect`), and those of the mechanism's parameters.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ident.diagnosis.confirmation import MIN_T
+from ident.diagnosis.parameter_intervals import encoder_step_errors, parameter_uncertainty
+from ident.diagnosis.steps import FittedModel
+from ident.dynamics.structure import Term
+from ident.dynamics.torque_map import voltage_from_torque
+from recordings.recording import Floats, Ints
+
+MIN_SHAPE_EFFECT = 0.01
+"""A shape parameter is identifiable if moving it across its range changes the residual by more than this share of the
+remaining loss, in squares."""
+_SIGN_TOLERANCE = 0.1
+"""A positive parameter may become negative, and one with limits leave them, by this share of its former value by
+chance."""
+_LEVEL = 0.95
+"""Confidence level at which a strength differs from zero."""
+
+
+def within_limits(model: FittedModel) -> list[bool]:
+    """For each instance of the last term, whether its local parameters are within their physical limits."""
+    term = model.terms[-1]
+    local = _local_values(model)
+    lower, upper = (
+        np.array([getattr(quantity, side) for quantity in term.local_parameters]) for side in ("lower", "upper")
+    )
+    largest = np.inf if term.effect.max_amplitude is None else term.effect.max_amplitude
+    return [bool(((lower <= row) & (row <= upper)).all()) and float(np.linalg.norm(row)) <= largest for row in local]
+
+
+def is_physical(model: FittedModel, before: FittedModel) -> bool:
+    """Whether the last term of `model` and its influence on the mechanism's parameters are physically possible."""
+    return implausibility(model, before) is None
+
+
+def implausibility(model: FittedModel, before: FittedModel) -> str | None:
+    """The first reason why the last term of `model`, fitted in addition to `before`, cannot be true; or None."""
+    return next(_reasons(model, before), None)
+
+
+def _reasons(model: FittedModel, before: FittedModel) -> Iterator[str]:
+    """Reasons against the values of the last term."""
+    effect = model.terms[-1].effect
+    if not all(within_limits(model)):
+        size = float(np.linalg.norm(_local_values(model), axis=1).max())
+        if effect.max_amplitude is not None and size > effect.max_amplitude:
+            yield f"it would need an amplitude of {size:.3g}; at most {effect.max_amplitude:.3g} is plausible"
+        yield "it would need a size or a sign that is not possible"
+    flipped = flipped_parameter(model, before) or _earlier_effect_impossible(model, before)
+    if flipped:
+        yield f"{flipped} would get a value that is not possible"
+    if _shape_at_limit(model):
+        yield "the search for its shape ended at the end of the plausible range"
+    yield from _shapes_beyond_the_data(model)
+
+
+def _local_values(model: FittedModel) -> Floats:
+    """(instances, c) local parameters of the last term."""
+    return model.solution.structure.local_values(len(model.terms) - 1, model.solution.x)
+
+
+def flipped_parameter(model: FittedModel, before: FittedModel) -> str | None:
+    """Name of a positive parameter of the mechanism that `model` makes negative and that was not so `before`.
+
+    An example is friction that drives the motion.
+    """
+    parameters = model.solution.structure.mechanism.parameters
+    positive = np.array([parameter.physically_positive for parameter in parameters])
+    now, then = (fitted.solution.x[: len(parameters)] for fitted in (model, before))
+    flipped = np.flatnonzero(positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then)))
+    return parameters[flipped[0]].name if len(flipped) else None
+
+
+def _earlier_effect_impossible(model: FittedModel, before: FittedModel) -> str | None:
+    """Name of a coefficient of an earlier effect that `model` moves out of its range and that was inside `before`."""
+    values = dict(zip((entry.name for entry in before.solution.structure.parameters), before.solution.x, strict=True))
+    for entry, now in zip(model.solution.structure.parameters, model.solution.x, strict=True):
+        then = values.get(entry.name, np.nan)
+        tolerance = _SIGN_TOLERANCE * abs(then)
+        if (
+            entry.term >= 0
+            and entry.lower <= then <= entry.upper
+            and not (entry.lower - tolerance <= now <= entry.upper + tolerance)
+        ):
+            return entry.name
+    return None
+
+
+def _shape_at_limit(model: FittedModel) -> bool:
+    """Whether an identifiable shape parameter stopped at a limit of its range that is not physical."""
+    term, index = model.terms[-1], len(model.terms) - 1
+    shapes = zip(term.effect.shapes, model.solution.structure.shape_values(index, model.solution.x), strict=True)
+    first = len(model.solution.x) - len(term.effect.shapes)
+    return any(
+        (
+            (shape.implausible_bound == "upper" and value >= shape.upper)
+            or (shape.implausible_bound == "lower" and value <= shape.lower)
+        )
+        and _is_identifiable(model, entry, shape.upper - shape.lower)
+        for entry, (shape, value) in enumerate(shapes, start=first)
+    )
+
+
+def _is_identifiable(model: FittedModel, entry: int, span: float) -> bool:
+    """Whether the loss depends on entry `entry` of the parameter vector anywhere in its range `span`."""
+    pairs = zip(model.solution.weights, model.solution.derivatives, strict=True)
+    changed = sum(float(np.nansum((weight * by_x[:, :, entry] * span) ** 2)) for weight, by_x in pairs)
+    return changed > MIN_SHAPE_EFFECT * model.solution.loss
+
+
+def _shapes_beyond_the_data(model: FittedModel) -> Iterator[str]:
+    """Reasons against time constants, limits and waves that the recordings are too short, slow or narrow to show."""
+    term = model.terms[-1]
+    shapes = model.solution.structure.shape_values(len(model.terms) - 1, model.solution.x)
+    for shape, value in zip(term.effect.shapes, shapes, strict=True):
+        if shape.max_durations is not None and abs(value) > shape.max_durations * (longest := _duration(model)):
+            yield f"its {shape.name} of {value:.3g} {shape.unit} is far longer than the recording of {longest:.3g} s"
+    for column, quantity in enumerate(term.local_parameters):
+        if quantity.min_use is not None and _largest_use(model, column) < quantity.min_use:
+            yield "the level that it would need was never approached"
+    if term.effect.repeated and (wave := _longest_wave(term, shapes)) > (travel := _travel(model)):
+        yield f"its period of {wave:.3g} is longer than the travel of {travel:.3g}: a curve over the angle, no ripple"
+
+
+def _duration(model: FittedModel) -> float:
+    """Duration of the longest training recording [s]."""
+    recordings = (model.split.recordings[i] for i in model.split.train_indices)
+    return max(float(recording.time[-1] - recording.time[0]) for recording in recordings)
+
+
+def _largest_use(model: FittedModel, column: int) -> float:
+    """Largest product of the parameter `column` and the voltage, over the joints and recordings."""
+    split, joints = model.split, list(model.terms[-1].joints)
+    torque_map = split.recordings[0].recording.rig.torque
+    largest = [
+        np.nanmax(np.abs(voltage_from_torque(split.recordings[i].torque, torque_map))[:, joints], axis=0)
+        for i in split.train_indices
+    ]
+    return float((np.max(largest, axis=0) * _local_values(model)[:, column]).max())
+
+
+def _longest_wave(term: Term, shapes: Floats) -> float:
+    """Period of the line of a spectrum over the position [rad or m]; 0 for other effects."""
+    periods = [2 * np.pi / value for shape, value in zip(term.effect.shapes, shapes, strict=True) if value > 0]
+    return max(periods, default=0.0)
+
+
+def _travel(model: FittedModel) -> float:
+    """Travel in the training rows of the joint of the last term that moves farthest [rad or m]."""
+    split, joints = model.split, list(model.terms[-1].joints)
+    positions = np.concatenate([split.predictors[i].prepared.motion.position[:, joints] for i in split.train_indices])
+    return float((np.nanmax(positions, axis=0) - np.nanmin(positions, axis=0)).max())
+
+
+def unresolved(model: FittedModel) -> str | None:
+    """The reason why the data do not determine the strength of the last term of `model`, or None.
+
+    The strength of no instance differs from zero, or strengths that must have the same sign do not.
+    """
+    if not any(resolved_instances(model, len(model.terms) - 1)):
+        return "its strength is zero within its interval"
+    if model.terms[-1].effect.same_sign:
+        local = _local_values(model)
+        width = parameter_uncertainty(model.split, model.solution).half_width()[_local_entries(model, -1)]
+        if ((local > width).any(axis=1) & (local < -width).any(axis=1)).any():
+            return "its parts would need opposite signs"
+    return None
+
+
+def resolved_instances(model: FittedModel, index: int) -> list[bool]:
+    """For each instance of the term `index`, whether its local parameters together differ from zero."""
+    covariance = parameter_uncertainty(model.split, model.solution).covariance
+    local = model.solution.structure.local_values(index, model.solution.x)
+    instances = zip(local, _local_entries(model, index), strict=True)
+    return [_differs_from_zero(values, covariance[np.ix_(entries, entries)]) for values, entries in instances]
+
+
+def _local_entries(model: FittedModel, index: int) -> Ints:
+    """(instances, c) entries of the local parameters of the term `index` in the parameter vector."""
+    index %= len(model.terms)
+    shape = model.solution.structure.local_values(index, model.solution.x).shape
+    entries = np.flatnonzero(model.solution.structure.parameter_mask(index))
+    return entries[: shape[0] * shape[1]].reshape(shape)
+
+
+def _differs_from_zero(values: Floats, covariance: Floats) -> bool:
+    """Whether `values` (c,) together differ from zero, by Wald's test."""
+    from scipy.stats import chi2
+
+    known = np.isfinite(np.diag(covariance))
+    if not known.any():
+        return False
+    statistic = values[known] @ np.linalg.pinv(covariance[np.ix_(known, known)]) @ values[known]
+    return bool(statistic > chi2.ppf(_LEVEL, known.sum()))
+
+
+def simpler_effect(model: FittedModel) -> str | None:
+    """The effect that the last term of `model` reduces to because its distinguishing parameter may be zero; or None.
+
+    The parameter must not differ from zero on any joint, by the same Student's t as an improvement.
+    """
+    term = model.terms[-1]
+    columns = [i for i, quantity in enumerate(term.local_parameters) if quantity.reduces_to]
+    if not columns:
+        return None
+    local = _local_values(model)
+    error = np.hypot(
+        parameter_uncertainty(model.split, model.solution).std, encoder_step_errors(model.split, model.solution)
+    )[_local_entries(model, -1)]
+    for column in columns:
+        if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
+            return term.local_parameters[column].reduces_to
+    return None

@@ -1,0 +1,67 @@
+"""Which extensions of a model can be claimed."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.candidate_search import CandidateSearch
+from ident.diagnosis.claims import Claims
+from ident.diagnosis.steps import FittedModel
+from ident.dynamics.effects.library import library
+from ident.dynamics.structure import Term
+from tests.ident import building
+
+DATA = building.split([building.record(noise=0.05, extra=lambda motion: 0.4 + 0.0 * motion.position)])
+
+
+def claims() -> Claims:
+    return Claims(CandidateSearch(DATA, library()))
+
+
+def names(model: FittedModel) -> list[str]:
+    return [term.name for term in model.terms]
+
+
+def test_spring_without_stiffness_becomes_the_offset_that_it_contains() -> None:
+    assert names(claims().simplified(building.fitted(DATA, "joint_spring"))) == ["torque_offset"]
+
+
+def test_spring_without_stiffness_joins_the_offset_of_other_joints() -> None:
+    recording = building.record(3, noise=0.05, extra=lambda motion: np.full_like(motion.position, 0.4))
+    data = building.split([recording])
+    before = building.structure(recording, "torque_offset", joints=(2,))
+    structure = before.with_term(Term("joint_spring", library()["joint_spring"], (0, 1)))
+    model = FittedModel(data, data.fit(structure, building.start(structure)))
+    (term,) = Claims(CandidateSearch(data, library())).simplified(model).terms
+    assert (term.name, term.joints) == ("torque_offset", (0, 1, 2))
+
+
+@pytest.mark.parametrize(("truth", "joints"), [((0.4, 0.0, 0.4), (0, 2)), ((0.4, 0.4, 0.4), (0, 1, 2))])
+def test_joints_without_the_effect_are_dropped(truth: tuple[float, ...], joints: tuple[int, ...]) -> None:
+    recording = building.record(3, noise=0.05, extra=lambda motion: np.array(truth) + 0.0 * motion.position)
+    data = building.split([recording])
+    model = building.fitted(data, "torque_offset", "quadratic_friction", joints=(0, 1, 2))
+    kept = Claims(CandidateSearch(data, library())).without_zero_joints(model)
+    assert kept.terms[0].joints == joints
+    assert [entry.name for entry in kept.solution.structure.parameters if entry.term == 0] == [
+        f"torque_offset.a{joint + 1}" for joint in joints
+    ]
+
+
+def test_offset_of_a_simplified_spring_is_fitted_anew() -> None:
+    model = claims().simplified(building.fitted(DATA, "joint_spring"))
+    assert model.solution.x[-1] == pytest.approx(0.4, abs=0.01)
+
+
+def test_effect_that_needs_no_simplification_stays() -> None:
+    model = building.fitted(DATA, "torque_offset")
+    assert claims().simplified(model) is model
+
+
+def test_reason_of_a_refusal_is_kept() -> None:
+    judged, model = claims(), building.fitted(DATA, "torque_offset")
+    model = replace(model, solution=replace(model.solution, x=model.solution.x * [1.0, 1.0, 1.0, 1e-3]))
+    assert judged.is_plausible(building.fitted(DATA, "torque_offset"), building.fitted(DATA))
+    assert not judged.is_resolved(model)
+    assert judged.refused == {"torque_offset": "its strength is zero within its interval"}

@@ -1,0 +1,149 @@
+"""Physical plausibility of effects."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ident.diagnosis.physical_limits import implausibility, is_physical, simpler_effect, unresolved
+from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.steps import FittedModel
+from ident.dynamics import mechanisms
+from ident.dynamics.effects.base import Effect
+from ident.dynamics.effects.library import library
+from ident.dynamics.motion import Motion
+from ident.dynamics.structure import ModelStructure, Term
+from recordings.recording import Floats
+from recordings.rig import simulated_rig
+from tests.ident import building
+
+
+def _with_springs(motor: float, damping: float, identifiable: bool = True) -> tuple[Any, Any]:
+    """A model with springs on all joints, whose shapes are identifiable or not, and the model without springs."""
+    rig = simulated_rig()
+    before = ModelStructure(mechanisms.create(rig), rig)
+    after = before.with_term(Term("joint_elasticity", library()["joint_elasticity"], (0, 1, 2)))
+    mechanism = np.ones(len(before.parameters))
+    x = np.concatenate([mechanism, [1e-3, 1e-3, 1e-3, motor, damping]])
+    derivatives, weights = np.full((9, 3, len(x)), float(identifiable)), np.ones((9, 3))
+    return tuple(
+        SimpleNamespace(
+            solution=SimpleNamespace(
+                structure=structure, x=values, derivatives=(derivatives,), weights=(weights,), loss=27.0
+            ),
+            terms=structure.terms,
+        )
+        for structure, values in ((after, x), (before, mechanism))
+    )
+
+
+@pytest.mark.parametrize(
+    ("motor", "damping", "expected"), [(0.4, 0.03, True), (0.0, 0.0, True), (0.98, 0.03, False), (0.4, 0.4, False)]
+)
+def test_effect_with_a_shape_at_the_limit_of_its_range_is_rejected(
+    motor: float, damping: float, expected: bool
+) -> None:
+    assert is_physical(*_with_springs(motor, damping)) is expected
+
+
+def test_unidentifiable_shape_may_end_anywhere() -> None:
+    assert is_physical(*_with_springs(0.98, 0.12, identifiable=False))
+
+
+def data(noise: float = 0.05, extra: building.Torque | None = None) -> SplitData:
+    return building.split([building.record(noise=noise, extra=extra, seed=3)])
+
+
+def with_values(before: FittedModel, name: str, effect: Effect, *values: float) -> FittedModel:
+    """`before` with one more effect of the given parameters."""
+    structure = before.solution.structure.with_term(Term(name, effect, (0,)))
+    return FittedModel(
+        before.split, replace(before.solution, structure=structure, x=np.append(before.solution.x, values))
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "reason"),
+    [
+        ("encoder_eccentricity", (0.012, 0.012, 1.0), None),
+        ("encoder_eccentricity", (0.013, 0.013, 1.0), "amplitude of 0.0184"),
+        ("thermal_drift", (0.1, 0.1, -40.0), None),
+        ("thermal_drift", (0.1, 0.1, -6014.0), "far longer than the recording of 1"),
+        ("amplifier_saturation", (0.6, 6.0), None),
+        ("amplifier_saturation", (0.001, 6.0), "never approached"),
+        ("joint_spring", (-0.1, 0.2), "a sign that is not possible"),
+        ("joint_spring", (0.1, -0.2), None),
+    ],
+)
+def test_effect_beyond_its_plausible_limits_is_refused_with_the_reason(
+    name: str, values: tuple[float, ...], reason: str | None
+) -> None:
+    before = building.fitted(data())
+    refused = implausibility(with_values(before, name, library()[name], *values), before)
+    assert refused is None if reason is None else reason in str(refused)
+
+
+@pytest.mark.parametrize(("periods", "plausible"), [(0.9, False), (1.1, True)])
+def test_wave_with_a_period_longer_than_the_travel_is_no_ripple(periods: float, plausible: bool) -> None:
+    before = building.fitted(data())
+    position = before.split.recordings[0].motion.position
+    travel = float(np.nanmax(position) - np.nanmin(position))
+    # Any lower end of the range: the rule is not that of the range.
+    cogging = replace(library()["cogging"], shapes=(replace(library()["cogging"].shapes[0], lower=0.1),))
+    model = with_values(before, "cogging", cogging, 0.1, 0.1, 2 * np.pi * periods / travel)
+    model = replace(
+        model, solution=replace(model.solution, derivatives=(np.zeros((9, 1, 6)),), weights=(np.zeros((9, 1)),))
+    )
+    assert is_physical(model, before) is plausible
+
+
+def test_effect_that_makes_friction_drive_the_motion_is_refused() -> None:
+    before = building.fitted(data())
+    model = with_values(before, "torque_offset", library()["torque_offset"], 0.1)
+    x = np.where([entry.name == "c_c1" for entry in model.solution.structure.parameters], -0.5, model.solution.x)
+    reason = implausibility(replace(model, solution=replace(model.solution, x=x)), before)
+    assert reason == "c_c1 would get a value that is not possible"
+
+
+def test_effect_that_makes_an_earlier_effect_impossible_is_refused() -> None:
+    bare = building.fitted(data())
+    before = with_values(bare, "joint_spring", library()["joint_spring"], 0.5, 0.1)
+    after = with_values(before, "torque_offset", library()["torque_offset"], 0.1)
+    assert is_physical(after, before)
+    x = np.where(
+        [entry.name == "joint_spring.k1" for entry in after.solution.structure.parameters], -0.1, after.solution.x
+    )
+    reason = implausibility(replace(after, solution=replace(after.solution, x=x)), before)
+    assert reason == "joint_spring.k1 would get a value that is not possible"
+
+
+def drag(motion: Motion) -> Floats:
+    return 0.3 * motion.velocity * np.abs(motion.velocity)
+
+
+@pytest.mark.parametrize(("extra", "reason"), [(drag, None), (None, "its strength is zero within its interval")])
+def test_strength_that_may_be_zero_is_not_resolved(extra: building.Torque | None, reason: str | None) -> None:
+    assert unresolved(building.fitted(data(extra=extra), "quadratic_friction")) == reason
+
+
+@pytest.mark.parametrize(("dry", "reason"), [(0.5, None), (-0.5, "its parts would need opposite signs")])
+def test_friction_that_fades_in_one_part_and_grows_in_the_other_is_not_believed(
+    dry: float, reason: str | None
+) -> None:
+    def fading(motion: Motion) -> Floats:
+        time = np.arange(len(motion.position))[:, None] / building.RATE
+        return (0.5 * motion.velocity + dry * np.sign(motion.velocity)) * np.exp(-time / 6.0)
+
+    assert unresolved(building.fitted(data(extra=fading), "thermal_drift")) == reason
+
+
+@pytest.mark.parametrize(("stiffness", "simpler"), [(0.0, "torque_offset"), (0.5, None)])
+def test_spring_without_stiffness_is_an_offset(stiffness: float, simpler: str | None) -> None:
+    split = data(extra=lambda motion: 0.4 + stiffness * motion.position)
+    assert simpler_effect(building.fitted(split, "joint_spring")) == simpler
+
+
+def test_effect_without_a_distinguishing_parameter_reduces_to_none() -> None:
+    assert simpler_effect(building.fitted(data(), "torque_offset")) is None
