@@ -1,0 +1,64 @@
+"""`python -m benchmarks.hidden_effects.traps [--seeds N]`: recordings of one axis that invite false names.
+
+Nothing that is hidden in them is in the library that diagnoses them. None of the effects in `FALSE` may be named.
+"""
+
+from collections.abc import Iterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import click
+
+from ident.diagnosis import verdict
+from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
+from ident.diagnosis.document import Document
+from ident.dynamics.effects.library import library
+from tests.foreign import traps
+from tests.foreign.pairs import TRAIN, VALIDATE
+
+FALSE = ("amplifier_saturation", "encoder_eccentricity", "thermal_drift")
+"""Effects that such recordings were blamed on."""
+TRUE = ("axis_weight", "position_dependent_friction", "power_law_friction")
+"""Effects that would be right, or nearly so: they are left out of the library where it has them."""
+
+
+def diagnose_trap(kind: traps.Kind, seed: int) -> Document:
+    """Record and diagnose a trap."""
+    effects = {name: effect for name, effect in library().items() if name not in TRUE}
+    with TemporaryDirectory() as name:
+        folder = Path(name)
+        traps.make(folder, kind, seed)
+        held_out = [folder / VALIDATE] if (folder / VALIDATE).exists() else []
+        return verdict.to_document(diagnose([folder / TRAIN], held_out, effects, DiagnosisOptions()))
+
+
+def false_names(document: Document) -> list[str]:
+    """Effects in the findings of which no trap has anything."""
+    return [finding.effect for finding in document.findings if finding.effect in FALSE]
+
+
+@click.command()
+@click.option("--seeds", default=20, show_default=True, help="Number of recordings of each kind.")
+@click.option("--only", type=click.Choice(traps.KINDS), multiple=True, help="Only traps of this kind.")
+def main(seeds: int, only: tuple[traps.Kind, ...]) -> None:
+    """Diagnose traps of every kind, and print what was named. Exit code 1 if anything false was believed."""
+    believed = 0
+    for kind in only or traps.KINDS:
+        documents = list(_with_progress(kind, seeds))
+        wrong = [document for document in documents if false_names(document)]
+        believed += len(wrong)
+        named = sum(bool(document.findings) for document in documents)
+        click.echo(f"{kind:20} {seeds} traps, {len(wrong)} with a false name, {named} with any name")
+    raise SystemExit(1 if believed else 0)
+
+
+def _with_progress(kind: traps.Kind, seeds: int) -> Iterator[Document]:
+    for seed in range(seeds):
+        document = diagnose_trap(kind, seed)
+        names = ", ".join(finding.effect for finding in document.findings)
+        click.echo(f"  {kind} {seed}: {document.verdict} {names}", err=True)
+        yield document
+
+
+if __name__ == "__main__":
+    main()
