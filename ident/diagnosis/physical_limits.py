@@ -162,13 +162,19 @@ def _travel(model: FittedModel) -> float:
 def unresolved(model: FittedModel) -> str | None:
     """The reason why the data do not determine the strength of the last term of `model`, or None.
 
-    The strength of no instance differs from zero, or strengths that must have the same sign do not.
+    No strength differs from zero, the sign of a time constant is not known, or strengths that must have
+    the same sign do not.
     """
     if not any(resolved_instances(model, len(model.terms) - 1)):
         return "its strength is zero within its interval"
-    if model.terms[-1].effect.same_sign:
-        local = _local_values(model)
-        width = parameter_uncertainty(model.split, model.solution).half_width()[_local_entries(model, -1)]
+    effect = model.terms[-1].effect
+    half_width = parameter_uncertainty(model.split, model.solution).half_width()
+    first = len(model.solution.x) - len(effect.shapes)
+    for entry, shape in enumerate(effect.shapes, start=first):
+        if shape.max_durations is not None and abs(model.solution.x[entry]) < half_width[entry]:
+            return f"its {shape.name} is zero within its interval"
+    if effect.same_sign:
+        local, width = _local_values(model), half_width[_local_entries(model, -1)]
         if ((local > width).any(axis=1) & (local < -width).any(axis=1)).any():
             return "its parts would need opposite signs"
     return None

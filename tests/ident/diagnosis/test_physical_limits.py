@@ -139,6 +139,14 @@ def test_friction_that_fades_in_one_part_and_grows_in_the_other_is_not_believed(
     assert unresolved(building.fitted(data(extra=fading), "thermal_drift")) == reason
 
 
+def test_drift_whose_direction_in_time_is_unknown_is_not_believed() -> None:
+    """Its time constant may be negative, with so little of it in the noise."""
+    model = building.fitted(data(extra=lambda motion: 0.02 * np.sign(motion.velocity)), "thermal_drift")
+    strong = np.where([entry.name == "thermal_drift.b1" for entry in model.solution.structure.parameters], 50.0, 0.0)
+    model = replace(model, solution=replace(model.solution, x=model.solution.x + strong))
+    assert unresolved(model) == "its T is zero within its interval"
+
+
 @pytest.mark.parametrize(("stiffness", "simpler"), [(0.0, "torque_offset"), (0.5, None)])
 def test_spring_without_stiffness_is_an_offset(stiffness: float, simpler: str | None) -> None:
     split = data(extra=lambda motion: 0.4 + stiffness * motion.position)
