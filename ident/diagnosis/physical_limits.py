@@ -198,13 +198,13 @@ def _local_entries(model: FittedModel, index: int) -> Ints:
 
 def _differs_from_zero(values: Floats, covariance: Floats) -> bool:
     """Whether `values` (c,) together differ from zero, by Wald's test."""
-    from scipy.stats import chi2
+    from scipy.special import chdtri
 
     known = np.isfinite(np.diag(covariance))
     if not known.any():
         return False
     statistic = values[known] @ np.linalg.pinv(covariance[np.ix_(known, known)]) @ values[known]
-    return bool(statistic > chi2.ppf(_LEVEL, known.sum()))
+    return bool(statistic > chdtri(known.sum(), 1 - _LEVEL))
 
 
 def simpler_effect(model: FittedModel) -> str | None:
