@@ -14,8 +14,12 @@ known more accurately."""
 
 
 def is_supported(improvement: Improvement) -> bool:
-    """Whether the test rows support an improvement: a small one in most blocks, or a large one in a few."""
-    return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND
+    """Whether the test rows support an improvement: a small one in most blocks, or a large one in a few.
+
+    In a few short blocks of very different size, the ratio of the errors tells what their difference does not.
+    """
+    large = improvement.share > MIN_DECISIVE_SHARE and improvement.t_of_ratio > MIN_T
+    return improvement.t_statistic > MIN_T or improvement.interval[0] > MIN_LOWER_BOUND or large
 
 
 def is_structure(improvement: Improvement) -> bool:

@@ -20,6 +20,8 @@ remaining loss, in squares."""
 _SIGN_TOLERANCE = 0.1
 """A positive parameter may become negative, and one with limits leave them, by this share of its former value by
 chance."""
+_MAX_LINE_WIDTH = 0.05
+"""Largest half-width of the interval of a line's order, relative to it: a line is narrow."""
 _LEVEL = 0.95
 """Confidence level at which a strength differs from zero."""
 
@@ -69,13 +71,16 @@ def _local_values(model: FittedModel) -> Floats:
 def flipped_parameter(model: FittedModel, before: FittedModel) -> str | None:
     """Name of a positive parameter of the mechanism that `model` makes negative and that was not so `before`.
 
-    An example is friction that drives the motion.
+    An example is friction that drives the motion. While much is missing, a small parameter may be negative by chance.
     """
     parameters = model.solution.structure.mechanism.parameters
     positive = np.array([parameter.physically_positive for parameter in parameters])
     now, then = (fitted.solution.x[: len(parameters)] for fitted in (model, before))
-    flipped = np.flatnonzero(positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then)))
-    return parameters[flipped[0]].name if len(flipped) else None
+    flipped = positive & (then >= 0) & (now < -_SIGN_TOLERANCE * np.abs(then))
+    if flipped.any():
+        error = parameter_uncertainty(model.split, model.solution).std[: len(parameters)]
+        flipped &= ~(now > -MIN_T * error)  # refused where the error is not known
+    return parameters[int(np.argmax(flipped))].name if flipped.any() else None
 
 
 def _earlier_effect_impossible(model: FittedModel, before: FittedModel) -> str | None:
@@ -173,6 +178,8 @@ def unresolved(model: FittedModel) -> str | None:
     for entry, shape in enumerate(effect.shapes, start=first):
         if shape.max_durations is not None and abs(model.solution.x[entry]) < half_width[entry]:
             return f"its {shape.name} is zero within its interval"
+        if effect.repeated and half_width[entry] > _MAX_LINE_WIDTH * abs(model.solution.x[entry]):
+            return f"its {shape.name} is not determined: a piece of a curve, no line"
     if effect.same_sign:
         local, width = _local_values(model), half_width[_local_entries(model, -1)]
         if ((local > width).any(axis=1) & (local < -width).any(axis=1)).any():

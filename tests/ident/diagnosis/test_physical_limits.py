@@ -99,12 +99,15 @@ def test_wave_with_a_period_longer_than_the_travel_is_no_ripple(periods: float, 
     assert is_physical(model, before) is plausible
 
 
-def test_effect_that_makes_friction_drive_the_motion_is_refused() -> None:
-    before = building.fitted(data())
-    model = with_values(before, "torque_offset", library()["torque_offset"], 0.1)
-    x = np.where([entry.name == "c_c1" for entry in model.solution.structure.parameters], -0.5, model.solution.x)
-    reason = implausibility(replace(model, solution=replace(model.solution, x=x)), before)
-    assert reason == "c_c1 would get a value that is not possible"
+@pytest.mark.parametrize(("noise", "refused"), [(0.05, True), (20.0, False)])
+def test_effect_that_surely_makes_friction_drive_the_motion_is_refused(noise: float, refused: bool) -> None:
+    recording = building.record(noise=noise, extra=lambda motion: -2.0 * np.sign(motion.velocity))
+    after = building.fitted(building.split([recording]), "torque_offset")
+    before = building.fitted(after.split)
+    coulomb = [entry.name == "c_c1" for entry in before.solution.structure.parameters]
+    before = replace(before, solution=replace(before.solution, x=np.where(coulomb, 0.1, before.solution.x)))
+    reason = implausibility(after, before)
+    assert reason == ("c_c1 would get a value that is not possible" if refused else None)
 
 
 def test_effect_that_makes_an_earlier_effect_impossible_is_refused() -> None:
