@@ -16,6 +16,8 @@ from recordings.recording import Bools, Floats
 
 HIGHEST_SHARE = 0.4
 """Upper end of the band as a share of the sampling rate; higher frequencies are aliases of lower ones."""
+_SAME_PHASE = 0.5
+"""Periods by which a wave may shift from the first to the last cycle and still be the same in all of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +42,27 @@ class HighBand:
     """[Hz]"""
     low: float
     """Bandwidth of the low-pass [Hz]."""
+    period: float | None
+    """Of the repeated motion [s]; None if nothing repeats."""
 
     @property
     def highest(self) -> float:
         """Upper end of the band [Hz]."""
         return HIGHEST_SHARE * self.rate
+
+    def repeats(self, hertz: float) -> bool:
+        """Whether a wave over time of this frequency is the same in all cycles, as everything that repeats is."""
+        if self.period is None:
+            return False
+        cycles, periods = (self.time[-1] - self.time[0]) / self.period, hertz * self.period
+        return bool(abs(periods - round(periods)) * cycles < _SAME_PHASE)
+
+    def harmonics(self, grid: Floats) -> Floats:
+        """Angular frequencies of the repeated motion's harmonics within those of `grid` (f,) [rad/s]."""
+        if self.period is None:
+            return grid
+        base = 2 * np.pi / self.period
+        return base * np.arange(np.ceil(grid[0] / base), np.floor(grid[-1] / base) + 1)
 
     def above(self, x: Floats) -> Floats:
         """The part of `x` (n, ...) above the low-pass."""
@@ -88,6 +106,7 @@ def _high_band(split: SplitData, index: int, solution: Solution) -> HighBand:
         test,
         samples.rate,
         prepared.bandwidth,
+        prepared.recording.run.period if (prepared.repeat >= 1).any() else None,
     )
     # Near gaps the slow motion is unknown; above the low-pass it matters only at reversals.
     high = band.above(samples.torque) - np.nan_to_num(band.above(computed))

@@ -5,7 +5,9 @@ fitted together (orthogonal matching pursuit). A wave over the angle follows the
 frequency. Both compete for every peak. At one constant speed they are the same.
 """
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from itertools import chain, islice
 
 import numpy as np
 
@@ -83,7 +85,9 @@ class _Pursuit:
         if min(signal.train.sum(), signal.test.sum()) < MIN_SAMPLES:
             return False
         rest = self._rest(self._columns)
-        hertz, over_time = self._vibration(rest)
+        vibrations = self._vibrations(rest)
+        strongest = list(islice(vibrations, 1))
+        hertz, over_time = strongest[0] if strongest else (np.nan, self._columns)
         for peak in highest_peaks(signal.angle[signal.train], rest[signal.train], self._orders):
             order = signal.refined(signal.angle, peak, self._cell, rest, signal.train)
             over_angle = self._with(wave(signal.angle, order))
@@ -97,11 +101,16 @@ class _Pursuit:
                 self.orders.append(order)
                 self._columns = over_angle
                 return True
-        if not np.isfinite(hertz) or not self._lasts(over_time):
-            return False
-        self.frequencies.append(hertz)
-        self._columns = over_time
-        return True
+        return self._add_vibration(chain(strongest, vibrations))
+
+    def _add_vibration(self, candidates: Iterable[tuple[float, Floats]]) -> bool:
+        """Add the first of the `candidates` that is a vibration."""
+        for hertz, columns in candidates:
+            if self._lasts(columns):
+                self.frequencies.append(hertz)
+                self._columns = columns
+                return True
+        return False
 
     def result(self) -> Waves:
         """The waves with their amplitudes and uncertainty."""
@@ -126,22 +135,22 @@ class _Pursuit:
             np.hypot(per_recording[:, :, 0], per_recording[:, :, 1]).max(axis=1, initial=0.0),
         )
 
-    def _vibration(self, rest: Floats) -> tuple[float, Floats]:
-        """Frequency [Hz] of the strongest significant wave over time (NaN: none), and all columns with it."""
+    def _vibrations(self, rest: Floats) -> Iterator[tuple[float, Floats]]:
+        """Frequencies [Hz] of significant waves over time, each with all columns with it."""
         signal = self.signal
-        best, best_columns = np.nan, self._columns
         for recording in self._recordings:
             rows = signal.train & (signal.recording == recording)
             time = signal.time[rows]
             cell = 2 * np.pi / max(float(np.ptp(time)), 1e-9)
             grid = wave_numbers(time, 2 * np.pi * signal.highest_frequency, 2 * np.pi * signal.low)
-            for peak in highest_peaks(time, rest[rows], grid)[:1]:
+            band = signal.bands[recording]
+            harmonics = band.harmonics(grid)  # whatever repeats with the motion has them all
+            for peak in highest_peaks(time, rest[rows], grid):
                 omega = signal.refined(signal.time, peak, cell, rest, rows)
-                columns = self._with_time(omega / (2 * np.pi))
-                better = self._error(columns, signal.train) < self._error(best_columns, signal.train)
-                if better and self._is_wave(columns, omega, signal.time, grid):
-                    best, best_columns = omega / (2 * np.pi), columns
-        return best, best_columns
+                columns = np.concatenate([self._columns, self._time_columns(omega / (2 * np.pi))], axis=1)
+                reference = harmonics if band.repeats(omega / (2 * np.pi)) else grid
+                if self._is_wave(columns, omega, signal.time, reference):
+                    yield omega / (2 * np.pi), columns
 
     def _is_wave(self, columns: Floats, wave_number: float, coordinate: Floats, grid: Floats) -> bool:
         """Whether the last wave of `columns` is significant and large enough beside the torque."""
@@ -165,9 +174,6 @@ class _Pursuit:
 
     def _with(self, columns: Floats) -> Floats:
         return np.concatenate([self._columns, self.signal.above(columns)], axis=1)
-
-    def _with_time(self, hertz: float) -> Floats:
-        return np.concatenate([self._columns, self._time_columns(hertz)], axis=1)
 
     def _solve(self, columns: Floats) -> Floats:
         """(c,) coefficients of `columns` (n, c), fitted to the training rows."""

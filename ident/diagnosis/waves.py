@@ -29,7 +29,7 @@ class JointSignal:
     """The residual of one joint in all recordings, end to end, with the angle and the time of each sample."""
 
     def __init__(self, bands: Sequence[HighBand], joint: int) -> None:
-        self._bands = bands
+        self.bands = bands
         self.angle = np.concatenate([band.position[:, joint] for band in bands])
         self.time = np.concatenate([band.time for band in bands])
         self.residual = np.concatenate([band.residual[:, joint] for band in bands])
@@ -44,12 +44,12 @@ class JointSignal:
     @property
     def highest_frequency(self) -> float:
         """Of the band of all recordings [Hz]."""
-        return min(band.highest for band in self._bands)
+        return min(band.highest for band in self.bands)
 
     @property
     def low(self) -> float:
         """Lower end of the band [Hz]."""
-        return max(band.low for band in self._bands)
+        return max(band.low for band in self.bands)
 
     @cached_property
     def blocks(self) -> Ints:
@@ -61,8 +61,8 @@ class JointSignal:
 
     def above(self, columns: Floats) -> Floats:
         """`columns` (n, c) above the low-pass; 0 where unknown."""
-        ends = np.cumsum([len(band.time) for band in self._bands])[:-1]
-        parts = zip(self._bands, np.split(columns, ends), strict=True)
+        ends = np.cumsum([len(band.time) for band in self.bands])[:-1]
+        parts = zip(self.bands, np.split(columns, ends), strict=True)
         high: Floats = np.nan_to_num(np.concatenate([band.above(part) for band, part in parts]))
         return high
 
@@ -117,7 +117,8 @@ def highest_peaks(coordinate: Floats, rest: Floats, grid: Floats) -> list[float]
     power = periodogram(coordinate, rest, grid)
     peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
     ratio = power / np.maximum(_level(power), 1e-12 * power.max())
-    best = [*peaks[np.argsort(-power[peaks])][:1], *peaks[np.argsort(-ratio[peaks])][:_CANDIDATES]]
+    clear = peaks[ratio[peaks] > _threshold(grid) / 2]
+    best = [*peaks[np.argsort(-power[peaks])][:1], *clear[np.argsort(-ratio[clear])][:_CANDIDATES]]
     wave_numbers: list[float] = grid[list(dict.fromkeys(best))].tolist()
     return wave_numbers
 
@@ -127,8 +128,15 @@ def is_significant(wave_number: float, reduction: float, coordinate: Floats, res
 
     reduction: of the sum of squares; rest: (n,) what is left.
     """
+    if len(grid) < 2:
+        return False
     level = np.interp(wave_number, grid, _level(periodogram(coordinate, rest, grid)))
-    return bool(reduction > level * np.log(len(grid) / OVERSAMPLING / FALSE_ALARM))
+    return bool(reduction > level * _threshold(grid))
+
+
+def _threshold(grid: Floats) -> float:
+    """Ratio of the highest peak of noise on a `grid` (f,) to its level, exceeded with the probability FALSE_ALARM."""
+    return float(np.log(len(grid) / OVERSAMPLING / FALSE_ALARM))
 
 
 def _level(power: Floats) -> Floats:
