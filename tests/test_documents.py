@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
+from benchmarks.real.data_set import Manifest
 from drivers.simulated.config import SimConfig
 from ident.diagnosis.document import Document
 from ident.identification.model_file import ModelFile
@@ -60,7 +61,7 @@ def test_pre_commit_runs_what_lint_runs() -> None:
     assert [command.strip().removesuffix(" .") for command in commands] == hooks
 
 
-def test_rig_and_sim_files_in_the_documents_are_valid() -> None:
+def test_configuration_files_in_the_documents_are_valid() -> None:
     blocks = [
         block
         for document in documents()
@@ -70,7 +71,8 @@ def test_rig_and_sim_files_in_the_documents_are_valid() -> None:
     ]
     assert len(blocks) >= 3
     for block in blocks:
-        kind: type[BaseModel] = SimConfig if block.startswith("# sim.toml") else Rig
+        kinds: dict[str, type[BaseModel]] = {"# sim.toml": SimConfig, "# data set": Manifest}
+        kind = next((kinds[start] for start in kinds if block.startswith(start)), Rig)
         kind.model_validate(tomllib.loads(block), strict=False)
 
 
