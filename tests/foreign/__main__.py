@@ -1,6 +1,7 @@
 """`python -m tests.foreign FOLDER --effect stribeck --size 0.03 --seed 1`."""
 
 from pathlib import Path
+from typing import Literal
 
 import click
 
@@ -8,6 +9,7 @@ from drivers.simulated.effect import library
 from drivers.simulated.seal import seal, sealed_path
 from tests.foreign.out_of_library import KINDS
 from tests.foreign.pairs import TRAIN, Setting, make
+from tests.foreign.robots import Kind
 
 
 @click.command()
@@ -27,20 +29,26 @@ from tests.foreign.pairs import TRAIN, Setting, make
     is_flag=True,
     help="Record commanded voltages, before the effects of the amplifiers.",
 )
+@click.option("--repeats/--no-repeats", default=True, show_default=True, help="Whether the motions repeat.")
+@click.option("--signal", type=click.Choice(["voltage", "effort"]), default="voltage", show_default=True)
+@click.option("--signal-bits", type=click.IntRange(1), help="Resolution of this signal.  [default: no steps]")
 def main(
     folder: Path,
     effects: tuple[str, ...],
     size: float,
     seed: int,
-    robot: str,
+    robot: Kind,
     noise: float,
     bits: int,
     rate: float,
     reports_command: bool,
+    repeats: bool,
+    signal: Literal["voltage", "effort"],
+    signal_bits: int | None,
 ) -> None:
     """Write a pair of recordings of a robot with these effects, and the sealed truth, into the new FOLDER."""
     folder.mkdir(parents=True)
-    setting = Setting(robot, noise, bits, rate, reports_command)  # type: ignore[arg-type]
+    setting = Setting(robot, noise, bits, rate, reports_command, repeats, signal, signal_bits)
     truth = make(folder, effects, [size] * len(effects), seed, setting)
     seal(sealed_path(folder / TRAIN), truth)
     click.echo(f"{folder}: train.mcap, validate.mcap; next: ident diagnose train.mcap --validate validate.mcap")

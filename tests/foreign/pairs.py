@@ -2,8 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from daq.importing import Description, import_csv
 from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
 from recordings.errors import BadInput
+from recordings.recording import Floats
 from recordings.rig import load_rig
 from tests.foreign import out_of_library, reference_motion, robots
 from tests.foreign.plant import Plant, Reported, name
@@ -19,6 +21,8 @@ from tests.foreign.sizing import EffectSizer
 _MAX_DRAWS = 4
 _SIZE_TOLERANCE = 0.1
 """Relative tolerance of the sizes."""
+_RANGE = 1.25
+"""Range of the drives' voltages over the largest one that occurs."""
 TRAIN, VALIDATE = "train.mcap", "validate.mcap"
 
 
@@ -35,6 +39,12 @@ class Setting:
     """[Hz]"""
     reports_command: bool = False
     """Whether voltages are commanded ones, before the effects of the amplifiers."""
+    repeats: bool = True
+    """Whether both motions consist of identical cycles; otherwise nothing in them repeats."""
+    signal: Literal["voltage", "effort"] = "voltage"
+    """What the drives report; the effort has the noise of the voltage at its RMS value."""
+    signal_bits: int | None = None
+    """Resolution of this signal over its range [bit]; None: no steps."""
 
 
 def make(
@@ -53,8 +63,9 @@ def make(
     )
     geometry = robot.rig.geometry
     shape: reference_motion.Shape = "stations" if rng.random() < 0.5 else "fourier"
-    train = Plant(robot, reference_motion.draw(geometry, shape, rng, rate=setting.rate, seconds=20.0))
-    validate = Plant(robot, reference_motion.draw(geometry, "fourier", rng, rate=setting.rate, seconds=12.0))
+    draw_motion = partial(reference_motion.draw, geometry, rng=rng, rate=setting.rate, repeats=setting.repeats)
+    train = Plant(robot, draw_motion(shape, seconds=20.0))
+    validate = Plant(robot, draw_motion("fourier", seconds=12.0))
     sizer = EffectSizer(train) if effects else None
     sized = [_draw_of_size(rng, sizer, wanted, size) for wanted, size in zip(effects, sizes, strict=True) if sizer]
     write_pair(folder, train, validate, [effect for effect, _ in sized], setting, rng)
@@ -71,8 +82,10 @@ def write_pair(
 ) -> None:
     """Write train.mcap and validate.mcap of plants with the hidden `effects`, and their rig file, into `folder`."""
     (folder / "rig.toml").write_text(robots.rig_file(train.robot.rig), encoding="utf-8")
-    for plant, out in ((train, TRAIN), (validate, VALIDATE)):
-        _write(folder / out, plant.report(effects), plant, setting, rng)
+    reports = [plant.report(effects) for plant in (train, validate)]
+    largest = _RANGE * max(float(np.abs(reported.voltage).max()) for reported in reports)
+    for plant, reported, out in zip((train, validate), reports, (TRAIN, VALIDATE), strict=True):
+        _write(folder / out, reported.position, _signal(reported, train.robot, setting, largest, rng), plant, setting)
 
 
 def _draw_of_size(
@@ -105,17 +118,36 @@ def _truth_entry(effect: HiddenEffect, size: float) -> dict[str, Any]:
     }
 
 
-def _write(out: Path, reported: Reported, plant: Plant, setting: Setting, rng: np.random.Generator) -> None:
+def _signal(
+    reported: Reported, robot: robots.Robot, setting: Setting, largest: float, rng: np.random.Generator
+) -> Floats:
+    """(m, 3) what the drives report, with noise and steps [V or N m]; largest: the end of their range [V]."""
+    signal, noise, gain = reported.voltage, setting.volts, np.array(robot.rig.torque.gain)
+    if setting.signal == "effort":
+        noise = noise * 2 * gain * np.sqrt(np.mean(signal**2))
+        signal, largest = gain * signal * np.abs(signal), float(gain.max()) * largest**2
+    noisy: Floats = signal + rng.normal(0.0, noise, signal.shape)
+    if setting.signal_bits is None:
+        return noisy
+    step = 2 * largest / 2**setting.signal_bits
+    return step * np.rint(noisy / step)
+
+
+def _write(out: Path, position: Floats, signal: Floats, plant: Plant, setting: Setting) -> None:
     """Write a CSV file as described in docs/reference/recordings.md and import it as the recording `out`."""
     motion, rig = plant.reference, plant.robot.rig
     per_radian = np.array([drive.counts_per_radian for drive in rig.drives])
-    position = np.rint(reported.position * per_radian) / per_radian
-    voltage = reported.voltage + rng.normal(0.0, setting.volts, reported.voltage.shape)
     time = np.arange(len(position)) / rig.rate
-    columns = [time[:, None], position, voltage, motion.repeat[:: motion.per_sample, None]]
-    header = ["time", *(f"{quantity}_{i}" for quantity in ("position", "voltage") for i in (1, 2, 3)), "cycle"]
+    columns = [time[:, None], np.rint(position * per_radian) / per_radian, signal]
+    header = ["time", *(f"{quantity}_{i}" for quantity in ("position", setting.signal) for i in (1, 2, 3))]
+    formats = ["%.6f", *["%.9f"] * 3, *["%.5f"] * 3]
+    if setting.repeats:
+        columns, header, formats = (
+            [*columns, motion.repeat[:: motion.per_sample, None]],
+            [*header, "cycle"],
+            [*formats, "%d"],
+        )
     table = out.with_suffix(".csv")
-    formats = ["%.6f", *["%.9f"] * 3, *["%.5f"] * 3, "%d"]
     np.savetxt(table, np.hstack(columns), fmt=formats, delimiter=",", header=",".join(header), comments="")
     import_csv(table, out, Description(rig=load_rig(out.with_name("rig.toml"), driven=False), simulated=True))
     table.unlink()

@@ -22,6 +22,8 @@ _REST = 0.25
 _RMS_ACCELERATION = 12.0
 """RMS acceleration of the joints, which determines the period [rad/s^2]."""
 _HARMONICS = 5
+_PHASES = 400
+"""Phases at which size and acceleration of a path are evaluated, per move."""
 _PATH = Callable[[Floats], tuple[Floats, Floats, Floats]]
 """Function of the phase (m,), 0 to 1 per cycle: platform position and its first two derivatives by phase (m, 3)."""
 
@@ -60,15 +62,25 @@ def draw(
     rate: float,
     seconds: float,
     cycles: int | None = None,
+    repeats: bool = True,
 ) -> ReferenceMotion:
     """Random motion with about `seconds` of identical cycles, for recordings at `rate` [Hz].
 
-    cycles: their number; None: as many as the usual acceleration allows.
+    cycles: their number; None: as many as the usual acceleration allows. repeats: False for one long cycle of
+    different moves.
     """
-    path = _fourier(geometry, rng) if shape == "fourier" else _stations(geometry, rng)
+    draw_path = _fourier if shape == "fourier" else _stations
+    path = draw_path(geometry, rng, 1)
+    period = _period(geometry, path, 1)
+    if not repeats:
+        moves, cycles = max(round(seconds / period), 3), 1
+        path = draw_path(geometry, rng, moves)
+        period = _period(geometry, path, moves)
+    elif cycles:
+        period = seconds / cycles
     per_sample = 2 * round(FINE / rate / 2)  # even: the averaging window of a sample is symmetric
     step = 1 / (rate * per_sample)
-    period = round((seconds / cycles if cycles else _period(geometry, path)) * rate) / rate
+    period = round(period * rate) / rate
     cycles = cycles or max(round(seconds / period), 3)
     phase, phase_speed, phase_acceleration = _timing(
         round(period / step), round(_RAMP / step), round(_REST / step), step
@@ -103,26 +115,26 @@ def _timing(cycle: int, ramp: int, rest: int, step: float) -> tuple[Floats, Floa
     )
 
 
-def _period(geometry: Geometry, path: _PATH) -> float:
+def _period(geometry: Geometry, path: _PATH, moves: int) -> float:
     """Period [s] for the desired RMS acceleration, which is proportional to its inverse square."""
-    P, P1, P2 = path(np.linspace(0, 1, 400, endpoint=False))
+    P, P1, P2 = path(np.linspace(0, 1, _PHASES * moves, endpoint=False))
     theta = kinematics.inverse(geometry, P)
     _, acceleration = kinematics.joint_motion(geometry, theta, P, P1, P2)
     return float((np.mean(acceleration**2) ** 0.5 / _RMS_ACCELERATION) ** 0.5)
 
 
-def _fourier(geometry: Geometry, rng: np.random.Generator) -> _PATH:
-    """Sum of a few harmonics, scaled to the workspace of the robot."""
+def _fourier(geometry: Geometry, rng: np.random.Generator, moves: int) -> _PATH:
+    """Sum of harmonics, scaled to the workspace of the robot; the lowest has `moves` periods per cycle."""
     scale = geometry.L1 / 0.3423
-    order = np.arange(1, _HARMONICS + 1)
-    a, b = rng.normal(size=(2, _HARMONICS, 3)) / order[:, None] ** 1.5
+    order = np.arange(moves, moves * _HARMONICS + 1)
+    a, b = rng.normal(size=(2, len(order), 3)) / (order[:, None] / moves) ** 1.5
 
     def raw(phase: Floats) -> tuple[Floats, Floats, Floats]:
         omega = 2 * np.pi * order
         cos, sin = np.cos(np.outer(phase, omega)), np.sin(np.outer(phase, omega))
         return cos @ a + sin @ b, (cos * omega) @ b - (sin * omega) @ a, -(cos * omega**2) @ a - (sin * omega**2) @ b
 
-    samples = raw(np.linspace(0, 1, 400))[0]
+    samples = raw(np.linspace(0, 1, _PHASES * moves))[0]
     sideways, upwards = np.hypot(samples[:, 0], samples[:, 1]).max(), np.abs(samples[:, 2]).max()
     size = scale * np.array([0.3 / sideways, 0.3 / sideways, 0.13 / upwards])
     centre = np.array([0.0, 0.0, -0.86 * geometry.L2])
@@ -134,10 +146,10 @@ def _fourier(geometry: Geometry, rng: np.random.Generator) -> _PATH:
     return path
 
 
-def _stations(geometry: Geometry, rng: np.random.Generator) -> _PATH:
-    """Pick-and-place motion between a few stations, lifted at the middle of each move."""
+def _stations(geometry: Geometry, rng: np.random.Generator, moves: int) -> _PATH:
+    """Pick-and-place motion between stations, five per `moves`, lifted on the way from each to the next."""
     scale = geometry.L1 / 0.3423
-    count = 5
+    count = 5 * moves
     angle = 2 * np.pi * (rng.permutation(count) + rng.uniform(-0.2, 0.2, count)) / count
     radius = rng.uniform(0.15, 0.29, count)
     stations = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(-0.82, -0.72, count)])

@@ -39,3 +39,19 @@ def test_platform_position_agrees_with_the_forward_kinematics(motion: ReferenceM
 def test_cycle_is_a_whole_number_of_samples(motion: ReferenceMotion) -> None:
     assert (motion.repeat == 0).sum() % motion.per_sample == 0
     assert np.argmax(motion.repeat == 0) % motion.per_sample == 0
+
+
+@pytest.mark.parametrize("shape", ["fourier", "stations"])
+def test_motion_without_repetition_is_one_long_cycle_in_the_same_workspace(shape: Shape) -> None:
+    def draw(repeats: bool) -> ReferenceMotion:
+        rng = np.random.default_rng(1)
+        return reference_motion.draw(Geometry(), shape, rng, rate=250.0, seconds=12.0, repeats=repeats)
+
+    long, cyclic = draw(False), draw(True)
+    assert long.repeat.max() == 0
+    assert long.time[long.repeat == 0].size * long.step == pytest.approx(12.0, rel=0.5)
+    assert np.ptp(long.theta, axis=0).mean() == pytest.approx(np.ptp(cyclic.theta, axis=0).mean(), rel=0.5)
+    # The pose after the time of a usual cycle is far from the one before.
+    period = (cyclic.repeat == 0).sum()
+    theta = long.theta[long.rows][long.repeat == 0]
+    assert np.std(theta[period:] - theta[:-period]) > 0.5 * np.std(theta)
