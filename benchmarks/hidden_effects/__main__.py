@@ -1,32 +1,43 @@
-"""`python -m benchmarks.hidden_effects [--plant foreign] [--only WORD] [--cases N] [--stage score] ...`."""
+"""`python -m benchmarks.hidden_effects [--plant foreign] [--part chosen] [--cases N] [--stage score] ...`."""
 
 import signal
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import click
 
-from benchmarks.hidden_effects import diagnosing, recording, tables, work
-from benchmarks.hidden_effects.cases import Case, cases
-from benchmarks.hidden_effects.scoring import judge
+from benchmarks.hidden_effects import diagnosing, recording, sources, tables, work
+from benchmarks.hidden_effects.cases import Case, Part, PlantName
+from benchmarks.hidden_effects.figures import figures
+from benchmarks.hidden_effects.parts import PARTS, cases
+from benchmarks.hidden_effects.scoring import Judgement, judge
 
-FOLDERS = {"simulated": Path("runs/hidden_effects"), "foreign": Path("runs/foreign")}
+FOLDERS: dict[PlantName, Path] = {"simulated": Path("runs/hidden_effects"), "foreign": Path("runs/foreign")}
 STAGES = ("record", "diagnose", "score")
 
 
 @click.command()
 @click.option("--plant", type=click.Choice(list(FOLDERS)), default="simulated", show_default=True)
+@click.option("--part", type=click.Choice(PARTS), default="tuned", show_default=True, help="Part to run.")
+@click.option("--lock", metavar="DIGEST", help="What the locked part is drawn from.  [default: the commit]")
 @click.option("--only", multiple=True, metavar="WORD", help="Only cases whose names contain one of these.")
-@click.option("--cases", "count", type=click.IntRange(1), metavar="N", help="Only the first N cases.")
+@click.option("--cases", "count", type=click.IntRange(1), metavar="N", help="Only the first N cases of each part.")
 @click.option(
     "--stage", "stages", multiple=True, type=click.Choice(STAGES), help="Only these stages.  [default: all]"
 )
 @click.option("--jobs", type=click.IntRange(1), default=1, show_default=True, help="Number of parallel processes.")
-@click.option("--strict", is_flag=True, help="Exit code 1 if a required figure is clearly missed.")
+@click.option(
+    "--strict",
+    is_flag=True,
+    help="Exit code 1 if a required figure is clearly missed, the locked part's excepted.",
+)
 @click.option("--folder", type=click.Path(path_type=Path), help="Folder of the recordings.  [default: in runs/]")
 def main(
-    plant: str,
+    plant: PlantName,
+    part: Part,
+    lock: str | None,
     only: tuple[str, ...],
     count: int | None,
     stages: tuple[str, ...],
@@ -34,12 +45,17 @@ def main(
     strict: bool,
     folder: Path | None,
 ) -> None:
-    """Hide effects, record, diagnose blind, score. Finished cases are not repeated; Ctrl-C stops."""
+    """Hide effects, record, diagnose blind, score all parts. Finished cases are not repeated; Ctrl-C stops."""
+    if plant == "simulated" and part != "tuned":
+        raise click.UsageError(f"the simulated rig has the tuned part only; for the {part} part use --plant foreign")
     root = folder or FOLDERS[plant]
     root.mkdir(parents=True, exist_ok=True)
-    selected = [case for case in cases("foreign" if plant == "foreign" else "simulated") if _is_selected(case, only)][
-        :count
-    ]
+    digest = lock or sources.commit()
+
+    def select(part: Part) -> list[Case]:
+        return [case for case in cases(plant, part, digest) if _is_selected(case, only)][:count]
+
+    selected = select(part)
     stages = stages or STAGES
     # A shell makes background processes ignore Ctrl-C.
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -53,7 +69,7 @@ def main(
         click.echo("stopped; the same command continues", err=True)
         raise SystemExit(1) from None
     if "score" in stages:
-        _score(selected, root, strict)
+        _score(select, root, digest, strict)
 
 
 def _is_selected(case: Case, only: Sequence[str]) -> bool:
@@ -75,28 +91,33 @@ def _diagnose(selected: Sequence[Case], root: Path, jobs: int) -> None:
         answers.append(line)
 
 
-def _score(selected: Sequence[Case], root: Path, strict: bool) -> None:
-    from drivers.simulated.seal import sealed_path, unseal
-
+def _score(select: Callable[[Part], list[Case]], root: Path, digest: str, strict: bool) -> None:
     answers = diagnosing.Answers(root)
     engine = answers.last_engine()
     diagnoses = answers.of(engine) if engine else {}
-    judgements = [
+    judged = {part: _judged(select(part), root, diagnoses) for part in PARTS}
+    parts = {part: judgements for part, judgements in judged.items() if judgements}
+    if not parts:
+        raise SystemExit("nothing has been diagnosed yet")
+    impossible = sum(not recording.is_possible(case, root) for part in PARTS for case in select(part))
+    click.echo(f"ident {engine}; the locked part is drawn from {digest}")
+    click.echo(f"{impossible} further cases are impossible: the effect cannot have that size on that robot")
+    for line in tables.lines(parts):
+        click.echo(line)
+    deciding = [figure for part in parts if part != "locked" for figure in figures(parts[part])]
+    missed = [figure.criterion.strip() for figure in deciding if figure.clearly_missed]
+    if strict and missed:
+        raise SystemExit(f"clearly missed: {', '.join(missed)}")
+
+
+def _judged(selected: Sequence[Case], root: Path, diagnoses: Mapping[str, Mapping[str, Any]]) -> list[Judgement]:
+    from drivers.simulated.seal import sealed_path, unseal
+
+    return [
         judge(case, unseal(sealed_path(root / case.name / "train.mcap")), diagnoses[case.name])
         for case in _recorded(selected, root)
         if case.name in diagnoses
     ]
-    if not judgements:
-        raise SystemExit("nothing has been diagnosed yet")
-    impossible = sum(not recording.is_possible(case, root) for case in selected if recording.is_recorded(case, root))
-    click.echo(
-        f"ident {engine}; {impossible} further cases are impossible: the effect cannot have that size on that robot"
-    )
-    for line in tables.lines(judgements):
-        click.echo(line)
-    missed = [figure.criterion.strip() for figure in tables.figures(judgements) if figure.clearly_missed]
-    if strict and missed:
-        raise SystemExit(f"clearly missed: {', '.join(missed)}")
 
 
 def _recorded(selected: Sequence[Case], root: Path) -> list[Case]:

@@ -1,6 +1,5 @@
 """Diagnose recordings blind and store the results as JSON lines, one per case and version of `ident`."""
 
-import hashlib
 import json
 import time
 from functools import cache
@@ -8,18 +7,15 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_effects.cases import Case
+from benchmarks.hidden_effects.sources import digest
 
 _PACKAGES = ("ident", "recordings", "trajectories")
 """Packages that a diagnosis depends on."""
-_ROOT = Path(__file__).parents[2]
 
 
 def engine() -> str:
     """Digest of the diagnosing code, which identifies its version."""
-    digest = hashlib.sha256()
-    for path in sorted(path for package in _PACKAGES for path in (_ROOT / package).rglob("*.py")):
-        digest.update(str(path.relative_to(_ROOT)).encode() + path.read_bytes())
-    return digest.hexdigest()[:12]
+    return digest(_PACKAGES)
 
 
 class Answers:

@@ -61,6 +61,11 @@ class Judgement:
     """The error, if the diagnosis failed."""
 
     @property
+    def floor_known(self) -> bool:
+        """Whether the diagnosis has a noise floor."""
+        return not math.isnan(self.over_floor)
+
+    @property
     def first(self) -> str:
         """Effect of the first finding; the verdict if there is none."""
         return self.findings[0].effect if self.findings else self.verdict
@@ -81,7 +86,8 @@ class Judgement:
         if self.problem:
             return False
         if self.case.kind == "nothing":
-            return self.verdict == "adequate"
+            expected = "adequate" if self.floor_known else "undetermined"
+            return not self.findings and self.verdict == expected
         if self.case.kind == "single":
             return bool(self.findings) and self.findings[0].names(self.truth[0]["name"])
         if self.case.kind == "pair":

@@ -1,86 +1,42 @@
-"""Print the scores with the required values."""
+"""Print the scores of the parts side by side, with the required values."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from scipy.stats import binom
 
+from benchmarks.hidden_effects.cases import Part
+from benchmarks.hidden_effects.figures import Figure, figures
 from benchmarks.hidden_effects.scoring import REACHED, Judgement
 
-_SIZES = (0.005, 0.01, 0.03, 0.10)
-_LARGE = 0.03
-_CHANCE = 0.01
-"""Significance level of a missed requirement."""
 _WORST = 0.9
 """Quantile that is printed with the median."""
+_NAME, _REQUIRED, _CELL = 50, 10, 32
+"""Widths of the columns."""
 
 
-@dataclass(frozen=True)
-class Figure:
-    """Share of cases in which a criterion is met."""
-
-    criterion: str
-    hits: Sequence[bool]
-    required: float | None = None
-    """[%]"""
-
-    @property
-    def line(self) -> str:
-        """Printed line."""
-        if not self.hits:
-            return f"{self.criterion:50} no cases"
-        share = 100 * float(np.mean(self.hits))
-        missed = self.required is not None and share < self.required
-        wanted = "" if self.required is None else f"   required {self.required:g} %{'   MISSED' if missed else ''}"
-        return f"{self.criterion:50} {share:5.1f} % of {len(self.hits)}{wanted}"
-
-    @property
-    def clearly_missed(self) -> bool:
-        """Whether the share is significantly below the required one (binomial test)."""
-        if not self.hits or self.required is None:
-            return False
-        return bool(binom.cdf(sum(self.hits), len(self.hits), self.required / 100) < _CHANCE)
+def lines(parts: Mapping[Part, Sequence[Judgement]]) -> Iterator[str]:
+    """Yield the lines of all tables: the scores side by side, then the details of each part."""
+    yield _row("", "required", parts)
+    for row in zip(*(figures(judgements) for judgements in parts.values()), strict=True):
+        if any(figure.hits for figure in row):
+            yield _row(row[0].criterion, row[0].requirement, [figure.cell for figure in row])
+    yield _row("time for a diagnosis", "", [_seconds(judgements) for judgements in parts.values()])
+    yield f"in parentheses: 95 % interval (Wilson); {Figure.MISSED} required share missed"
+    for part, judgements in parts.items():
+        yield f"\n{part}: {len(judgements)} cases"
+        yield from _confusion(judgements)
+        yield from _parameters(judgements)
+        yield from _failures(judgements)
 
 
-def lines(judgements: Sequence[Judgement]) -> Iterator[str]:
-    """Yield the lines of all tables."""
-    yield f"{len(judgements)} cases"
-    yield from (figure.line for figure in figures(judgements))
+def _row(name: str, required: str, cells: Iterable[str]) -> str:
+    return f"{name:{_NAME}}{required:{_REQUIRED}}{''.join(f'{cell:{_CELL}}' for cell in cells)}".rstrip()
+
+
+def _seconds(judgements: Sequence[Judgement]) -> str:
     seconds = [j.seconds for j in judgements]
-    yield f"{'time for a diagnosis':50} median {np.median(seconds):.1f} s, at most {max(seconds):.1f} s"
-    yield from _confusion(judgements)
-    yield from _parameters(judgements)
-    yield from _failures(judgements)
-
-
-def figures(judgements: Sequence[Judgement]) -> Iterator[Figure]:
-    """Yield the scores of a benchmark."""
-    singles, pairs = _of(judgements, "single"), _of(judgements, "pair")
-    nothing, outside = _of(judgements, "nothing"), _of(judgements, "outside")
-    yield Figure("right effect first, 3 % and more", [j.right for j in singles if _size(j) >= _LARGE], 97)
-    for size, required in zip(_SIZES, (None, 85, None, None), strict=True):
-        yield Figure(f"  at {100 * size:g} %", [j.right for j in singles if _size(j) == size], required)
-    yield Figure("nothing hidden: adequate", [j.right for j in nothing], 98)
-    yield Figure("pairs: both found, at most one more", [j.right for j in pairs], 85)
-    yield Figure("outside the library: unknown, right variables", [j.right for j in outside], 85)
-    yield Figure("  verdict unknown-structure", [j.verdict == "unknown-structure" for j in outside])
-    exact = [set(j.truth[0]["depends_on"]) == set(j.variables) for j in outside]
-    yield Figure("  exactly the right variables", exact)
-    known = [j for j in (*singles, *pairs) if not np.isnan(j.over_floor)]
-    reached = [j.over_floor <= REACHED for j in known]
-    yield Figure(f"held-out error at most {REACHED:g} noise floors", reached, 95)
-    diagnosed = [j.over_floor <= REACHED or j.extrapolates for j in known]
-    yield Figure("  or cautioned as outside of the training range", diagnosed)
-    yield Figure("  nothing hidden", [j.over_floor <= REACHED for j in nothing if not np.isnan(j.over_floor)])
-    yield Figure("findings with four names at most", [len(f.group) <= 4 for j in judgements for f in j.findings], 100)
-    yield Figure("on the right joints, where named", [j.right_joints for j in (*singles, *pairs) if j.right])
-    yield Figure(
-        "95 % intervals of strengths that hold the truth",
-        [covered for j in singles if j.right for covered in j.covered],
-    )
-    yield Figure("nothing said beyond what is there", [j.extra == 0 for j in (*singles, *pairs)])
+    return f"{np.median(seconds):.1f} s, at most {max(seconds):.1f} s"
 
 
 def _confusion(judgements: Sequence[Judgement]) -> Iterator[str]:
@@ -92,7 +48,7 @@ def _confusion(judgements: Sequence[Judgement]) -> Iterator[str]:
             grouped = j.case.kind == "single" and j.right and j.first != j.case.effects[0]
             row[f"({j.first})" if grouped else j.first] += 1
     for effect in sorted(rows):
-        yield f"  {effect:26}" + ", ".join(f"{diagnosed} {count}" for diagnosed, count in rows[effect].most_common())
+        yield f"  {effect:28}" + ", ".join(f"{diagnosed} {count}" for diagnosed, count in rows[effect].most_common())
 
 
 def _parameters(judgements: Sequence[Judgement]) -> Iterator[str]:
@@ -105,24 +61,30 @@ def _parameters(judgements: Sequence[Judgement]) -> Iterator[str]:
         finite = [error for error in errors[effect] if np.isfinite(error)]
         if finite:
             median, worst = np.median(finite), np.quantile(finite, _WORST)
-            yield f"  {effect:26}{100 * median:7.1f} % ({100 * worst:.1f} %) of {len(finite)}"
+            yield f"  {effect:28}{100 * median:7.1f} % ({100 * worst:.1f} %) of {len(finite)}"
 
 
 def _failures(judgements: Sequence[Judgement]) -> Iterator[str]:
-    failed = sorted((j for j in judgements if not j.right), key=lambda j: j.case.name)
-    yield f"\n{len(failed)} cases that were not right"
-    for j in failed:
-        diagnosed = ", ".join("|".join(f.group) + f" {list(f.joints)}" for f in j.findings)
-        variables = f" on {', '.join(j.variables) or 'nothing'}" if j.verdict == "unknown-structure" else ""
-        truth = "; ".join(f"{effect['name']} {effect['joints']} {100 * effect['size']:.1f} %" for effect in j.truth)
-        yield f"  {j.case.name}\n      hidden: {truth or 'nothing'}"
-        yield f"      found: {j.problem or j.verdict + variables}: {diagnosed}"
-        yield f"      held-out error {j.over_floor:.2f} noise floors"
+    right = [j for j in judgements if j.right]
+    kinds = {
+        "that were not right": [j for j in judgements if not j.right],
+        "on other joints": [j for j in right if not j.right_joints],
+        f"with a held-out error above {REACHED:g} noise floors": [
+            j for j in right if j.over_floor > REACHED and j.case.kind != "outside"
+        ],
+    }
+    for kind, failed in kinds.items():
+        yield f"\n{len(failed)} cases {kind}"
+        for j in sorted(failed, key=lambda j: j.case.name):
+            yield from _details(j)
 
 
-def _of(judgements: Sequence[Judgement], kind: str) -> list[Judgement]:
-    return [j for j in judgements if j.case.kind == kind]
-
-
-def _size(j: Judgement) -> float:
-    return j.case.sizes[0]
+def _details(j: Judgement) -> Iterator[str]:
+    diagnosed = ", ".join("|".join(f.group) + f" {list(f.joints)}" for f in j.findings)
+    variables = f" on {', '.join(j.variables) or 'nothing'}" if j.verdict == "unknown-structure" else ""
+    truth = "; ".join(f"{effect['name']} {effect['joints']} {100 * effect['size']:.1f} %" for effect in j.truth)
+    steps = f" of {j.case.signal_bits} bits" if j.case.signal_bits else ""
+    motion = "repeated" if j.case.repeats else "not repeated"
+    yield f"  {j.case.name}: {motion}, {j.case.rate:g} Hz, {j.case.signal}{steps}\n      hidden: {truth or 'nothing'}"
+    yield f"      found: {j.problem or j.verdict + variables}: {diagnosed}"
+    yield f"      held-out error {j.over_floor:.2f} noise floors"

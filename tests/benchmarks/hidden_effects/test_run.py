@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.hidden_effects.cases import cases
+from benchmarks.hidden_effects.parts import PARTS, cases
 
 HERE = Path(__file__).parents[3]
 
@@ -25,7 +25,30 @@ def test_finished_cases_are_not_repeated(tmp_path: Path) -> None:
     assert "record" not in run(tmp_path, "--only", only, "--stage", "record")
     first = run(tmp_path, "--only", only)
     assert "diagnose 1/1" in first
-    assert "1 cases" in first
+    assert "tuned: 1 cases" in first
     again = run(tmp_path, "--only", only)
     assert "diagnose 1/1" not in again
-    assert "nothing hidden: adequate" in again
+    assert "nothing hidden: no finding, right verdict" in again
+
+
+@pytest.mark.slow
+def test_parts_that_were_run_stand_side_by_side(tmp_path: Path) -> None:
+    lock = "0123456789ab"
+    names = [
+        next(case.name for case in cases("foreign", part, lock) if case.kind == "nothing" and case.rate <= 250)
+        for part in PARTS
+        if part != "chosen"
+    ]
+    options = ["--only", names[0], "--only", names[1], "--lock", lock]
+    assert "chosen" not in run(tmp_path, *options, "--part", "locked")
+    both = run(tmp_path, *options)
+    header = next(line for line in both.splitlines() if "required" in line)
+    assert header.split() == ["required", "tuned", "locked"]
+    assert both.endswith(run(tmp_path, *options, "--stage", "score"))
+
+
+def test_simulated_rig_has_no_other_part(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "benchmarks.hidden_effects", "--part", "locked", "--folder", str(tmp_path)]
+    done = subprocess.run(command, cwd=HERE, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert "use --plant foreign" in done.stderr

@@ -12,13 +12,21 @@ TRUTH = {
     "stribeck": {
         "name": "stribeck",
         "joints": [1, 2],
+        "size": 0.03,
         "parameters": {"a": 1.0, "v_s": 0.3},
         "depends_on": ["velocity"],
     },
-    "cogging": {"name": "cogging", "joints": [1], "parameters": {"a": 0.5}, "depends_on": ["position"]},
+    "cogging": {
+        "name": "cogging",
+        "joints": [1],
+        "size": 0.03,
+        "parameters": {"a": 0.5},
+        "depends_on": ["position"],
+    },
     "hose_drag": {
         "name": "hose_drag",
         "joints": [1, 2],
+        "size": 0.03,
         "parameters": {},
         "depends_on": ["velocity", "joint_1", "joint_2"],
     },
@@ -33,12 +41,13 @@ def judgement_of(
     variables: tuple[str, ...] = (),
     parameters: dict[str, float] | None = None,
     cautions: tuple[str, ...] = (),
+    floor: tuple[float | None, ...] = (0.3, 0.4, 0.0),
 ) -> Judgement:
     """Judgement of a diagnosis; `findings` maps each effect to those that it is confusable with."""
     case = Case("foreign", kind, hidden, (0.03,) * len(hidden), "default", 1)
     document: dict[str, Any] = {
         "verdict": verdict,
-        "noise_rms": [0.3, 0.4, 0.0],
+        "noise_rms": list(floor),
         "findings": [
             {"effect": name, "confusable_with": others, "joints": [1, 2]} for name, others in findings.items()
         ],
@@ -95,9 +104,24 @@ def test_exact_name_does_not_use_up_the_group_that_another_effect_needs() -> Non
     assert (judged.named_count, judged.extra) == (2, 0)
 
 
-def test_without_hidden_effect_only_the_verdict_adequate_is_right() -> None:
-    assert judgement_of("nothing", (), "adequate", {"rod_inertia": []}).right
-    assert not judgement_of("nothing", (), "unknown-structure", {}).right
+@pytest.mark.parametrize(
+    ("verdict", "floor", "right"),
+    [
+        ("adequate", (0.3, 0.4, 0.0), True),
+        ("undetermined", (0.3, 0.4, 0.0), False),
+        ("undetermined", (None, None, None), True),
+        ("adequate", (None, None, None), False),
+        ("unknown-structure", (None, None, None), False),
+    ],
+)
+def test_without_hidden_effect_the_verdict_depends_on_the_floor(
+    verdict: str, floor: tuple[float | None, ...], right: bool
+) -> None:
+    assert judgement_of("nothing", (), verdict, {"rod_inertia": []}, floor=floor).right is right
+
+
+def test_without_hidden_effect_no_finding_is_right() -> None:
+    assert not judgement_of("nothing", (), "adequate", {"stribeck": []}).right
 
 
 @pytest.mark.parametrize(
@@ -117,18 +141,9 @@ def test_out_of_library_effect_requires_all_its_variables_and_at_most_one_other(
 
 
 def test_unknown_floor_is_no_ratio() -> None:
-    case = Case("foreign", "nothing", (), (), "default", 1)
-    rung = {"validate_rms": [0.6], "parameters": {}}
-    document = {
-        "verdict": "undetermined",
-        "noise_rms": [None],
-        "findings": [],
-        "rungs": [rung],
-        "remaining": {"depends_on": []},
-    }
-    judgement = judge(case, {"effects": []}, {"document": document, "seconds": 1.0})
+    judgement = judgement_of("nothing", (), "undetermined", {}, floor=(None, None, None))
     assert math.isnan(judgement.over_floor)
-    assert not judgement.right
+    assert not judgement.floor_known
 
 
 def test_held_out_error_is_compared_with_the_noise_floor_over_all_joints() -> None:

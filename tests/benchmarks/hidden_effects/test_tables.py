@@ -1,30 +1,37 @@
-"""Criterion for a missed requirement."""
+"""The parts of the benchmark in one table."""
 
-import pytest
-
-from benchmarks.hidden_effects.tables import Figure
-
-
-@pytest.mark.parametrize(
-    ("hits", "required", "missed"),
-    [
-        ([True] * 9 + [False], 97, False),  # one of ten may be chance
-        ([True] * 6 + [False] * 4, 97, True),
-        ([False] * 3, 98, True),
-        ([True] * 382 + [False] * 26, 95, False),
-        ([True] * 360 + [False] * 48, 95, True),
-        ([True, False], 100, True),
-        ([False] * 10, None, False),
-        ([], 97, False),
-    ],
-)
-def test_only_a_significant_shortfall_counts_as_clearly_missed(
-    hits: list[bool], required: float | None, missed: bool
-) -> None:
-    assert Figure("of something", hits, required).clearly_missed is missed
+from benchmarks.hidden_effects.tables import lines
+from tests.benchmarks.hidden_effects.test_scoring import judgement_of
 
 
-def test_any_share_below_the_required_one_is_marked_as_missed() -> None:
-    assert Figure("of something", [True, False], 97).line.endswith("50.0 % of 2   required 97 %   MISSED")
-    assert Figure("of something", [True, True], 97).line.endswith("100.0 % of 2   required 97 %")
-    assert Figure("of something", [], 97).line.endswith("no cases")
+def test_parts_stand_side_by_side_and_failures_below() -> None:
+    right = judgement_of("nothing", (), "adequate", {"rod_inertia": []})
+    wrong = judgement_of("nothing", (), "missing-effect", {"stribeck": []})
+    printed = list(lines({"tuned": [right], "locked": [wrong]}))
+    assert printed[0].split() == ["required", "tuned", "locked"]
+    (row,) = (line for line in printed if line.startswith("nothing hidden"))
+    assert row.split("99 %")[1].split() == [
+        "100.0",
+        "%",
+        "(20.7-100.0)",
+        "of",
+        "1",
+        "0.0",
+        "%",
+        "(0.0-79.3)",
+        "of",
+        "1",
+        "!",
+    ]
+    assert not any("pairs" in line for line in printed)
+    assert "\ntuned: 1 cases" in printed
+    assert "\n0 cases that were not right" in printed
+    assert "\n1 cases that were not right" in printed
+
+
+def test_right_effects_on_other_joints_are_listed() -> None:
+    judged = judgement_of("single", ("cogging",), "missing-effect", {"cogging": []})
+    printed = list(lines({"tuned": [judged]}))
+    listed = printed[printed.index("\n1 cases on other joints") + 1 :]
+    assert listed[0].startswith("  single-cogging-3%")
+    assert "\n1 cases with a held-out error above 1.1 noise floors" in listed
