@@ -72,8 +72,10 @@ fuzz: $(READY)
 	$(BIN)/python -m tests.fuzz
 
 # Hides effects in a plant that shares nothing with the identifier, diagnoses blind, prints how often it was right.
+# A part alone: make hidden-effects PARTS=locked
+PARTS ?= tuned chosen locked
 hidden-effects: $(READY)
-	$(BIN)/python -m benchmarks.hidden_effects --plant foreign
+	for part in $(PARTS); do $(BIN)/python -m benchmarks.hidden_effects --plant foreign --part $$part || exit 1; done
 
 # Runs fit, compare and diagnose on kept recordings and compares all numbers with those that were kept.
 golden: $(READY)
