@@ -65,11 +65,10 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     """The noise floor under the `residuals` (m, dof) of a `solution`."""
     statistics = cycle_statistics.of_residuals(split.recordings, residuals)
     dof = residuals[0].shape[1]
-    vibrations: tuple[SpectralLine | None, ...] = (None,) * dof
     trends: tuple[Trend | None, ...] = (None,) * dof
+    vibrations = strongest_lines(split.recordings, residuals)
     if statistics:
         level = np.array([statistic.noise_rms for statistic in statistics])
-        vibrations = strongest_lines(split.recordings, residuals)
         vibration = np.array([line.mean_square if line else 0.0 for line in vibrations])
         level = np.sqrt(np.maximum(level**2 - vibration, (_MIN_NOISE_SHARE * level) ** 2))
         trends = tuple(

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.data import cycle_statistics
+from ident.data.spectral_lines import SpectralLine
 from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.residual_dependence import ResidualDependence, find_dependences
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
 from ident.diagnosis.steps import FittedModel
+from ident.diagnosis.waves import least_squares, wave
 from recordings.recording import Bools, Floats
 
 MIN_TORQUE_SHARE = 0.0035
@@ -88,14 +90,42 @@ def _without_floor(
     structured = np.zeros_like(total)
     for dependence in dependences:
         structured[dependence.joint] = total[dependence.joint] * np.sqrt(dependence.explained)
-    share = float((structured**2).sum() / (total**2).sum()) if dependences else 0.0
-    sentence = "it cannot be told from noise, because nothing repeats."
-    if dependences:
-        sentence = "; ".join(_clauses(dependences)) + "."
+    clauses = _clauses(dependences)
+    vibrations = {joint: line for joint, line in enumerate(model.noise_floor.lines) if _is_vibration(model, joint)}
+    for joint, line in vibrations.items():
+        assert line is not None
+        structured[joint] = max(structured[joint], min(np.sqrt(line.mean_square), total[joint]))
+        clauses.append(_vibration(joint, line))
     variables = {variable for dependence in dependences for variable in dependence.variables}
+    variables |= {"frequency"} if vibrations else set()
     return UnexplainedResidual(
-        structured, share, bool(dependences), tuple(sorted(variables)), sentence, tuple(dependences)
+        structured,
+        float((structured**2).sum() / (total**2).sum()) if clauses else 0.0,
+        bool(clauses),
+        tuple(sorted(variables)),
+        "; ".join(clauses) + "." if clauses else "it cannot be told from noise, because nothing repeats.",
+        tuple(dependences),
     )
+
+
+def _is_vibration(model: FittedModel, joint: int) -> bool:
+    """Whether the line in the residual of a `joint` is relevant, and no frequency of the motion itself."""
+    line = model.noise_floor.lines[joint]
+    if line is None or line.mean_square < (MIN_TORQUE_SHARE * model.split.torque_rms[joint]) ** 2:
+        return False
+    for recording, computed in zip(model.split.recordings, model.computed, strict=True):
+        known = np.isfinite(computed[:, joint])
+        signal, time = computed[known, joint], recording.time[known]
+        if len(signal):
+            columns = wave(time, 2 * np.pi * line.frequency)
+            amplitude = least_squares(columns, signal - signal.mean())
+            if amplitude @ amplitude / 2 > line.mean_square:
+                return False
+    return True
+
+
+def _vibration(joint: int, line: SpectralLine) -> str:
+    return f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz"
 
 
 def _sentence(
@@ -106,7 +136,7 @@ def _sentence(
     clauses = _clauses(dependences)
     for joint, line in enumerate(floor.lines):
         if vibrates[joint] and line:
-            clauses.append(f"joint {joint + 1}: a vibration of {line.frequency:.2f} Hz")
+            clauses.append(_vibration(joint, line))
     for joint, trend in enumerate(floor.trends):
         if drifts[joint] and trend:
             kind = "from cycle to cycle" if trend.pattern == "linear" else f"at one instant ({trend.pattern})"

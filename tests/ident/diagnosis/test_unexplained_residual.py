@@ -1,5 +1,7 @@
 """The residual above the noise floor."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -87,6 +89,16 @@ def test_without_repetition_a_curve_on_test_rows_is_structure() -> None:
     assert result.significant
     assert "position" in result.variables
     assert 0.1 < result.rms[0] < 0.3 / np.sqrt(2)
+
+
+@pytest.mark.parametrize(("hertz", "vibrates"), [(11.3, True), (3 / building.PERIOD, False)])
+def test_without_repetition_a_vibration_has_no_frequency_of_the_motion(hertz: float, vibrates: bool) -> None:
+    recording = building.record(cycles=6, noise=0.02)
+    assert recording.effort is not None
+    recording.effort[:] += 0.05 * np.sin(2 * np.pi * hertz * recording.time)[:, None]
+    result = unexplained(replace(recording, repeat=np.zeros_like(recording.repeat)))
+    assert ("frequency" in result.variables) is vibrates
+    assert ("a vibration of 11.30 Hz" in result.sentence) is vibrates
 
 
 def test_known_dependences_are_not_searched_again() -> None:
