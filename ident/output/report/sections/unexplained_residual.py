@@ -21,12 +21,14 @@ def remaining(result: DiagnosisResult) -> ReportSection:
     diagnosis, document = result.diagnosis, result.document
     analysis = unexplained_residual.last_residual(diagnosis)
     summary = document.remaining
-    sentences = (
+    rest = "the rest is noise" if document.noise_source == "repetition" else "whether the rest is noise is not known"
+    sentences = [
         f"{summary.why[0].upper()}{summary.why[1:]}",
-        f"{percent(summary.structured_share)} of the remaining mean square is structured, the rest is noise.",
-    )
+        f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}.",
+        *([document.above_low_pass.why] if document.above_low_pass else []),
+    ]
     blocks: list[ReportBlock] = [
-        Text(sentences),
+        Text(tuple(sentences)),
         Plot("unexplained", unexplained_residual.rms_components(diagnosis, document), _CAPTION),
         Plot(
             "unexplained-curves",
