@@ -91,7 +91,9 @@ class _Pursuit:
         for peak in highest_peaks(signal.angle[signal.train], rest[signal.train], self._orders):
             order = signal.refined(signal.angle, peak, self._cell, rest, signal.train)
             over_angle = self._with(wave(signal.angle, order))
-            if self._is_close(order) or not self._is_wave(over_angle, order, signal.angle, self._orders):
+            if self._is_close(order) or not self._is_wave(
+                over_angle, order, signal.angle, self._orders, signal.train
+            ):
                 continue
             if self._improvement(over_angle, over_time, signal.train).t_statistic > MIN_DIFFERENCE_T:
                 break  # a vibration explains more: it comes first
@@ -149,12 +151,12 @@ class _Pursuit:
                 omega = signal.refined(signal.time, peak, cell, rest, rows)
                 columns = np.concatenate([self._columns, self._time_columns(omega / (2 * np.pi))], axis=1)
                 reference = harmonics if band.repeats(omega / (2 * np.pi)) else grid
-                if self._is_wave(columns, omega, signal.time, reference):
+                if self._is_wave(columns, omega, signal.time, reference, rows):
                     yield omega / (2 * np.pi), columns
 
-    def _is_wave(self, columns: Floats, wave_number: float, coordinate: Floats, grid: Floats) -> bool:
-        """Whether the last wave of `columns` is significant and large enough beside the torque."""
-        rows, rest = self.signal.train, self._rest(columns)[self.signal.train]
+    def _is_wave(self, columns: Floats, wave_number: float, coordinate: Floats, grid: Floats, rows: Bools) -> bool:
+        """Whether the last wave of `columns` is significant in `rows` and large enough beside the torque."""
+        rest = self._rest(columns)[rows]
         reduction = self._error(self._columns, rows) - float(rest @ rest)
         large = reduction > rows.sum() * (MIN_TORQUE_SHARE * self.signal.torque_rms) ** 2
         return large and is_significant(wave_number, reduction, coordinate[rows], rest, grid)
