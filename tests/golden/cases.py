@@ -46,8 +46,8 @@ CASES = (
     Case("additive", "single-stribeck-3%-default-1"),
     Case("stateful", "single-backlash-3%-default-1"),
     Case("signal", "single-amplifier_saturation-3%-default-1"),
-    Case("pair", "pair-joint_elasticity-3%+back_emf-3%-default-31"),
-    Case("outside", "outside-concave_friction-3%-default-1"),
+    Case("pair", "pair-actuation_delay-3%+stribeck-3%-default-73"),
+    Case("outside", "outside-uneven_grease-3%-default-1"),
 )
 
 
