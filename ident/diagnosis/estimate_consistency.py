@@ -3,9 +3,11 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
+from pathlib import Path
 
 import numpy as np
 
+from ident.data.prepared_recording import MIN_ROWS_PER_PARAMETER
 from ident.diagnosis.confirmation import MIN_T
 from ident.diagnosis.document import ParameterValue, StepEntry
 from ident.diagnosis.parameter_intervals import encoder_step_errors, parameter_uncertainty
@@ -49,7 +51,7 @@ def _between_files(model: FittedModel) -> Iterator[str]:
     """Coefficients that differ between the training files if each is fitted alone."""
     split = model.split
     names = {i: split.recordings[i].recording.path for i in split.train_indices}
-    files = list(dict.fromkeys(names.values()))
+    files = [path for path in dict.fromkeys(names.values()) if _is_long_enough(model, path)]
     entries = [i for i in range(len(model.solution.x)) if _is_strength(model, i)]
     if len(files) < 2 or not entries:
         return
@@ -68,6 +70,13 @@ def _between_files(model: FittedModel) -> Iterator[str]:
                 f"{parameter.name} differs between the files: {estimates}. The machine changed, or another effect "
                 "is taken for this one."
             )
+
+
+def _is_long_enough(model: FittedModel, path: Path) -> bool:
+    """Whether the training rows of a file determine the parameters of `model` without the other files."""
+    pairs = zip(model.split.train_indices, model.solution.weights, strict=True)
+    rows = sum(int((weight > 0).sum()) for i, weight in pairs if model.split.recordings[i].recording.path == path)
+    return rows >= MIN_ROWS_PER_PARAMETER * len(model.solution.x)
 
 
 def _fit_alone(model: FittedModel, indices: Sequence[int]) -> tuple[Floats, Floats]:

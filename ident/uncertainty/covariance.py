@@ -183,9 +183,8 @@ def estimate(recordings: Sequence[tuple[Block, Floats]], method: IntervalMethod 
     blocks = [piece for block, _ in recordings for piece in block.split()]
     inverse = np.linalg.inv(np.sum([bread for _, bread in recordings], axis=0))
     covariance, freedom = _METHODS[method](blocks, inverse)
-    if (
-        np.diag(covariance) < 0
-    ).any():  # gaps of the joints at different places: no process has these autocovariances
+    # With gaps of the joints at different places, no process may have the estimated autocovariances.
+    if (np.diag(covariance) < 0).any():
         covariance, freedom = _hac(blocks, inverse)
     if method != "cycles":
         covariance = covariance / (1 - _absorbed_share(blocks, covariance))
