@@ -17,7 +17,7 @@ from ident.diagnosis.confirmation import is_structure
 from ident.diagnosis.misspecification_check import remove_imitations
 from ident.diagnosis.nonparametric_fit import NonparametricFit, fit_curves
 from ident.diagnosis.observability import Observability, observability
-from ident.diagnosis.ripple import Ripple, find_ripple
+from ident.diagnosis.ripple import Ripple, below_low_pass, find_ripple
 from ident.diagnosis.split_data import SplitData, split_recordings
 from ident.diagnosis.steps import FittedModel, Selection
 from ident.diagnosis.stepwise_selection import Selector
@@ -83,7 +83,7 @@ class DiagnosisInputs:
                 f"a model of the mechanism itself expected, found one of the form '{model.form}', which the method "
                 f"{model.method.name} fits; choose another method"
             )
-        return structure_of(model, prepared.recording.rig, library)
+        return below_low_pass(*structure_of(model, prepared.recording.rig, library), self.split.recordings)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,6 +20,8 @@ remaining loss, in squares."""
 _SIGN_TOLERANCE = 0.1
 """A positive parameter may become negative, and one with limits leave them, by this share of its former value by
 chance."""
+_MINOR_SHARE = 0.2
+"""Torque of a negative parameter, relative to that of the effect that made it so, below which it is no objection."""
 _MAX_LINE_WIDTH = 0.05
 """Largest half-width of the interval of a line's order, relative to it: a line is narrow."""
 _LEVEL = 0.95
@@ -71,7 +73,8 @@ def _local_values(model: FittedModel) -> Floats:
 def flipped_parameter(model: FittedModel, before: FittedModel) -> str | None:
     """Name of a positive parameter of the mechanism that `model` makes negative and that was not so `before`.
 
-    An example is friction that drives the motion. While much is missing, a small parameter may be negative by chance.
+    An example is friction that drives the motion. While much is missing, a parameter may be negative by chance, or
+    where its torque is small beside that of the last term.
     """
     parameters = model.solution.structure.mechanism.parameters
     positive = np.array([parameter.physically_positive for parameter in parameters])
@@ -80,7 +83,40 @@ def flipped_parameter(model: FittedModel, before: FittedModel) -> str | None:
     if flipped.any():
         error = parameter_uncertainty(model.split, model.solution).std[: len(parameters)]
         flipped &= ~(now > -MIN_T * error)  # refused where the error is not known
+        flipped &= _torque_sizes(model)[: len(parameters)] > _MINOR_SHARE * _term_torque(model)
     return parameters[int(np.argmax(flipped))].name if flipped.any() else None
+
+
+def sign_warnings(model: FittedModel) -> Iterator[str]:
+    """Parameters of the mechanism that are surely negative and cannot be."""
+    solution = model.solution
+    parameters = solution.structure.mechanism.parameters
+    error = parameter_uncertainty(model.split, solution).std[: len(parameters)]
+    values = solution.x[: len(parameters)]
+    names = [
+        f"{parameter.name} = {value:.3g} {parameter.unit}"
+        for parameter, value, std in zip(parameters, values, error, strict=True)
+        if parameter.physically_positive and value < -MIN_T * std
+    ]
+    if names:
+        yield (
+            f"Not physical: {', '.join(names)} cannot be negative. Something is missing that takes this part, or the "
+            "sign of the torque is reversed."
+        )
+
+
+def _torque_sizes(model: FittedModel) -> Floats:
+    """(K,) weighted RMS torque of each parameter times its derivative, up to a common factor."""
+    regressor, _ = model.solution.rows()
+    sizes: Floats = np.sqrt((regressor**2).sum(axis=0)) * np.abs(model.solution.x)
+    return sizes
+
+
+def _term_torque(model: FittedModel) -> float:
+    """The same for all linear coefficients of the last term together; 0 if it has none."""
+    structure = model.solution.structure
+    linear = structure.parameter_mask(len(model.terms) - 1) & structure.linear
+    return float(np.linalg.norm(model.solution.rows()[0][:, linear] @ model.solution.x[linear]))
 
 
 def _earlier_effect_impossible(model: FittedModel, before: FittedModel) -> str | None:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import RejectedEntry
+from ident.diagnosis.ripple import EFFECT
 
 _CHANCE_LEVEL = 0.01
 """Share of the loss that an effect may explain by chance."""
@@ -15,7 +16,7 @@ first share of the final loss."""
 def rejected_effects(diagnosis: Diagnosis) -> Iterator[RejectedEntry]:
     """Every effect of the library that is no finding, with the reason."""
     selection = diagnosis.selection
-    present = {finding.term.name for finding in selection.findings}
+    present = {finding.term.name for finding in selection.findings} | ({EFFECT} if diagnosis.ripple.lines else set())
     contained = {name: finding.term.name for finding in selection.findings for name in finding.term.effect.contains}
     mechanism = diagnosis.split.recordings[0].recording.rig.mechanism
     for name, effect in diagnosis.library.items():

@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from ident.data import cycle_statistics
+from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.high_band import HighBand, high_bands
 from ident.diagnosis.improvement import Improvement
 from ident.diagnosis.ripple_search import Waves, search
@@ -26,6 +27,9 @@ EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
 _SAME = 0.01
 """Relative difference of the orders of the same wave below and above the low-pass."""
+_CREEPING, _IN_BAND_SHARE = 0.01, 0.25
+"""A line is below the low-pass if it is so for this share of the time in which a joint moves faster than the first
+share of its highest speed."""
 _DRAWN = 1.2
 """Ratio of the highest order in a spectrum to the highest line's."""
 _MARGIN = 1.1
@@ -172,6 +176,23 @@ class Ripple:
         for line in self.lines:
             computed[:, line.joint] += wave(band.position[:, line.joint], line.order) @ [line.sine, line.cosine]
         return band.residual - (band.above(computed) if self.lines else computed)
+
+
+def below_low_pass(
+    structure: ModelStructure, x: Floats, recordings: Sequence[PreparedRecording]
+) -> tuple[ModelStructure, Floats]:
+    """A model without the lines that lie above the low-pass: below it nothing determines their amplitudes."""
+    for index in reversed(range(len(structure.terms))):
+        term = structure.terms[index]
+        if term.effect.repeated:
+            order = float(structure.shape_values(index, x)[0])
+            joints = list(term.joints)
+            speeds = np.concatenate([np.abs(each.motion.velocity[:, joints]).ravel() for each in recordings])
+            moving = speeds[speeds > _CREEPING * np.nanmax(speeds)]
+            if order * np.quantile(moving, _IN_BAND_SHARE) > 2 * np.pi * recordings[0].bandwidth:
+                x = x[~structure.parameter_mask(index)]
+                structure = structure.without_term(index)
+    return structure, x
 
 
 def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:

@@ -27,6 +27,8 @@ MIN_T = 3.0
 """Student's t of the correlation of a wave with test rows; training rows have ruled out chance before."""
 MIN_DIFFERENCE_T = 2.0
 """Student's t from which a wave over the angle differs from one over time."""
+SAME_SHARE = 0.7
+"""Share of the reduction by a wave over the angle that a vibration must reach to explain as much."""
 _SEPARATION = 2.0
 """Least distance of two waves, in resolution cells: closer ones are a single wave of varying amplitude."""
 _STEPS = 4
@@ -99,6 +101,7 @@ class _Pursuit:
                 break  # a vibration explains more: it comes first
             if self._is_confirmed(over_angle):
                 certain = self._improvement(over_time, over_angle, signal.train).t_statistic > MIN_DIFFERENCE_T
+                certain |= self._reduction(over_time) < SAME_SHARE * self._reduction(over_angle)
                 self._same.append(np.nan if certain else hertz)
                 self.orders.append(order)
                 self._columns = over_angle
@@ -218,6 +221,10 @@ class _Pursuit:
         )
         widths = covariance.estimate([rows]).half_width()
         return np.stack([widths[: 2 * k : 2], widths[1 : 2 * k : 2], widths[columns.shape[1] :]], axis=1)
+
+    def _reduction(self, columns: Floats) -> float:
+        """Of the training rows' sum of squares by the last wave of `columns`."""
+        return self._error(self._columns, self.signal.train) - self._error(columns, self.signal.train)
 
     def _error(self, columns: Floats, rows: Bools) -> float:
         return float(np.sum(self._rest(columns)[rows] ** 2))

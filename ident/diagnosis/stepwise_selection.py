@@ -6,7 +6,7 @@ import numpy as np
 
 from ident.diagnosis.candidate_search import MIN_SIGNIFICANCE, CandidateSearch, effect_key
 from ident.diagnosis.claims import Claims
-from ident.diagnosis.confirmation import is_decisive, is_supported
+from ident.diagnosis.confirmation import MIN_T, is_decisive, is_supported
 from ident.diagnosis.physical_limits import flipped_parameter, is_physical, simpler_effect
 from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Extensions, Finding, FittedModel, Selection, SelectionStep
@@ -60,13 +60,19 @@ class Selector:
 
     def _select_from(self, model: FittedModel, steps: list[SelectionStep], first_extensions: Extensions) -> Selection:
         """Continue the selection from `model`, the last of `steps`, until no step improves it."""
-        for _ in range(MAX_ROUNDS):
+        reviewed_keys = set()
+        for last in (False,) * (MAX_ROUNDS - 1) + (True,):
             model, extensions = self._add_effects(model, steps)
             reviews = [self._review_effect(model, index) for index in range(len(model.terms))]
-            better = next((reviewed for _, reviewed in reviews if reviewed is not model), None)
-            if better is None:
+            better = next((other for _, other in reviews if other is not model and not _is_worse(other, model)), None)
+            reviewed_keys.add(effect_key(model))
+            if better is None or last:
                 break
-            model = self._pruned(better)
+            pruned = self._pruned(better)
+            # Two models that each look better beside the other: the one with the smaller test error stays.
+            if effect_key(pruned) in reviewed_keys and pruned.improvement_over(model).reduction <= 0:
+                break
+            model = pruned
             steps.append(SelectionStep(better.terms[-1].name, model, model.improvement_over(steps[-1].model)))
         findings = tuple(finding for finding, _ in reviews)
         return Selection(tuple(steps), findings, first_extensions, extensions, self._claims.refused)
@@ -299,3 +305,8 @@ class Selector:
             names if any(candidate is model for candidate in equivalent) else []
         )  # a much better effect is no alternative
         return Finding(term, improvement, tuple(names[:3]), reduced.residuals, model.residuals, compared), best
+
+
+def _is_worse(model: FittedModel, other: FittedModel) -> bool:
+    """Whether the test rows clearly prefer the `other` model."""
+    return model.improvement_over(other).t_statistic < -MIN_T

@@ -9,10 +9,12 @@ from ident.data import cycle_statistics
 from ident.data.spectral_lines import SpectralLine
 from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.residual_dependence import ResidualDependence, find_dependences
+from ident.diagnosis.ripple_search import HIGHEST, SAME_SHARE
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
 from ident.diagnosis.steps import FittedModel
-from ident.diagnosis.waves import least_squares, wave
+from ident.diagnosis.waves import least_squares, wave, wave_numbers
+from ident.dynamics.effects.periodogram import periodogram
 from recordings.recording import Bools, Floats
 
 MIN_TORQUE_SHARE = 0.0035
@@ -24,6 +26,8 @@ _NOISE_UNCERTAINTY = 0.25
 """Relative uncertainty of the noise part of the noise floor."""
 _MIN_JOINT_RATIO = 0.35
 """Dependences are searched only for joints with this share of the largest unexplained residual."""
+_MIN_SAMPLES = 64
+"""Rows below which no vibration is distinguished from ripple."""
 _MAX_P_VALUE = 1e-3
 """p-value below which a repeating residual is significant."""
 
@@ -113,14 +117,21 @@ def _is_vibration(model: FittedModel, joint: int) -> bool:
     line = model.noise_floor.lines[joint]
     if line is None or line.mean_square < (MIN_TORQUE_SHARE * model.split.torque_rms[joint]) ** 2:
         return False
-    for recording, computed in zip(model.split.recordings, model.computed, strict=True):
-        known = np.isfinite(computed[:, joint])
-        signal, time = computed[known, joint], recording.time[known]
-        if len(signal):
-            columns = wave(time, 2 * np.pi * line.frequency)
-            amplitude = least_squares(columns, signal - signal.mean())
-            if amplitude @ amplitude / 2 > line.mean_square:
-                return False
+    data = zip(model.split.recordings, model.computed, model.residuals, strict=True)
+    for recording, computed, residual in data:
+        known = np.isfinite(residual[:, joint])
+        if known.sum() < _MIN_SAMPLES:
+            continue
+        columns = wave(recording.time[known], 2 * np.pi * line.frequency)
+        signal, rest = (x[known, joint] - x[known, joint].mean() for x in (computed, residual))
+        motion, over_time = (least_squares(columns, x) for x in (signal, rest))
+        if motion @ motion / 2 > line.mean_square:
+            return False
+        angle = recording.motion.position[known, joint]
+        grid = wave_numbers(angle, HIGHEST)
+        reduction = float(np.sum((columns @ over_time) ** 2))
+        if len(grid) and periodogram(angle, rest, grid).max() > SAME_SHARE * reduction:
+            return False  # it may as well be ripple over the angle
     return True
 
 

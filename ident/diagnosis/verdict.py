@@ -22,6 +22,7 @@ from ident.diagnosis.document import (
 )
 from ident.diagnosis.estimate_consistency import consistency_warnings
 from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.physical_limits import sign_warnings
 from ident.diagnosis.rejections import rejected_effects
 from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
 from ident.diagnosis.split_data import SplitData, rms
@@ -67,6 +68,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
         cautions=(
             *_bias_caution(diagnosis),
             *consistency_warnings(selection.model, rungs),
+            *sign_warnings(selection.model),
             *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),
@@ -234,7 +236,9 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
     low, high = improvement.interval
-    why = f"It removes {improvement.share:.0%} of the error above the noise floor on held-out data"
+    known = diagnosis.selection.model.noise_floor.known
+    excess = "error above the noise floor" if known else "mean square above what may be noise"
+    why = f"It removes {improvement.share:.0%} of the {excess} on held-out data"
     if finding.compared > 1:
         why += (
             f" ({low:.0%} to {high:.0%}: no fit used these data, but they chose among {finding.compared} models, "

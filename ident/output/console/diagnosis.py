@@ -27,7 +27,7 @@ def show(document: Document, console: Console) -> None:
     for caution in document.cautions:
         _print_plain(console, f"Caution: {caution}")
     console.print(_step_table(document))
-    _print_plain(console, f"Held out: {document.held_out}. Low-pass {document.bandwidth_hz:g} Hz.")
+    _print_plain(console, f"Held out: {document.held_out}. {_band(document)}")
     for finding in document.findings:
         _print_finding(finding, document, console)
     if document.findings:
@@ -61,6 +61,14 @@ def show_conclusion(document: Document, console: Console) -> None:
 def _print_plain(console: Console, text: str) -> None:
     """Print `text` without markup: a user's effect may have brackets in its texts."""
     console.print(text, markup=False, highlight=False)
+
+
+def _band(document: Document) -> str:
+    """The frequencies that errors and effects are about."""
+    above = document.above_low_pass
+    if above is None or above.low_hz == document.bandwidth_hz:
+        return f"Low-pass {document.bandwidth_hz:g} Hz."
+    return f"Low-pass {above.low_hz:g} Hz; errors are stated up to {document.bandwidth_hz:.0f} Hz, with the ripple."
 
 
 def _step_table(document: Document) -> Table:

@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ident.diagnosis.physical_limits import implausibility, is_physical, simpler_effect, unresolved
+from ident.diagnosis.physical_limits import (
+    implausibility,
+    is_physical,
+    sign_warnings,
+    simpler_effect,
+    unresolved,
+)
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics import mechanisms
@@ -158,3 +164,12 @@ def test_spring_without_stiffness_is_an_offset(stiffness: float, simpler: str | 
 
 def test_effect_without_a_distinguishing_parameter_reduces_to_none() -> None:
     assert simpler_effect(building.fitted(data(), "torque_offset")) is None
+
+
+def test_reversed_torque_is_pointed_out() -> None:
+    recording = building.record(noise=0.05)
+    assert recording.effort is not None
+    assert list(sign_warnings(building.fitted(building.split([recording])))) == []
+    (warning,) = sign_warnings(building.fitted(building.split([replace(recording, effort=-recording.effort)])))
+    assert warning.startswith("Not physical: I_1 = -0.4")
+    assert "the sign of the torque is reversed" in warning

@@ -32,6 +32,7 @@ def test_rejected_effect_has_a_reason(first: float, last: float, forced: bool, s
         library={"cogging": library()["cogging"]},
         effects=SimpleNamespace(unobservable={}, untested={}),
         split=SimpleNamespace(recordings=(recording,)),
+        ripple=SimpleNamespace(lines=()),
     )
     (entry,) = rejected_effects(diagnosis)
     assert entry.status == status

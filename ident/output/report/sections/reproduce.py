@@ -77,4 +77,5 @@ def _chosen_options(options: DiagnosisOptions) -> list[str]:
     default = DiagnosisOptions()
     preprocess = ["--preprocess", options.preprocessing] if options.preprocessing != default.preprocessing else []
     cutoff = ["--cutoff", f"{options.cutoff:g}"] if options.cutoff else []
-    return [*preprocess, *cutoff, *(word for effect in options.only for word in ("--only", effect))]
+    effects = [("--only", effect) for effect in options.only] + [("--without", effect) for effect in options.without]
+    return [*preprocess, *cutoff, *(word for option in effects for word in option)]
