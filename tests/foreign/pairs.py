@@ -130,7 +130,8 @@ def _signal(
     if setting.signal_bits is None:
         return noisy
     step = 2 * largest / 2**setting.signal_bits
-    return step * np.rint(noisy / step)
+    rounded: Floats = step * np.rint(noisy / step)
+    return rounded
 
 
 def _write(out: Path, position: Floats, signal: Floats, plant: Plant, setting: Setting) -> None:

@@ -142,7 +142,7 @@ def _rounded_triangle(turns: Floats) -> Floats:
 
 def _write(out: Path, axis: Axis, path: Path1d, seconds: float, setting: Setting, rng: np.random.Generator) -> None:
     step = 1 / (setting.rate * _FINE)
-    time = np.arange(round(seconds / step)) * step
+    time: Floats = (np.arange(round(seconds / step)) * step).astype(float)
     position = _followed(path(time), step, rng)
     velocity = np.gradient(position, step)
     torque = _torque(axis, time, position, velocity, np.gradient(velocity, step))
