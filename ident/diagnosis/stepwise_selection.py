@@ -239,13 +239,14 @@ class Selector:
     def _is_minor(self, before: FittedModel, after: FittedModel) -> bool:
         """Whether `after` explains a small part of a large excess error, of the test rows or of the training rows.
 
-        Many such small effects together can imitate any effect that is not in the library. An effect that shows on
-        other rows than those that it was fitted to is an extrapolation.
+        Many such small effects together can imitate any effect that is not in the library, and so can a curve. An
+        effect that shows on other rows than those that it was fitted to is an extrapolation.
         """
         improvement = after.improvement_over(before)
         fitted = after.improvement_over(before, self._split.train)
         small = improvement.share < MIN_ADDED_SHARE or fitted.share < MIN_FITTED_SHARE
-        return small and improvement.remaining > LARGE_EXCESS
+        imitates = after.terms[-1].effect.curve and fitted.remaining > LARGE_EXCESS
+        return imitates or (small and improvement.remaining > LARGE_EXCESS)
 
     def _pruned(self, model: FittedModel) -> FittedModel:
         """Remove effects, and joints of effects, that later ones made unnecessary or impossible; the last first."""
@@ -290,7 +291,8 @@ class Selector:
         equivalent = self._equivalent(reduced.solution.loss, [model, *candidates])
         best = self._simplest(reduced, [model, *candidates])
         if best is not model:
-            best = self._accepted(reduced, best) or model
+            accepted = self._accepted(reduced, best)
+            best = accepted if accepted is not None and not self._is_minor(reduced, accepted) else model
         if effect_key(best) == effect_key(model):
             best = model
         names = [

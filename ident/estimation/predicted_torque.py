@@ -128,8 +128,10 @@ class TorquePredictor:
 
     def _term_columns(self, structure: ModelStructure, index: int, x: Floats, load_parameters: Floats) -> _Columns:
         """(n, dof, c) columns of the additive term `index`; cached for all loads if they do not depend on them."""
-        term, shapes = structure.terms[index], structure.shape_values(index, x).tobytes()
-        key = ("columns", term.name, shapes, self.corrected_motion(structure, x))
+        effect, shapes = structure.terms[index].effect, structure.shape_values(index, x).tobytes()
+        assert isinstance(effect, Additive)
+        # The function, not the name: curves that are learned one after the other have the same name.
+        key = ("columns", effect.columns, shapes, self.corrected_motion(structure, x))
         key_with_load = (*key, load_parameters.tobytes())
         for known in (key, key_with_load):
             if known in self._cache:
@@ -190,17 +192,21 @@ class TorquePredictor:
 
     def _true_torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats) -> Floats:
         """(n, dof) true torque. The last result is cached, as most nonlinear parameters affect only the report."""
-        additive = [(index, term) for index, term in enumerate(structure.terms) if isinstance(term.effect, Additive)]
+        effects = ((index, term, term.effect) for index, term in enumerate(structure.terms))
+        additive = [(index, term, effect) for index, term, effect in effects if isinstance(effect, Additive)]
         corrected = self.corrected_motion(structure, x)
         key = (
             corrected,
             load_parameters.tobytes(),
             x[structure.linear].tobytes(),
-            *((term.name, term.joints, structure.shape_values(index, x).tobytes()) for index, term in additive),
+            *(
+                (effect.columns, term.joints, structure.shape_values(index, x).tobytes())
+                for index, term, effect in additive
+            ),
         )
         if self._last_torque is None or self._last_torque[0] != key:
             true: Floats = corrected.regressor @ structure.mechanism_values(x[structure.linear])
-            for index, term in additive:
+            for index, term, _ in additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))
             true.flags.writeable = False

@@ -104,6 +104,9 @@ class Effect:
     """Relative finite-difference step of searched parameters; larger where the torque is discontinuous."""
     multistart: int = 1
     """Number of the best initial guesses from which a search starts."""
+    curve: bool = False
+    """True if its coefficients are the values of a curve, which imitates much that is unknown: it is added only where
+    little is left then."""
     repeated: bool = False
     """True if it may occur several times with different shapes, as spectral lines do."""
     unobservable: Callable[[Rig, bool], str | None] = lambda rig, torque_measured: None

@@ -89,3 +89,15 @@ def test_cache_changes_nothing() -> None:
         model, x = structure(large, *names)
         np.testing.assert_array_equal(small.torque(model, x), large.torque(model, x))
         np.testing.assert_array_equal(small.torque(model, 1.1 * x), large.torque(model, 1.1 * x))
+
+
+def test_effects_of_one_name_have_their_own_columns() -> None:
+    """Curves that are learned one after the other have the same name."""
+    prepared = building.prepared(building.record())
+    predictor, base = TorquePredictor(prepared), prepared.base_structure
+    x = np.array([*building.parameters(), 1.0])
+    torques = [
+        predictor.torque(base.with_term(Term("curve", building.effect(column), (0,))), x)
+        for column in (lambda motion: motion.position, lambda motion: motion.velocity)
+    ]
+    assert np.nanmax(np.abs(torques[0] - torques[1])) > 0.1

@@ -33,6 +33,7 @@ effect = Additive(
     remedy="look where it rubs: align guides, relieve cables; or give the feed-forward the curve over the position",
     equation="f(q) sgn v in place of c_c sgn v, f a spline through f_1, f_2, f_3, f_4, f_5, f_6, f_7, f_8, f_9 >= 0, "
     "evenly from low to high",
+    curve=True,
     axis="position",
     needs=("both directions",),
     replaces="c_c",
