@@ -19,17 +19,14 @@ from ident.diagnosis.split_data import encoder_resolution, rms
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.waves import JointSignal, wave, wave_numbers
 from ident.dynamics.effects.base import Effect
-from ident.dynamics.effects.periodogram import periodogram
+from ident.dynamics.effects.periodogram import highest_in_band, periodogram
 from ident.dynamics.structure import ModelStructure, Term
-from recordings.recording import Bools, Floats
+from recordings.recording import Floats
 
 EFFECT = "cogging"
 """The effect of the library that a wave over the angle is."""
 _SAME = 0.01
 """Relative difference of the orders of the same wave below and above the low-pass."""
-_CREEPING, _IN_BAND_SHARE = 0.01, 0.25
-"""A line is below the low-pass if it is so for this share of the time in which a joint moves faster than the first
-share of its highest speed."""
 _DRAWN = 1.2
 """Ratio of the highest order in a spectrum to the highest line's."""
 _MARGIN = 1.1
@@ -119,23 +116,22 @@ class Ripple:
         """(3 k,) half the 95 % intervals of the lines' parameters."""
         return np.array([width for line in self.lines for width in line.half_width])
 
-    def rms(self, rows: Sequence[Bools], model: FittedModel, with_lines: bool = False) -> Floats:
-        """(dof,) RMS error of `model`, with or without the lines, up to the frequency `upper`, in `rows` (m, dof).
+    def errors(self, model: FittedModel, with_lines: bool = False) -> tuple[Floats, Floats]:
+        """(dof,) RMS errors of `model` in training rows and in test rows, up to the frequency `upper` [N m].
 
-        rows: of each recording. Below the low-pass it is the error of the model alone.
+        with_lines: with the lines above the low-pass. Below it, the error is that of the model alone.
         """
-        low = rms(model.residuals, rows)
+        split = model.split
+        train, test = rms(model.residuals, split.train), rms(model.residuals, split.test)
         if not self.lines:
-            return low
-        bands = self.bands if model is self.model else high_bands(model.split, model.solution)
-        remaining = [self._without_lines(band) if with_lines else band.residual for band in bands]
+            return train, test
+        bands = self.bands if model is self.model else high_bands(split, model.solution)
+        remaining = self._remaining if with_lines else [band.residual for band in bands]
         residuals = [band.below(rest, self.upper) for band, rest in zip(bands, remaining, strict=True)]
-        steps = [recording.preprocessed.decimation for recording in model.split.recordings]
-        samples = [
-            np.repeat(selected, step, axis=0)[: len(residual)]
-            for selected, step, residual in zip(rows, steps, residuals, strict=True)
-        ]
-        return np.hypot(low, rms(residuals, samples))
+        return (
+            np.hypot(train, rms(residuals, [band.train for band in bands])),
+            np.hypot(test, rms(residuals, [band.test for band in bands])),
+        )
 
     def with_noise(self, below: Floats) -> Floats:
         """The noise floor (dof,) up to the frequency `upper` from that `below` the low-pass [N m].
@@ -144,7 +140,7 @@ class Ripple:
         """
         if not self.lines:
             return below
-        residuals = [band.below(self._without_lines(band), self.upper) for band in self.bands]
+        residuals = [band.below(rest, self.upper) for band, rest in zip(self.bands, self._remaining, strict=True)]
         pairs = zip(self.model.split.recordings, residuals, strict=True)
         tables = [cycle_statistics.by_cycle(recording.samples, residual) for recording, residual in pairs]
         pooled = cycle_statistics.pooled([each for each in map(cycle_statistics.of_cycles, tables) if each])
@@ -155,13 +151,13 @@ class Ripple:
         """(dof,) RMS above the low-pass that nothing explains, relative to that of the measured torque."""
         scored = [band.train | band.test for band in self.bands]
         torque = rms([band.torque for band in self.bands], scored)
-        rest = rms([self._without_lines(band) for band in self.bands], scored)
+        rest = rms(self._remaining, scored)
         share: Floats = rest / np.where(torque > 0, torque, 1.0)
         return share
 
     def order_spectrum(self, joint: int, with_lines: bool) -> tuple[Floats, Floats]:
         """Orders (f,) and amplitudes (f,) [N m] of the residual of `joint` above the low-pass, over the angle."""
-        residuals = [self._without_lines(band) if with_lines else band.residual for band in self.bands]
+        residuals = self._remaining if with_lines else [band.residual for band in self.bands]
         signal = JointSignal(
             [replace(band, residual=rest) for band, rest in zip(self.bands, residuals, strict=True)], joint
         )
@@ -169,6 +165,11 @@ class Ripple:
         orders = wave_numbers(signal.angle[signal.train], highest)
         reduction = periodogram(signal.angle[signal.train], signal.residual[signal.train], orders)
         return orders, np.sqrt(2 * reduction / signal.train.sum())
+
+    @cached_property
+    def _remaining(self) -> tuple[Floats, ...]:
+        """(n, dof) residual above the low-pass without the lines, of each recording."""
+        return tuple(self._without_lines(band) for band in self.bands)
 
     def _without_lines(self, band: HighBand) -> Floats:
         """(n, dof) residual above the low-pass without the lines."""
@@ -188,8 +189,7 @@ def below_low_pass(
             order = float(structure.shape_values(index, x)[0])
             joints = list(term.joints)
             speeds = np.concatenate([np.abs(each.motion.velocity[:, joints]).ravel() for each in recordings])
-            moving = speeds[speeds > _CREEPING * np.nanmax(speeds)]
-            if order * np.quantile(moving, _IN_BAND_SHARE) > 2 * np.pi * recordings[0].bandwidth:
+            if order > highest_in_band(speeds, recordings[0].bandwidth):
                 x = x[~structure.parameter_mask(index)]
                 structure = structure.without_term(index)
     return structure, x

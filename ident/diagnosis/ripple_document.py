@@ -11,16 +11,8 @@ from ident.diagnosis.steps import FittedModel
 
 def step_errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
     """Training and test errors of `model`, with or without the lines, as fields of a step."""
-    split = model.split
-    return {
-        name: tuple(ripple.rms(rows, model, with_lines).tolist())
-        for name, rows in (
-            ("train_rms", split.train),
-            ("validate_rms", split.test),
-            ("train_rms_all", split.train_all),
-            ("validate_rms_all", split.test_all),
-        )
-    }
+    train, test = ripple.errors(model, with_lines)
+    return {"train_rms": tuple(train.tolist()), "validate_rms": tuple(test.tolist())}
 
 
 def ripple_step(ripple: Ripple, last: StepEntry) -> tuple[StepEntry, ...]:

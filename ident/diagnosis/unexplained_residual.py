@@ -9,7 +9,7 @@ from ident.data import cycle_statistics
 from ident.data.spectral_lines import SpectralLine
 from ident.diagnosis.noise_floor import NoiseFloor
 from ident.diagnosis.residual_dependence import ResidualDependence, find_dependences
-from ident.diagnosis.ripple_search import HIGHEST, SAME_SHARE
+from ident.diagnosis.ripple_search import HIGHEST, MIN_SAMPLES, SAME_SHARE
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.split_data import rms as rms_of
 from ident.diagnosis.steps import FittedModel
@@ -26,8 +26,6 @@ _NOISE_UNCERTAINTY = 0.25
 """Relative uncertainty of the noise part of the noise floor."""
 _MIN_JOINT_RATIO = 0.35
 """Dependences are searched only for joints with this share of the largest unexplained residual."""
-_MIN_SAMPLES = 64
-"""Rows below which no vibration is distinguished from ripple."""
 _MAX_P_VALUE = 1e-3
 """p-value below which a repeating residual is significant."""
 
@@ -120,7 +118,7 @@ def _is_vibration(model: FittedModel, joint: int) -> bool:
     data = zip(model.split.recordings, model.computed, model.residuals, strict=True)
     for recording, computed, residual in data:
         known = np.isfinite(residual[:, joint])
-        if known.sum() < _MIN_SAMPLES:
+        if known.sum() < MIN_SAMPLES:
             continue
         columns = wave(recording.time[known], 2 * np.pi * line.frequency)
         signal, rest = (x[known, joint] - x[known, joint].mean() for x in (computed, residual))

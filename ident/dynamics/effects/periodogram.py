@@ -8,6 +8,19 @@ _BINS = 8
 """Bins per period of the highest frequency: its amplitude falls by 3 % at most."""
 MAX_PHASE = 2e6
 """Largest product of span and frequency [rad]; it bounds memory and time."""
+_CREEPING = 0.01
+"""Share of the highest speed that counts as moving."""
+_IN_BAND_SHARE = 0.25
+"""Share of the moving time at which a wave lies within the bandwidth; others are searched above it."""
+
+
+def highest_in_band(speed: Floats, bandwidth: float) -> float:
+    """Return the highest wave number that a low-pass of `bandwidth` [Hz] leaves in a share of the moving time.
+
+    speed: (n,) or (n, dof), not negative [rad/s or m/s]; NaN is skipped.
+    """
+    moving = speed[speed > _CREEPING * np.nanmax(speed)]
+    return 2 * np.pi * bandwidth / float(np.quantile(moving, _IN_BAND_SHARE))
 
 
 def periodogram(coordinate: Floats, signal: Floats, frequencies: Floats) -> Floats:

@@ -4,17 +4,13 @@ import numpy as np
 
 from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Quantity, Shapes
-from ident.dynamics.effects.periodogram import MAX_PHASE, periodogram
+from ident.dynamics.effects.periodogram import MAX_PHASE, highest_in_band, periodogram
 from recordings.recording import Floats
 
 LOWEST, HIGHEST = 6.0, 3000.0
 """Range of the spectral lines that are suggested [1/turn]; gravity and springs are below it."""
 _BEST = 6
 """Number of suggestions."""
-_IN_BAND_SHARE = 0.25
-"""Share of the moving time at which a suggested line lies within the bandwidth; others are searched above it."""
-_CREEPING = 0.01
-"""Share of the highest speed that counts as moving."""
 
 
 def columns(inputs: EffectInputs, shapes: Shapes) -> Floats:
@@ -29,7 +25,8 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     position = inputs.motion.position
     travel = float(np.nanmax(np.nanmax(position, axis=0) - np.nanmin(position, axis=0)))
     lowest = max(LOWEST, 2 * np.pi / travel)  # a longer period is a curve over the angle, no ripple
-    lines = np.arange(lowest, min(HIGHEST, MAX_PHASE / travel, _highest_in_band(inputs)), 1.0 / travel)
+    highest = highest_in_band(np.abs(inputs.motion.velocity), inputs.bandwidth)
+    lines = np.arange(lowest, min(HIGHEST, MAX_PHASE / travel, highest), 1.0 / travel)
     power = np.zeros(len(lines))
     for angle, signal in zip(position.T, residual.T, strict=True):
         known = np.isfinite(angle) & np.isfinite(signal)
@@ -38,13 +35,6 @@ def suggest(inputs: EffectInputs, residual: Floats) -> list[dict[str, float]]:
     peaks = np.flatnonzero((power >= np.roll(power, 1)) & (power >= np.roll(power, -1)))
     best = peaks[np.argsort(-power[peaks])][:_BEST]
     return [{"N": float(lines[i])} for i in best]
-
-
-def _highest_in_band(inputs: EffectInputs) -> float:
-    """The highest line [1/turn] that the low-pass leaves in a share of the moving time."""
-    speed = np.abs(inputs.motion.velocity)
-    moving = speed > _CREEPING * np.nanmax(speed)
-    return 2 * np.pi * inputs.bandwidth / float(np.quantile(speed[moving], _IN_BAND_SHARE))
 
 
 effect = Additive(
