@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.confirmation import MIN_T
-from ident.diagnosis.parameter_intervals import encoder_step_errors, parameter_uncertainty
+from ident.diagnosis.parameter_intervals import parameter_uncertainty, standard_errors
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
@@ -260,9 +260,7 @@ def simpler_effect(model: FittedModel) -> str | None:
     if not columns:
         return None
     local = _local_values(model)
-    error = np.hypot(
-        parameter_uncertainty(model.split, model.solution).std, encoder_step_errors(model.split, model.solution)
-    )[_local_entries(model, -1)]
+    error = standard_errors(model.split, model.solution)[_local_entries(model, -1)]
     for column in columns:
         if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
             return term.local_parameters[column].reduces_to

@@ -10,12 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.data import cycle_statistics
+from ident.data import cycle_statistics, quantization
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.high_band import HighBand, high_bands
 from ident.diagnosis.improvement import Improvement
 from ident.diagnosis.ripple_search import Waves, search
-from ident.diagnosis.split_data import encoder_resolution, rms
+from ident.diagnosis.split_data import rms
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.waves import JointSignal, wave, wave_numbers
 from ident.dynamics.effects.base import Effect
@@ -201,7 +201,7 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     if not bands:
         return Ripple(model, (), (), (), effect)
     positions = [recording.samples.position for recording in model.split.recordings]
-    steps = np.max([encoder_resolution(position) for position in positions], axis=0)
+    steps = np.max([quantization.resolution(position) for position in positions], axis=0)
     lines: list[RippleLine] = []
     vibrations: list[Vibration] = []
     for joint, step in enumerate(steps.tolist()):
