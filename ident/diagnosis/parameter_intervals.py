@@ -76,7 +76,8 @@ class QuantizationErrors:
         for draw in range(DRIVE_DRAWS):
             first, second = zip(*(drive_errors(prepared, torque, draw) for prepared, torque in torques), strict=True)
             products.append(self._shift(first) * self._shift(second))
-        return np.maximum(np.mean(products, axis=0), 0.0)
+        variance: Floats = np.maximum(np.mean(products, axis=0), 0.0)
+        return variance
 
     def _shift(self, errors: Sequence[Floats]) -> Floats:
         """(K,) change of the parameters due to `errors` (m, dof) of the torque of each training recording [N m]."""
