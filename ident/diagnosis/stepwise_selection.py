@@ -196,7 +196,7 @@ class Selector:
 
     def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
-        candidates = [candidate for candidate in candidates if self._claims.is_plausible(candidate, model)]
+        candidates = self._claims.plausible(candidates, model)
         count = len(candidates)
         while candidates:
             best = self._simplest(model, candidates)
