@@ -30,7 +30,9 @@ class Claims:
         One that is only too large is among them if nothing else comes near: what is extraordinary needs extraordinary
         evidence.
         """
-        plausible = [candidate for candidate in candidates if self._is_accepted(candidate, implausibility(candidate, before))]
+        plausible = [
+            candidate for candidate in candidates if self._is_accepted(candidate, implausibility(candidate, before))
+        ]
         least = min((candidate.solution.loss for candidate in plausible), default=before.solution.loss)
         return plausible + [
             candidate

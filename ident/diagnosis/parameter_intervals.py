@@ -26,14 +26,15 @@ def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty:
     """
     linear = solution.structure.linear
     gain = np.where(linear, gain_uncertainty * np.abs(solution.x), 0.0)
-    width = _NORMAL * np.hypot(standard_errors(split, solution), gain)
+    noise, quantization = parameter_uncertainty(split, solution), QuantizationErrors(split, solution)
+    width = np.sqrt(noise.half_width() ** 2 + _NORMAL**2 * (quantization.variance() + gain**2))
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
 def standard_errors(split: SplitData, solution: Solution) -> Floats:
     """(K,) standard errors of the parameters of `solution`, due to noise and quantization; NaN: not identifiable."""
-    noise, quantization = parameter_uncertainty(split, solution).std, QuantizationErrors(split, solution)
-    errors: Floats = np.sqrt(noise**2 + quantization.encoder_variance() + quantization.drive_variance())
+    noise = parameter_uncertainty(split, solution).std
+    errors: Floats = np.sqrt(noise**2 + QuantizationErrors(split, solution).variance())
     return errors
 
 
@@ -51,6 +52,10 @@ class QuantizationErrors:
         self._identifiable = _identifiable(solution, regressor)
         self._basis, self._triangle = np.linalg.qr(regressor[:, self._identifiable])
         self._residual = float(np.linalg.norm(residual))
+
+    def variance(self) -> Floats:
+        """(K,) variance due to the steps of all signals; 0 where not identifiable."""
+        return self.encoder_variance() + self.drive_variance()
 
     def encoder_variance(self) -> Floats:
         """(K,) variance due to the steps of the encoders; 0 where not identifiable."""
