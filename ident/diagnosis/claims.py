@@ -13,7 +13,8 @@ from ident.diagnosis.physical_limits import (
 from ident.diagnosis.steps import FittedModel
 
 EXTRAORDINARY_RATIO = 5.0
-"""An effect larger than hardware usually has is believed only if each plausible one leaves this many times its loss."""
+"""An effect larger than hardware usually has is believed only if each plausible one leaves this many times its
+loss."""
 
 
 class Claims:

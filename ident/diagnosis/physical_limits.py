@@ -138,8 +138,8 @@ def size_warnings(model: FittedModel) -> Iterator[str]:
         size = float(np.linalg.norm(local, axis=1).max(initial=0.0))
         if limit is not None and size > limit:
             yield (
-                f"{term.name} of {size:.3g} is larger than hardware usually has ({limit:.3g}), but nothing else comes "
-                "near what it explains. Look at the part itself before it is compensated."
+                f"{term.name} of {size:.3g} is larger than hardware usually has ({limit:.3g}), but nothing else "
+                "comes near what it explains. Look at the part itself before it is compensated."
             )
 
 
