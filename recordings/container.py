@@ -244,15 +244,16 @@ def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[i
     """Message offsets in an unpacked chunk, by channel and length; and opcode and body of all other records."""
     messages: dict[tuple[int, int], list[int]] = defaultdict(list)
     other_records = []
-    offset = 0
-    while offset < len(data):
+    message = int(Opcode.MESSAGE)  # an enumeration takes longer to compare than a record to unpack
+    offset, end = 0, len(data)
+    while offset < end:
         opcode, length, channel = _MESSAGE.unpack_from(data, offset)
-        if opcode == Opcode.MESSAGE:
+        start = offset + RECORD_HEAD
+        if opcode == message:
             messages[channel, length].append(offset)
         else:
-            start = offset + _RECORD.size
             other_records.append((opcode, data[start : start + length]))
-        offset += _RECORD.size + length
+        offset = start + length
     return messages, other_records
 
 
