@@ -16,8 +16,8 @@ from functools import cached_property
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ident.data import welch
 from ident.data.samples import Samples
 from ident.filters import contiguous_slices
 from recordings.errors import BadInput
@@ -138,9 +138,9 @@ class Spectra:
             return None
         averaged = max(1, round(1.5 * len(torque) / segment))
         frequency: Floats = np.fft.rfftfreq(segment, 1 / rate).astype(float)
-        transforms = [_windowed_transforms(signal, segment) for signal in (acceleration, torque)]
+        transforms = [welch.transforms(signal, segment, centred=True) for signal in (acceleration, torque)]
         acceleration_density, torque_density, common = (
-            _density(transforms[i], transforms[j], segment, rate) for i, j in ((0, 0), (1, 1), (0, 1))
+            welch.density(transforms[i], transforms[j], segment, rate) for i, j in ((0, 0), (1, 1), (0, 1))
         )
         # Finite differences attenuate the derivative towards half the rate.
         shortfall: Floats = np.sinc(frequency / rate) ** 2
@@ -190,28 +190,6 @@ class Spectra:
         empty = density[self.frequency[1:] > _EMPTY * self.rate]
         # Ratio of median to mean of the chi-square distribution of averaged spectra (Wilson and Hilferty).
         return float(np.median(empty) / (1 - 1 / (9 * self.averages)) ** 3)
-
-
-def _windowed_transforms(signal: Floats, segment: int) -> NDArray[np.complex128]:
-    """Fourier transforms (segments, m) of overlapping segments of `signal` (n,), each without its mean (Welch).
-
-    As scipy.signal.welch, of which a test has the numbers: loading scipy.signal takes a quarter of a diagnosis.
-    """
-    segments = np.lib.stride_tricks.sliding_window_view(signal, segment)[:: segment - segment // 2]
-    return np.fft.rfft((segments - segments.mean(axis=1, keepdims=True)) * _window(segment))
-
-
-def _density(a: NDArray[np.complex128], b: NDArray[np.complex128], segment: int, rate: float) -> Floats:
-    """Real part (m,) of the one-sided cross-spectral density of signals with the transforms `a` and `b`."""
-    density: Floats = (a.conj() * b).real.mean(axis=0) / (rate * (_window(segment) ** 2).sum())
-    density[1 : (segment + 1) // 2] *= 2  # all but 0 Hz and half the rate
-    return density
-
-
-def _window(length: int) -> Floats:
-    """Hann's window, which is periodic."""
-    window: Floats = 0.5 - 0.5 * np.cos(2 * np.pi * np.arange(length) / length)
-    return window
 
 
 def _permitted(rate: float) -> float:

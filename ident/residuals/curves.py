@@ -140,7 +140,7 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     Samples within one visit are correlated, so visits count as observations. Visits of unequal length count as fewer
     visits of equal length.
     """
-    from scipy.stats import t
+    from scipy.special import stdtrit  # loading scipy.stats takes longer than a report's figures
 
     _, number = np.unique(visit, return_inverse=True)
     samples, mean = len(residual), float(residual.mean())
@@ -149,5 +149,5 @@ def _statistics(values: Floats, residual: Floats, visit: Ints) -> tuple[float, .
     error = half_width = np.nan
     if visits >= MIN_VISITS:
         error = float(np.sqrt((deviation**2).sum() * visits / (visits - 1)) / samples)
-        half_width = float(t.ppf((1 + LEVEL) / 2, visits - 1)) * error
+        half_width = float(stdtrit(visits - 1, (1 + LEVEL) / 2)) * error
     return float(values.mean()), mean, error, half_width, float(np.sqrt(np.mean(residual**2))), samples

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ident.data import cycle_statistics
+from ident.data import cycle_statistics, welch
 from ident.filters import contiguous_slices
 from ident.identification.prediction import Prediction
 from recordings.recording import Floats
@@ -63,10 +63,9 @@ def _stretches(x: Floats) -> list[Floats]:
 
 
 def _mean_density(signals: Sequence[Floats], rate: float, segment: int) -> Floats:
-    from scipy.signal import welch
-
     long_enough = [stretch for stretch in signals if len(stretch) >= segment]
-    densities = [welch(stretch, rate, nperseg=segment, detrend=False)[1] for stretch in long_enough]
+    transforms = [welch.transforms(stretch, segment, centred=False) for stretch in long_enough]
+    densities = [welch.density(transform, transform, segment, rate) for transform in transforms]
     return np.asarray(
         np.average(densities, axis=0, weights=[len(stretch) for stretch in long_enough]), dtype=np.float64
     )
