@@ -45,7 +45,7 @@ class MechanismMotion:
 
         def rigid_at(motion: Motion) -> Floats:
             regressor = self.regressor if motion is self.motion else self.mechanism.regressor(motion)
-            torque: Floats = regressor @ rigid_parameters
+            torque: Floats = np.einsum("njk,k->nj", regressor, rigid_parameters)  # `@` goes instant by instant
             return torque + m_d * rods.torque(self.rig.geometry, motion) if m_d else torque
 
         by_name = {parameter.name: float(x) for parameter, x in zip(known, parameters, strict=True)}

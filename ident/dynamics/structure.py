@@ -52,8 +52,8 @@ class Term:
             return columns
         n, dof, c = columns.shape
         by_joint = np.zeros((n, dof, self.instances, c))
-        joints = list(self.joints)
-        by_joint[:, joints, range(len(joints))] = columns[:, joints]
+        for instance, joint in enumerate(self.joints):
+            by_joint[:, joint, instance] = columns[:, joint]
         return by_joint.reshape(n, dof, -1)
 
     def torque(self, columns: Floats, coefficients: Floats) -> Floats:
@@ -61,9 +61,9 @@ class Term:
         if self.effect.whole_robot:
             torque: Floats = columns @ coefficients[0]
             return torque
-        joints = list(self.joints)
         torque = np.zeros(columns.shape[:2])
-        torque[:, joints] = np.einsum("njc,jc->nj", columns[:, joints], coefficients)
+        for joint, values in zip(self.joints, coefficients, strict=True):
+            torque[:, joint] = columns[:, joint] @ values
         return torque
 
 

@@ -205,7 +205,8 @@ class TorquePredictor:
             ),
         )
         if self._last_torque is None or self._last_torque[0] != key:
-            true: Floats = corrected.regressor @ structure.mechanism_values(x[structure.linear])
+            # Not `@`, which multiplies instant by instant.
+            true: Floats = np.einsum("njk,k->nj", corrected.regressor, structure.mechanism_values(x[structure.linear]))
             for index, term, _ in additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))
