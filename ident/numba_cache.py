@@ -10,17 +10,20 @@ _COMPILED: dict[tuple[Callable[..., Any], str], Callable[..., Any]] = {}
 
 
 def compiled(function: Callable[..., Any], **options: Any) -> Callable[..., Any]:
-    """Return `function` compiled with numba's `options` on its first call; the same object each time."""
+    """Return `function` compiled with numba's `options` on its first call; the same object each time.
+
+    Threads may run it at the same time: it does not hold the interpreter's lock.
+    """
     key = function, str(options)
     if key in _COMPILED:
         return _COMPILED[key]
     if options.get("parallel"):
         _start_threads()
     try:
-        jitted: Callable[..., Any] = numba.njit(cache=True, **options)(function)
+        jitted: Callable[..., Any] = numba.njit(cache=True, nogil=True, **options)(function)
     except RuntimeError:
         # Neither the package's folder nor the user's cache is writable: compile in every process.
-        jitted = numba.njit(**options)(function)
+        jitted = numba.njit(nogil=True, **options)(function)
     _COMPILED[key] = jitted
     return jitted
 

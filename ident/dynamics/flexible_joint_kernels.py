@@ -33,6 +33,7 @@ def _delta_dynamics(  # noqa: C901 - compiled: nothing but numbers in small loop
     """
     L1, L2, out, g = constants[0], constants[1], constants[2], constants[3]
     m_p, T_g, m_d = constants[4], constants[5], constants[6]
+    platform_mass, sixth = m_p + m_d, m_d / 6
     for i in range(3):
         cos_phi, sin_phi = constants[7 + i], constants[10 + i]
         sine, cosine = math.sin(q[i]), math.cos(q[i])
@@ -64,20 +65,21 @@ def _delta_dynamics(  # noqa: C901 - compiled: nothing but numbers in small loop
     for d in range(3):
         w[_FIRST, d] = aa * w[_SECOND, d] - bb * w[_FIRST, d]
     _cross(w, _FIRST, _NORMAL, _SECOND)
+    share = 0.5 / nn
     for d in range(3):
-        w[_P, d] = w[_ELBOW, d] + w[_SECOND, d] / (2 * nn) - drop * w[_NORMAL, d]
+        w[_P, d] = w[_ELBOW, d] + w[_SECOND, d] * share - drop * w[_NORMAL, d]
     for i in range(3):
         for d in range(3):
             w[_ROD + i, d] = w[_P, d] - w[_ELBOW + i, d]
     for i in range(3):  # rows of the transposed inverse, not yet divided by the determinant
         _cross(w, _ROD + (i + 1) % 3, _ROD + (i + 2) % 3, _ROWS + i)
-    determinant = w[_ROD, 0] * w[_ROWS, 0] + w[_ROD, 1] * w[_ROWS, 1] + w[_ROD, 2] * w[_ROWS, 2]
+    by_determinant = 1 / (w[_ROD, 0] * w[_ROWS, 0] + w[_ROD, 1] * w[_ROWS, 1] + w[_ROD, 2] * w[_ROWS, 2])
     for i in range(3):
         leverage = 0.0
         for d in range(3):
             leverage += w[_ROD + i, d] * w[_TANGENT + i, d]
         for d in range(3):
-            w[_ROWS + i, d] /= determinant
+            w[_ROWS + i, d] *= by_determinant
             w[_J + i, d] = w[_ROWS + i, d] * leverage
     for d in range(3):
         w[_P_DOT, d] = w[_J, d] * v[0] + w[_J + 1, d] * v[1] + w[_J + 2, d] * v[2]
@@ -94,24 +96,26 @@ def _delta_dynamics(  # noqa: C901 - compiled: nothing but numbers in small loop
             w[_P_DDOT, d] += w[_ROWS + i, d] * curvature
     w[_P_DDOT, 2] += g  # from here on minus gravity
     for d in range(3):
-        w[_FIRST, d] = (m_p + m_d) * w[_P_DDOT, d]
+        w[_FIRST, d] = platform_mass * w[_P_DDOT, d]
     for i in range(3):
         sine, cosine = w[_SINES, i], w[_COSINES, i]
         tangent_derivative = (-L1 * cosine * constants[7 + i], -L1 * cosine * constants[10 + i], -L1 * sine)
-        torque[i] = T_g * cosine + constants[13 + i] * a[i]
+        total = T_g * cosine + constants[13 + i] * a[i]
         for d in range(3):
             elbow_acceleration = (
                 w[_TANGENT + i, d] * a[i] + tangent_derivative[d] * v[i] ** 2 + (g if d == 2 else 0.0)
             )
-            torque[i] += m_d * w[_TANGENT + i, d] * (2 * elbow_acceleration + w[_P_DDOT, d]) / 6
-            w[_FIRST, d] += m_d * elbow_acceleration / 6
+            total += sixth * w[_TANGENT + i, d] * (2 * elbow_acceleration + w[_P_DDOT, d])
+            w[_FIRST, d] += sixth * elbow_acceleration
+        torque[i] = total
     for i in range(3):
         torque[i] += w[_J + i, 0] * w[_FIRST, 0] + w[_J + i, 1] * w[_FIRST, 1] + w[_J + i, 2] * w[_FIRST, 2]
-        for j in range(3):
-            inertia[i, j] = 0.0
+        for j in range(i + 1):
+            total = 0.0
             for d in range(3):
-                inertia[i, j] += (m_p + m_d) * w[_J + i, d] * w[_J + j, d]
-                inertia[i, j] += m_d * (w[_TANGENT + i, d] * w[_J + j, d] + w[_J + i, d] * w[_TANGENT + j, d]) / 6
+                total += platform_mass * w[_J + i, d] * w[_J + j, d]
+                total += sixth * (w[_TANGENT + i, d] * w[_J + j, d] + w[_J + i, d] * w[_TANGENT + j, d])
+            inertia[i, j] = inertia[j, i] = total
         inertia[i, i] += constants[13 + i] + m_d * L1**2 / 3 + _TINY
 
 
