@@ -12,6 +12,7 @@ from ident.diagnosis.steps import Exclusion, Extensions, FittedModel
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution
+from ident.threads import each
 from recordings.recording import Floats
 
 MAX_REFINED = 8
@@ -194,10 +195,10 @@ class CandidateSearch:
         """
         structure = model.solution.structure.with_term(candidate.term)
         before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
-        starts = [
-            self._split.fit_linear(structure, np.concatenate([model.solution.x, guess]))
-            for guess in candidate.initial_guesses
-        ]
+        starts = each(
+            lambda guess: self._split.fit_linear(structure, np.concatenate([model.solution.x, guess])),
+            candidate.initial_guesses,
+        )
         if not multistart and min(start.loss for start in starts) > before:
             zeros = np.zeros(len(candidate.initial_guesses[0]) - len(candidate.shapes))
             x = np.concatenate([model.solution.x, zeros, candidate.shapes])

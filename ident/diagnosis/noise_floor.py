@@ -10,6 +10,7 @@ are simulated in the torque of the model.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ident.data.trends import Trend
 from ident.diagnosis.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
+from ident.threads import each
 from recordings.recording import Bools, Floats
 
 _MIN_NOISE_SHARE = 0.3
@@ -79,20 +81,16 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     else:
         level = _level_above_the_signal(split, residuals)
     fixed, refitted = _perturbation_torque(split, solution)
-    scored = split.scored
-    mean_squares = [
-        _encoder_mean_square(
-            predictor,
-            split.perturbed[i],
-            scored[i],
-            split.repeating_share[i],
-            fixed[i],
-            refitted[i],
-            solution,
-        )
-        for i, predictor in enumerate(split.predictors)
-    ]
-    drives = [_drive_mean_square(predictor, solution) for predictor in split.predictors]
+    mean_squares = each(
+        partial(_encoder_mean_square, solution),
+        split.predictors,
+        split.perturbed,
+        split.scored,
+        split.repeating_share,
+        fixed,
+        refitted,
+    )
+    drives = each(partial(_drive_mean_square, solution), split.predictors)
     quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
     if not statistics:  # a guess above the residual is wrong
         limit = _MAX_UNKNOWN_SHARE * rms(residuals, split.train)
@@ -129,13 +127,13 @@ def _perturbation_torque(split: SplitData, solution: Solution) -> tuple[list[Flo
 
 
 def _encoder_mean_square(
+    solution: Solution,
     predictor: TorquePredictor,
     perturbed: TorquePredictor,
     scored: Bools,
     repeating: Floats,
     fixed: Floats,
     refitted: Floats,
-    solution: Solution,
 ) -> Floats:
     """(dof,) mean square [(N m)^2] of the repeating torque error due to encoder quantization.
 
@@ -160,7 +158,7 @@ def _encoder_mean_square(
     return repeated
 
 
-def _drive_mean_square(predictor: TorquePredictor, solution: Solution) -> Floats:
+def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats:
     """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
     prepared = predictor.prepared
     torque = predictor.unfiltered(solution.structure, solution.x)

@@ -18,6 +18,7 @@ from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Sugg
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
+from ident.threads import each
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
@@ -85,8 +86,8 @@ class Screener:
         """
         best: list[Candidate] = []
         excluded: dict[str, Exclusion] = {}
-        for name, effect in library.items():
-            results = [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
+        all_results = each(self._results, library.keys(), library.values())
+        for (name, effect), results in zip(library.items(), all_results, strict=True):
             candidates = [candidate for candidate in results if isinstance(candidate, Candidate)]
             if candidates:
                 candidates.sort(key=lambda candidate: candidate.loss)
@@ -96,6 +97,10 @@ class Screener:
             else:
                 excluded[name] = "sign" if "sign" in results else "collinear"
         return sorted(best, key=lambda candidate: candidate.loss), excluded
+
+    def _results(self, name: str, effect: Effect) -> list[Candidate | Exclusion]:
+        """A candidate for each initial guess of the shapes of `effect`, or the reason why there is none."""
+        return [self._evaluate(name, effect, block) for block in self._blocks(name, effect)]
 
     def _blocks(self, name: str, effect: Effect) -> Iterator[_Block]:
         term = Term.on_all_joints(name, effect, self._solution.structure.rig)

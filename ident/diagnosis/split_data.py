@@ -14,6 +14,7 @@ from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
+from ident.threads import each
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
@@ -76,7 +77,7 @@ class SplitData:
     @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
         """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
-        return tuple(TorquePredictor(with_encoder_errors(predictor.prepared)) for predictor in self.predictors)
+        return tuple(map(TorquePredictor, each(with_encoder_errors, self.recordings)))
 
     @cached_property
     def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
@@ -102,10 +103,11 @@ class SplitData:
         names = tuple(term.name for term in bare.terms)
         if names not in self._perturbed_cache:
             x = np.zeros(len(bare.parameters))
-            both = zip(self.predictors, self.perturbed, strict=True)
-            pairs = [
-                (predictor.linearized(bare, x)[1], perturbed.linearized(bare, x)[1]) for predictor, perturbed in both
-            ]
+
+            def derivatives(predictor: TorquePredictor) -> Floats:
+                return predictor.linearized(bare, x)[1]
+
+            pairs = list(zip(each(derivatives, self.predictors), each(derivatives, self.perturbed), strict=True))
             self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
         return self._perturbed_cache[names]
 
@@ -195,13 +197,15 @@ class SplitData:
     def residuals(self, solution: Solution) -> tuple[Floats, ...]:
         """(m, dof) measured minus computed torque of every recording [N m]."""
         structure, x = solution.structure, solution.x
-        return tuple(predictor.prepared.torque - predictor.torque(structure, x) for predictor in self.predictors)
+        return tuple(
+            each(lambda predictor: predictor.prepared.torque - predictor.torque(structure, x), self.predictors)
+        )
 
 
 def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
     """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
     recordings = [*train, *validate]
-    standstill = [standstill_share(recording) for recording in recordings]
+    standstill = each(standstill_share, recordings)
     moving = [
         recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
     ]

@@ -14,6 +14,7 @@ from ident.dynamics.flexible_joints import FlexibleJoints, flexible_joints, join
 from ident.dynamics.motion import Motion
 from ident.dynamics.platform import Platform, platform
 from ident.dynamics.rods import GRAVITY as GRAVITY
+from ident.recent import RecentResults
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -82,15 +83,11 @@ class EffectInputs:
         The torque of flexible joints is needed several times with the same parameters: for each derivative with
         respect to another parameter, for example. Only the last few results are kept.
         """
-        if key not in self._results and len(self._results) >= _REMEMBERED:
-            self._results.pop(next(iter(self._results)))
-        result = self._results.pop(key) if key in self._results else compute()
-        self._results[key] = result  # in the order of use
-        return result
+        return self._results.get(key, compute)
 
     @cached_property
-    def _results(self) -> dict[Hashable, Floats]:
-        return {}
+    def _results(self) -> RecentResults:
+        return RecentResults(_REMEMBERED)
 
     def motor_inertia(self, share: float) -> Floats:
         """Motor inertia (dof,) [kg m^2]: a `share` of each joint's own inertia."""

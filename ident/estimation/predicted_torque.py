@@ -6,10 +6,10 @@ for a motion that is corrected by the effects on encoders and rig. The measured 
 effect can reduce the error by scaling it down.
 """
 
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field, fields
-from functools import cached_property
-from typing import TypeVar, cast
+from functools import cached_property, partial
+from typing import cast
 
 import numpy as np
 
@@ -18,9 +18,10 @@ from ident.dynamics.effect_inputs import EffectInputs
 from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
+from ident.recent import RecentResults
+from ident.threads import each
 from recordings.recording import Floats
 
-_T = TypeVar("_T")
 _RELATIVE_STEP = 1e-4
 """Relative step of finite differences."""
 _ROUNDING = 1e-12
@@ -75,8 +76,7 @@ class TorquePredictor:
 
     def __init__(self, prepared: PreparedRecording, cache_size: int = CACHE_SIZE) -> None:
         self.prepared = prepared
-        self._cache_size = cache_size
-        self._cache: dict[Hashable, object] = {}
+        self._cache = RecentResults(cache_size)
         self._last_torque: tuple[Hashable, Floats] | None = None
 
     def torque(self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None) -> Floats:
@@ -102,10 +102,11 @@ class TorquePredictor:
         reported = self._report(structure, x, load_parameters, true)
         derivatives = np.zeros((*self.prepared.torque.shape, len(x)))
         derivatives[:, :, structure.linear] = self._linear_derivatives(structure, x, load_parameters, true)
-        for entry in np.flatnonzero(~structure.linear).tolist() if nonlinear else ():
-            derivatives[:, :, entry] = self._nonlinear_derivative(
-                structure, x, load_parameters, entry, true, reported
-            )
+        if nonlinear:
+            entries = np.flatnonzero(~structure.linear).tolist()
+            derive = partial(self._nonlinear_derivative, structure, x, load_parameters, true, reported)
+            for entry, derivative in zip(entries, each(derive, entries), strict=True):
+                derivatives[:, :, entry] = derivative
         return self.prepared.condition(reported), derivatives
 
     def error_amplification(self, structure: ModelStructure, x: Floats, error: Floats) -> Floats:
@@ -134,11 +135,11 @@ class TorquePredictor:
         key = ("columns", effect.columns, shapes, self.corrected_motion(structure, x))
         key_with_load = (*key, load_parameters.tobytes())
         for known in (key, key_with_load):
-            if known in self._cache:
-                return cast(_Columns, self._recall(known))
+            if (columns := self._cache.find(known)) is not None:
+                return cast(_Columns, columns)
         inputs = _WatchedInputs.of(self.effect_inputs(structure, x, load_parameters))
-        columns = _Columns(structure.columns(index, x, inputs), self.prepared)
-        return self._store(key_with_load if vars(inputs)["used"] else key, columns)
+        computed = _Columns(structure.columns(index, x, inputs), self.prepared)
+        return self._cache.keep(key_with_load if vars(inputs)["used"] else key, computed)
 
     def effect_inputs(
         self, structure: ModelStructure, x: Floats, load_parameters: Floats | None = None
@@ -147,7 +148,7 @@ class TorquePredictor:
         corrected = self.corrected_motion(structure, x)
         load = structure.load_parameters(x) if load_parameters is None else load_parameters
         prepared = self.prepared
-        return self._cached(
+        return self._cache.get(
             ("effect inputs", corrected, load.tobytes()),
             lambda: corrected.effect_inputs(
                 prepared.samples.rate, prepared.instant_time, prepared.bandwidth, load, prepared.temperature
@@ -170,10 +171,10 @@ class TorquePredictor:
                 measured = correct(measured)
             return measured
 
-        return self._cached(("corrected motion", *key), lambda: self.prepared.corrected_motion(rig, correct_all))
+        return self._cache.get(("corrected motion", *key), lambda: self.prepared.corrected_motion(rig, correct_all))
 
     def _mechanism_columns(self, corrected: MechanismMotion) -> _Columns:
-        return self._cached(("mechanism", corrected), lambda: _Columns(corrected.regressor, self.prepared))
+        return self._cache.get(("mechanism", corrected), lambda: _Columns(corrected.regressor, self.prepared))
 
     def _all_columns(
         self, structure: ModelStructure, x: Floats, load_parameters: Floats, conditioned: bool
@@ -204,15 +205,18 @@ class TorquePredictor:
                 for index, term, effect in additive
             ),
         )
-        if self._last_torque is None or self._last_torque[0] != key:
+        last = self._last_torque
+        if last is None or last[0] != key:
             # Not `@`, which multiplies instant by instant.
-            true: Floats = np.einsum("njk,k->nj", corrected.regressor, structure.mechanism_values(x[structure.linear]))
+            true: Floats = np.einsum(
+                "njk,k->nj", corrected.regressor, structure.mechanism_values(x[structure.linear])
+            )
             for index, term, _ in additive:
                 columns = self._term_columns(structure, index, x, load_parameters).raw
                 true += term.torque(columns, structure.local_values(index, x))
             true.flags.writeable = False
-            self._last_torque = key, true
-        return self._last_torque[1]
+            self._last_torque = last = key, true
+        return last[1]
 
     def _report(self, structure: ModelStructure, x: Floats, load_parameters: Floats, torque: Floats) -> Floats:
         inputs = self.effect_inputs(structure, x, load_parameters)
@@ -245,9 +249,9 @@ class TorquePredictor:
         structure: ModelStructure,
         x: Floats,
         load_parameters: Floats,
-        entry: int,
         true: Floats,
         reported: Floats,
+        entry: int,
     ) -> Floats:
         """(m, dof) derivative with respect to a nonlinear parameter; 0 if the parameter is fixed.
 
@@ -266,17 +270,3 @@ class TorquePredictor:
         if np.nanmax(np.abs(difference), initial=0.0) < _ROUNDING * np.nanmax(np.abs(reported), initial=0.0):
             difference *= 0.0  # a search would follow its direction as far as it can
         return self.prepared.condition(difference / (shifted[entry] - x[entry]))
-
-    def _cached(self, key: Hashable, compute: Callable[[], _T]) -> _T:
-        return cast(_T, self._recall(key)) if key in self._cache else self._store(key, compute())
-
-    def _recall(self, key: Hashable) -> object:
-        """The cached result of `key`, which becomes the last one to be dropped."""
-        self._cache[key] = self._cache.pop(key)
-        return self._cache[key]
-
-    def _store(self, key: Hashable, result: _T) -> _T:
-        if len(self._cache) >= self._cache_size:
-            self._cache.pop(next(iter(self._cache)))
-        self._cache[key] = result
-        return result
