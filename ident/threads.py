@@ -1,4 +1,7 @@
-"""Work that is shared among threads. Numpy and the compiled kernels leave the interpreter to others while they work."""
+"""Work that is shared among threads.
+
+Numpy and the compiled kernels leave the interpreter to other threads while they work.
+"""
 
 import os
 import threading

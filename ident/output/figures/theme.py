@@ -178,9 +178,11 @@ def noise_band(figure: go.Figure, half_width: float | None, row: int, column: in
     """Mark plus and minus the noise floor, if it is known."""
     if half_width is None:
         return
-    place = {"row": row, "col": column, "exclude_empty_subplots": False}
+    axes = figure.get_subplot(row, column)
+    across, along = (axis.plotly_name.replace("axis", "") for axis in (axes.xaxis, axes.yaxis))
+    place = {"xref": f"{across} domain", "x0": 0, "x1": 1, "yref": along, "y0": -half_width, "y1": half_width}
     style = {"fillcolor": NOISE, "opacity": 0.22, "line_width": 0, "layer": "below"}
-    figure.add_hrect(y0=-half_width, y1=half_width, **style, **place)
+    figure.add_shape(type="rect", **place, **style)  # add_hrect takes as long as all of the figure's curves
     if label:
         noise_legend(figure)
 
