@@ -122,13 +122,15 @@ class Screener:
         else:
             guesses = _padded([quantity.initial_guesses for quantity in term.local_parameters])
             starts = [np.array(start) for start in zip(*guesses, strict=True)]
-        return [
+        pairs = [
             *((np.tile(start, (term.instances, 1)), values) for start, values in product(starts, shapes)),
             *(
                 (_by_instance(suggestion, term.local_parameters, term.instances), _vector(suggestion, effect.shapes))
                 for suggestion in complete
             ),
         ]
+        # Several recordings may suggest the same.
+        return list({(start.tobytes(), values.tobytes()): (start, values) for start, values in pairs}.values())
 
     def _columns(self, term: Term, guess: Floats, shapes: Floats) -> Floats:
         """(r, instances * c) weighted rows of `effect_columns`."""

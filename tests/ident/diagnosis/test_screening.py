@@ -1,5 +1,7 @@
 """Screening: what each effect of a library could explain, by linear algebra."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -116,3 +118,10 @@ def test_screening_does_not_depend_on_the_unit_of_torque() -> None:
         second["quadratic_friction"].coefficients, 10 * first["quadratic_friction"].coefficients, rtol=1e-6
     )
     assert second["quadratic_friction"].loss == pytest.approx(first["quadratic_friction"].loss, rel=1e-6)
+
+
+def test_what_several_recordings_suggest_is_tried_once() -> None:
+    late = replace(LIBRARY["actuation_delay"], multistart=9, suggest=lambda inputs, residual: [{"delta": 0.004}])
+    data = building.split([building.record(noise=0.05, extra=drag)] * 3)
+    (candidate,), _ = Screener(data, building.fitted(data).solution).screen({"late": late})
+    assert len({guess.tobytes() for guess in candidate.initial_guesses}) == len(candidate.initial_guesses) > 1
