@@ -1,4 +1,4 @@
-"""Compiled kernels of `ident.dynamics.flexible_joints`.
+"""Compiled kernels of `ident.dynamics.flexible_joints` and `ident.dynamics.platform`.
 
 All are in one file: numba recompiles a cached function when its own file changes, but not when the file of a function
 changes that it calls.
@@ -417,14 +417,36 @@ def _dynamics_along(delta: bool, constants: Floats, q: Floats, v: Floats, a: Flo
     return torques, inertias
 
 
+def _platform_along(constants: Floats, q: Floats, v: Floats, a: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Position, velocity and acceleration (n, 3) of a delta's platform, and its Jacobian (n, 3, 3)."""
+    n = len(q)
+    position, velocity, acceleration, jacobian = (
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3)),
+        np.empty((n, 3, 3)),
+    )
+    torque, inertia, workspace = np.zeros(3), np.zeros((3, 3)), np.zeros((26, 3))
+    for k in range(n):
+        workspace[:] = np.nan
+        _delta_dynamics(constants, q[k], v[k], a[k], torque, inertia, workspace)
+        for d in range(3):
+            position[k, d], velocity[k, d] = workspace[_P, d], workspace[_P_DOT, d]
+            acceleration[k, d] = workspace[_P_DDOT, d] - (constants[3] if d == 2 else 0.0)
+            for i in range(3):
+                jacobian[k, d, i] = workspace[_J + i, d]
+    return position, velocity, acceleration, jacobian
+
+
 _known = compiled(_known)
 _cross = compiled(_cross)
-_delta_dynamics = compiled(_delta_dynamics)
+_delta_dynamics = compiled(_delta_dynamics, error_model="numpy")
 _axes_dynamics = compiled(_axes_dynamics)
 _arm_dynamics = compiled(_arm_dynamics)
-_solve = compiled(_solve)
+_solve = compiled(_solve, error_model="numpy")
 _contact_torque = compiled(_contact_torque)
 _in_firm_contact = compiled(_in_firm_contact)
 elastic_torque = compiled(_elastic_torque)
 backlash_torque = compiled(_backlash_torque)
 dynamics_along = compiled(_dynamics_along)
+platform_along = compiled(_platform_along, error_model="numpy")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ident.dynamics.motion import Motion
-from ident.dynamics.rods import GRAVITY
+from ident.dynamics.platform import kernel_constants
 from recordings.recording import Floats
 from recordings.rig import Rig
 
@@ -123,10 +123,8 @@ def flexible_joints(rig: Rig, parameters: Mapping[str, float], share: float, rat
     joints = range(1, rig.dof + 1)
     inertia = joint_inertia(parameters, rig.dof) * (1 - share)
     if rig.mechanism == "delta":
-        lengths, phi = rig.geometry, np.array(rig.geometry.phi)
-        weights = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
-        fixed = (lengths.L1, lengths.L2, lengths.R - lengths.r, GRAVITY, *weights)
-        return FlexibleJoints(True, np.array([*fixed, *np.cos(phi), *np.sin(phi), *inertia]), rate)
+        masses = (max(parameters["m_p"], 0.0), parameters["T_g"], max(parameters.get("m_d", 0.0), 0.0))
+        return FlexibleJoints(True, kernel_constants(rig.geometry, masses, inertia), rate)
     weight = [[parameters.get(f"{name}{j}", 0.0) for j in joints] for name in ("G_c", "G_s", "G_")]
     return FlexibleJoints(False, np.concatenate([inertia, *weight]), rate)
 

@@ -1,5 +1,6 @@
 """Motion of a delta robot's platform."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -38,5 +39,29 @@ class Platform:
 
 @cached_for_motion
 def platform(geometry: Geometry, motion: Motion) -> Platform:
-    """Compute the platform's motion, Appendix A, Eqs. (16) and (23); cached as long as `motion` exists."""
-    return Platform(*kinematics.platform_motion(geometry, motion.position, motion.velocity, motion.acceleration))
+    """Compute the platform's motion, Appendix A, Eqs. (16) and (23); cached as long as `motion` exists.
+
+    As `kinematics.platform_motion`, compiled.
+
+    Raises:
+        Unreachable: the mechanism does not close at some angles.
+    """
+    from ident.dynamics.flexible_joint_kernels import platform_along  # numba takes time to load
+
+    signals = (motion.position, motion.velocity, motion.acceleration)
+    result = Platform(*platform_along(kernel_constants(geometry), *map(np.ascontiguousarray, signals)))
+    if (np.isnan(result.position).any(axis=1) & np.isfinite(motion.position).all(axis=1)).any():
+        kinematics.forward(geometry, motion.position)  # says where it does not close
+    return result
+
+
+def kernel_constants(
+    geometry: Geometry, masses: Sequence[float] = (0.0, 0.0, 0.0), inertia: Sequence[float] | Floats = (0.0, 0.0, 0.0)
+) -> Floats:
+    """Return the constants of a delta robot in the order of the compiled kernels.
+
+    masses: m_p [kg], T_g [N m] and m_d [kg]; inertia: (3,) of the arms [kg m^2].
+    """
+    phi, gravity = np.array(geometry.phi), -float(kinematics.GRAVITY[2])
+    lengths = (geometry.L1, geometry.L2, geometry.R - geometry.r)
+    return np.array([*lengths, gravity, *masses, *np.cos(phi), *np.sin(phi), *inertia])
