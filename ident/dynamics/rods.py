@@ -3,7 +3,7 @@
 import numpy as np
 
 from ident.dynamics.motion import Motion, cached_for_motion
-from ident.dynamics.platform import platform
+from ident.dynamics.platform import kernel_constants, platform
 from recordings.recording import Floats
 from recordings.rig import Geometry
 from trajectories import kinematics
@@ -19,13 +19,11 @@ def torque(geometry: Geometry, motion: Motion) -> Floats:
     A rod whose ends accelerate with a_1 (elbow) and a_2 (platform) resists with m (2 a_1 + a_2) / 6 at the elbow and
     m (a_1 + 2 a_2) / 6 at the platform; the same for its weight.
     """
-    platform_motion = platform(geometry, motion)
-    a_2 = platform_motion.lift[:, None]
-    tangent, acceleration = _elbows(geometry, motion)
-    a_1 = acceleration - kinematics.GRAVITY
-    at_elbow = np.einsum("njx,njx->nj", tangent, 2 * a_1 + a_2) / 6
-    at_platform = ((a_1 + 2 * a_2) / 6).sum(axis=1)
-    torque: Floats = at_elbow + np.einsum("nxj,nx->nj", platform_motion.jacobian, at_platform)
+    from ident.dynamics.flexible_joint_kernels import dynamics_along  # numba takes time to load
+
+    signals = (motion.position, motion.velocity, motion.acceleration)
+    constants = kernel_constants(geometry, masses=(0.0, 0.0, 1.0))
+    torque: Floats = dynamics_along(True, constants, *map(np.ascontiguousarray, signals))[0]
     return torque
 
 
@@ -34,17 +32,7 @@ def horizontal_gravity_torque(geometry: Geometry, motion: Motion) -> Floats:
 
     A rod's centre moves half as much as its elbow and half as much as the platform.
     """
-    tangent, _ = _elbows(geometry, motion)
-    torque: Floats = -(tangent[:, :, :2].swapaxes(1, 2) + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
+    outwards = np.stack([np.cos(geometry.phi), np.sin(geometry.phi)])
+    elbows = -geometry.L1 * np.sin(motion.position)[:, None] * outwards  # velocity per joint velocity
+    torque: Floats = -(elbows + 3 * platform(geometry, motion).jacobian[:, :2]) / 2
     return torque
-
-
-def _elbows(geometry: Geometry, motion: Motion) -> tuple[Floats, Floats]:
-    """Elbow of each limb: velocity per joint velocity (n, 3, 3), and acceleration (n, 3, 3)."""
-    out = np.stack([np.cos(geometry.phi), np.sin(geometry.phi), np.zeros(3)], axis=1)
-    up = np.array([0.0, 0.0, 1.0])
-    sine, cosine = (f(motion.position)[:, :, None] for f in (np.sin, np.cos))
-    tangent = geometry.L1 * (cosine * up - sine * out)
-    inward = -geometry.L1 * (cosine * out + sine * up)
-    acceleration = tangent * motion.acceleration[:, :, None] + inward * motion.velocity[:, :, None] ** 2
-    return tangent, acceleration
