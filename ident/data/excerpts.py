@@ -8,7 +8,10 @@ from ident import slicing
 from recordings.recording import Recording
 
 MAX_DURATION = 150.0
-"""Recordings up to this duration are used completely [s]; excerpts of longer ones add up to about this duration."""
+"""Recordings up to this duration are used completely [s]."""
+LENGTH = 12.5
+"""Length of each excerpt of a longer one, without its run-in [s]. All together are several times as long as the
+recordings of 20 s by which the accuracy of a diagnosis is measured."""
 COUNT = 6
 """Number of excerpts, spread from beginning to end so that slow changes remain visible."""
 _MARGIN = 1.0
@@ -29,14 +32,13 @@ def excerpts(recording: Recording) -> list[Excerpt]:
     time = recording.time
     if time[-1] - time[0] <= MAX_DURATION:
         return [Excerpt(recording, 0.0)]
-    length = MAX_DURATION / COUNT
     cycles = np.unique(recording.repeat[recording.repeat >= 0])
-    cycles_each = max(2, round(length / recording.run.period)) if len(cycles) else 0
+    cycles_each = max(2, round(LENGTH / recording.run.period)) if len(cycles) else 0
     if len(cycles) >= COUNT * cycles_each > 0:
         first = np.linspace(0, len(cycles) - cycles_each, COUNT).round().astype(int)
         spans = [_span(recording, cycles[start], cycles[start + cycles_each - 1]) for start in first]
     else:
-        spans = [(start, start + length) for start in np.linspace(time[0], time[-1] - length, COUNT)]
+        spans = [(start, start + LENGTH) for start in np.linspace(time[0], time[-1] - LENGTH, COUNT)]
     return [_cut(recording, start - _MARGIN, end + _MARGIN) for start, end in spans]
 
 
