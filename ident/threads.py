@@ -16,7 +16,7 @@ _worker = threading.local()
 """Has an attribute in the threads of the pool."""
 
 
-def each(function: Callable[..., _T], *items: Iterable[Any]) -> list[_T]:
+def in_threads(function: Callable[..., _T], *items: Iterable[Any]) -> list[_T]:
     """Return the results of `function` for all `items`, as `map` does, computed by one thread for each processor.
 
     The results are the same on any number of processors, if no call depends on another. In a call that is itself

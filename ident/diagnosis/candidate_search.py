@@ -12,7 +12,7 @@ from ident.diagnosis.steps import Exclusion, Extensions, FittedModel
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation.nonlinear_fit import Solution
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.recording import Floats
 
 MAX_REFINED = 8
@@ -195,7 +195,7 @@ class CandidateSearch:
         """
         structure = model.solution.structure.with_term(candidate.term)
         before, multistart = model.solution.loss, candidate.term.effect.multistart > 1
-        starts = each(
+        starts = in_threads(
             lambda guess: self._split.fit_linear(structure, np.concatenate([model.solution.x, guess])),
             candidate.initial_guesses,
         )

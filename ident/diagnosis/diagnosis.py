@@ -27,7 +27,7 @@ from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.reader import read
 from recordings.recording import Floats, Recording
@@ -202,7 +202,7 @@ def _prepare_recordings(
     excerpt_lists = [excerpts(recording) for recording in recordings]
     hz = options.cutoff or (None if options.preprocessing == "central" else _choose_cutoff(recordings))
     prepared = [
-        each(lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start), excerpt_list)
+        in_threads(lambda excerpt: prepare(excerpt.recording, options.preprocessing, hz, excerpt.start), excerpt_list)
         for excerpt_list in excerpt_lists
     ]
     kept = sum(len(excerpt.recording.time) for excerpt_list in excerpt_lists for excerpt in excerpt_list)

@@ -22,7 +22,7 @@ from ident.data.trends import Trend
 from ident.diagnosis.split_data import SplitData, rms
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 _MIN_NOISE_SHARE = 0.3
@@ -81,7 +81,7 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
     else:
         level = _level_above_the_signal(split, residuals)
     fixed, refitted = _perturbation_torque(split, solution)
-    mean_squares = each(
+    mean_squares = in_threads(
         partial(_encoder_mean_square, solution),
         split.predictors,
         split.perturbed,
@@ -90,7 +90,7 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         fixed,
         refitted,
     )
-    drives = each(partial(_drive_mean_square, solution), split.predictors)
+    drives = in_threads(partial(_drive_mean_square, solution), split.predictors)
     quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
     if not statistics:  # a guess above the residual is wrong
         limit = _MAX_UNKNOWN_SHARE * rms(residuals, split.train)

@@ -21,6 +21,7 @@ from ident.diagnosis.waves import JointSignal, wave, wave_numbers
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.periodogram import highest_in_band, periodogram
 from ident.dynamics.structure import ModelStructure, Term
+from ident.threads import in_threads
 from recordings.recording import Floats
 
 EFFECT = "cogging"
@@ -213,8 +214,8 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     steps = np.max([quantization.resolution(position) for position in positions], axis=0)
     lines: list[RippleLine] = []
     vibrations: list[Vibration] = []
-    for joint, step in enumerate(steps.tolist()):
-        waves = search(JointSignal(bands, joint), step if effect else np.inf)
+    signals = [JointSignal(bands, joint) for joint in range(len(steps))]
+    for joint, waves in enumerate(in_threads(search, signals, steps if effect else np.full(len(steps), np.inf))):
         lines += [line for line in _lines(waves, joint) if not _is_known(line, model)]
         pairs = zip(waves.frequencies.tolist(), waves.vibrations.tolist(), strict=True)
         vibrations += [Vibration(joint, frequency, amplitude) for frequency, amplitude in pairs]

@@ -18,7 +18,7 @@ from ident.dynamics.effects.base import Additive, Effect, Quantity, Signal, Sugg
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.recording import Floats
 
 MIN_EXCITATION = 1e-3
@@ -86,7 +86,7 @@ class Screener:
         """
         best: list[Candidate] = []
         excluded: dict[str, Exclusion] = {}
-        all_results = each(self._results, library.keys(), library.values())
+        all_results = in_threads(self._results, library.keys(), library.values())
         for (name, effect), results in zip(library.items(), all_results, strict=True):
             candidates = [candidate for candidate in results if isinstance(candidate, Candidate)]
             if candidates:

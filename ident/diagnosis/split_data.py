@@ -14,7 +14,7 @@ from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
 from ident.estimation.predicted_torque import TorquePredictor, cache_size
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints
 
@@ -77,7 +77,7 @@ class SplitData:
     @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
         """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
-        return tuple(map(TorquePredictor, each(with_encoder_errors, self.recordings)))
+        return tuple(map(TorquePredictor, in_threads(with_encoder_errors, self.recordings)))
 
     @cached_property
     def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
@@ -107,7 +107,9 @@ class SplitData:
             def derivatives(predictor: TorquePredictor) -> Floats:
                 return predictor.linearized(bare, x)[1]
 
-            pairs = list(zip(each(derivatives, self.predictors), each(derivatives, self.perturbed), strict=True))
+            pairs = list(
+                zip(in_threads(derivatives, self.predictors), in_threads(derivatives, self.perturbed), strict=True)
+            )
             self._perturbed_cache[names] = pairs, self._attenuation_bias(pairs)
         return self._perturbed_cache[names]
 
@@ -198,14 +200,14 @@ class SplitData:
         """(m, dof) measured minus computed torque of every recording [N m]."""
         structure, x = solution.structure, solution.x
         return tuple(
-            each(lambda predictor: predictor.prepared.torque - predictor.torque(structure, x), self.predictors)
+            in_threads(lambda predictor: predictor.prepared.torque - predictor.torque(structure, x), self.predictors)
         )
 
 
 def split_recordings(train: Sequence[PreparedRecording], validate: Sequence[PreparedRecording]) -> SplitData:
     """Split recordings for training and recordings for validation; without the latter, split by phase segments."""
     recordings = [*train, *validate]
-    standstill = each(standstill_share, recordings)
+    standstill = in_threads(standstill_share, recordings)
     moving = [
         recording.usable & (share < MAX_STANDSTILL) for recording, share in zip(recordings, standstill, strict=True)
     ]

@@ -10,7 +10,7 @@ import numpy as np
 
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.predicted_torque import TorquePredictor
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.recording import Bools, Floats
 
 _MAX_STEPS = 15
@@ -116,7 +116,7 @@ def _linearize(
     weights: Sequence[Floats],
     nonlinear: bool = True,
 ) -> Solution:
-    linearized = each(lambda predictor: predictor.linearized(structure, x, nonlinear), predictors)
+    linearized = in_threads(lambda predictor: predictor.linearized(structure, x, nonlinear), predictors)
     derivatives = tuple(by_x for _, by_x in linearized)
     residuals = tuple(
         predictor.prepared.torque - torque for predictor, (torque, _) in zip(predictors, linearized, strict=True)
@@ -134,7 +134,7 @@ def _trial_loss(
 ) -> float:
     """Weighted sum of squares at `x` (K,), with the load parameters and the rows of the solution `before`."""
     load_parameters = structure.load_parameters(before.x)
-    residuals = each(
+    residuals = in_threads(
         lambda predictor: predictor.prepared.torque - predictor.torque(structure, x, load_parameters), predictors
     )
     return _loss(residuals, before.weights, before.row_count)

@@ -19,7 +19,7 @@ from ident.dynamics.effects.base import Additive, Signal
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.structure import ModelStructure
 from ident.recent import RecentResults
-from ident.threads import each
+from ident.threads import in_threads
 from recordings.recording import Floats
 
 _RELATIVE_STEP = 1e-4
@@ -105,7 +105,7 @@ class TorquePredictor:
         if nonlinear:
             entries = np.flatnonzero(~structure.linear).tolist()
             derive = partial(self._nonlinear_derivative, structure, x, load_parameters, true, reported)
-            for entry, derivative in zip(entries, each(derive, entries), strict=True):
+            for entry, derivative in zip(entries, in_threads(derive, entries), strict=True):
                 derivatives[:, :, entry] = derivative
         return self.prepared.condition(reported), derivatives
 

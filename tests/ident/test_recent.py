@@ -1,5 +1,5 @@
 from ident.recent import RecentResults
-from ident.threads import each
+from ident.threads import in_threads
 
 
 def test_a_result_is_computed_once() -> None:
@@ -19,4 +19,4 @@ def test_the_least_recently_used_result_is_dropped() -> None:
 def test_threads_get_the_results_of_their_keys() -> None:
     results = RecentResults(3)
     keys = [i % 7 for i in range(500)]
-    assert each(lambda key: results.get(key, lambda: 10 * key), keys) == [10 * key for key in keys]
+    assert in_threads(lambda key: results.get(key, lambda: 10 * key), keys) == [10 * key for key in keys]

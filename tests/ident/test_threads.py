@@ -2,21 +2,21 @@ import threading
 
 import pytest
 
-from ident.threads import each
+from ident.threads import in_threads
 
 
 def test_results_are_in_the_order_of_the_items() -> None:
-    assert each(lambda a, b: 10 * a + b, [1, 2, 3], (4, 5, 6)) == [14, 25, 36]
-    assert each(str, []) == []
+    assert in_threads(lambda a, b: 10 * a + b, [1, 2, 3], (4, 5, 6)) == [14, 25, 36]
+    assert in_threads(str, []) == []
 
 
 def test_calls_within_calls_stay_in_their_thread() -> None:
     def threads_of_calls(_: int) -> set[int]:
-        return {threading.get_ident(), *each(lambda _: threading.get_ident(), range(20))}
+        return {threading.get_ident(), *in_threads(lambda _: threading.get_ident(), range(20))}
 
-    assert all(len(threads) == 1 for threads in each(threads_of_calls, range(20)))
+    assert all(len(threads) == 1 for threads in in_threads(threads_of_calls, range(20)))
 
 
 def test_an_error_reaches_the_caller() -> None:
     with pytest.raises(ZeroDivisionError):
-        each(lambda x: 1 / x, [1, 0, 2])
+        in_threads(lambda x: 1 / x, [1, 0, 2])
