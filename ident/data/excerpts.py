@@ -1,4 +1,4 @@
-"""Excerpts of a long recording that are as informative about the model as the whole recording."""
+"""Excerpts of a long recording, spread from its beginning to its end."""
 
 from dataclasses import dataclass, replace
 
