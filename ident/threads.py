@@ -35,3 +35,6 @@ def _pool() -> ThreadPoolExecutor:
 
 def _mark() -> None:
     _worker.busy = True
+
+
+os.register_at_fork(after_in_child=_pool.cache_clear)  # threads do not survive a fork

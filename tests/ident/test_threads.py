@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -20,3 +22,13 @@ def test_calls_within_calls_stay_in_their_thread() -> None:
 def test_an_error_reaches_the_caller() -> None:
     with pytest.raises(ZeroDivisionError):
         in_threads(lambda x: 1 / x, [1, 0, 2])
+
+
+def test_a_forked_process_has_threads_of_its_own() -> None:
+    program = (
+        "import os; from ident.threads import in_threads; in_threads(str, range(9)); "
+        "child = os.fork(); print(in_threads(str, range(2))); child and os.waitpid(child, 0)"
+    )
+    command = [sys.executable, "-W", "ignore", "-c", program]
+    result = subprocess.run(command, capture_output=True, text=True, timeout=60, check=True)
+    assert result.stdout.split("\n")[:2] == ["['0', '1']"] * 2
