@@ -1,0 +1,28 @@
+"""NumPy archives (`numpy.savez`), without pickled objects."""
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+
+from daq.importing.arrays import table_of_arrays
+from daq.importing.formats import digest
+from daq.importing.table import Selection, Table
+from recordings.errors import BadInput
+
+
+def recognises(path: Path, head: bytes) -> bool:
+    """See `Format`."""
+    return head.startswith(b"PK\x03\x04") and b".npy" in head[:1024]
+
+
+def read(path: Path, selection: Selection) -> Table:
+    """See `Format`."""
+    arrays = {}
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            for name in archive.files:
+                arrays[name] = archive[name]
+    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+        raise BadInput(f"{path} cannot be read as NPZ: {error}; save plain arrays with numpy.savez") from None
+    return table_of_arrays(path, arrays, digest(path))
