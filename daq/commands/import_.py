@@ -95,11 +95,11 @@ def command(
     DATA is a table (CSV and other text of any make, TwinCAT Scope, Parquet, NPZ, MAT) or a ROS 2 bag with
     sensor_msgs/JointState (.mcap, .db3, or its folder).
 
-    A table has columns time (s, strictly increasing, even or not), position_1 ... position_n (rad), and voltage_i (V),
-    effort_i (N m) or current_i (A). Optional: velocity_i, command_i, temperature_i (degC), and cycle, the number of the
-    repetition, or -1; without it repetitions are found from the motion. Columns with other names or units are given
-    with --map, or their units stand in brackets in the header; --guess proposes them. Other columns of numbers are
-    kept. An empty cell or NaN is a gap.
+    A table has columns time (s, strictly increasing, even or not), position_1 ... position_n (rad), and voltage_i
+    (V), effort_i (N m) or current_i (A). Optional: velocity_i, command_i, temperature_i (degC), and cycle, the number
+    of the repetition, or -1; without it repetitions are found from the motion. Columns with other names or units are
+    given with --map, or their units stand in brackets in the header; --guess proposes them. Other columns of numbers
+    are kept. An empty cell or NaN is a gap.
 
     Three joints without --rig and --mechanism are the delta robot of the paper.
     """

@@ -41,8 +41,8 @@ class Description:
     mechanism: MechanismName | None = None
     joints: tuple[JointType, ...] = ("revolute",)
     torque: Mapping[str, Any] | None = None
-    """Keys of the section [torque] of a rig file, where a single gain or torque per ampere stands for all joints; None
-    if they are unknown."""
+    """Keys of the section [torque] of a rig file; None if they are unknown. A single gain or torque per ampere stands
+    for all joints."""
     gravity: bool = False
     """Whether gravity loads the joint of a single axis."""
     simulated: bool = False

@@ -24,13 +24,11 @@ _WORDS = {
     "position": "position pos q angle theta winkel lage phi encoder enc angles positions",
 }
 _QUANTITY = {word: quantity for quantity, words in _WORDS.items() for word in words.split()}
-_COMMAND = frozenset(
-    "cmd command commanded ref reference target demand demanded desired des soll sollwert setpoint set".split()
-)
-_ACTUAL = frozenset("act actual ist istwert measured meas feedback fb state".split())
-_OTHER = frozenset(
-    "error err lag diff deviation limit max min fault status state_word acc acceleration qdd beschleunigung dc link bus "
-    "supply abweichung schleppfehler schleppabstand following counter index frame sequence platform tcp".split()
+_COMMAND = "cmd command commanded ref reference target demand demanded desired des soll sollwert setpoint set"
+_ACTUAL = "act actual ist istwert measured meas feedback fb state"
+_OTHER = (
+    "error err lag diff deviation limit max min fault status statusword acc acceleration qdd beschleunigung dc link "
+    "bus supply abweichung schleppfehler schleppabstand following counter index frame sequence platform tcp"
 )
 _TOKEN = re.compile(r"[A-Z]+(?![a-zäöü])|[A-ZÄÖÜ]?[a-zäöü]+|\d+")
 
@@ -122,23 +120,27 @@ def _numbered(columns: list[str]) -> list[str]:
 def _best(lists: list[list[str]], dof: int | None) -> list[str]:
     """The largest group, or the one of `dof` columns; of several, one that is called actual, or else the first."""
     fitting = [columns for columns in lists if dof is None or len(columns) == dof]
-    return max(fitting, key=lambda c: (len(c), bool(_ACTUAL & set(_words(c[0])))), default=[])
+    return max(fitting, key=lambda c: (len(c), _has(_ACTUAL, _words(c[0]))), default=[])
 
 
 def _words(name: str) -> list[str]:
     return [word.lower() for word in _TOKEN.findall(name)]
 
 
+def _has(vocabulary: str, words: Sequence[str]) -> bool:
+    return not set(vocabulary.split()).isdisjoint(words)
+
+
 def _kind(table: Table, name: str) -> str | None:
     """Quantity that the name or the unit of a column speaks for; None where neither does."""
     words = _words(name)
     unit = _unit(table, name)
-    if _OTHER & set(words):
+    if _has(_OTHER, words):
         return None
     kind = quantity_of(unit) or next((_QUANTITY[word] for word in words if word in _QUANTITY), None)
     if unit.dimension in ("counts", "share") and kind is None:
         kind = "position" if unit.dimension == "counts" else "effort"
-    if _COMMAND & set(words):
+    if _has(_COMMAND, words):
         return "command" if kind in ("position", None) else None
     return kind
 

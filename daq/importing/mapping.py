@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -50,8 +50,8 @@ def sources(table: Table, entries: Sequence[str]) -> dict[str, Source]:
     for name in named:
         if again := next((other for other in table.columns if other.startswith(f"{name}#")), None):
             raise BadInput(
-                f"{table.path}: every column needs a name of its own, {name!r} twice found; rename one, or choose with "
-                f'--map "{name}={again}"'
+                f"{table.path}: every column needs a name of its own, {name!r} twice found; rename one, or choose "
+                f'with --map "{name}={again}"'
             )
     return named | given
 
@@ -121,13 +121,3 @@ def _source(table: Table, target: str, text: str) -> Source:
 
 def _stated(table: Table, name: str) -> Unit:
     return parse(table.units.get(name, "")) or NO_UNIT
-
-
-def entry(target: str, source: Source) -> str:
-    """The text of `--map` for a source."""
-    return f"{target}={source.column}{f':{source.unit.text}' if source.unit.text else ''}"
-
-
-def quoted(entries: Mapping[str, Source]) -> list[str]:
-    """`--map` options of all sources."""
-    return [part for target, source in entries.items() for part in ("--map", entry(target, source))]

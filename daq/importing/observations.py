@@ -11,6 +11,7 @@ import numpy as np
 
 from daq.importing import Imported
 from recordings.recording import Floats
+from recordings.resolution import resolution
 
 _MIN_RATE = 20.0
 """Below this rate [Hz] friction at reversals and ripple pass between two samples."""
@@ -35,10 +36,8 @@ _ONE_WAY = 0.99
 """A motion has one direction if this share of its moving samples has."""
 _ONE_SPEED = 0.05
 """A motion has one speed if the speeds of its moving samples vary by less than this share."""
-_QUANTISED = 0.98
-"""Share of the differences between values that must be multiples of the smallest, to call it a resolution."""
 _FALL = 100.0
-"""A torque whose noise density falls by this factor between 0.3 to 0.5 and 0.8 to 1 of the Nyquist frequency has passed
+"""A torque whose noise density falls by this factor from 0.3 ... 0.5 to 0.8 ... 1 of the Nyquist frequency has passed
 a low-pass: noise of drives is white there."""
 _SPECTRUM_SAMPLES = 256
 """Samples of one spectrum; fewer samples than four of these say nothing about a filter."""
@@ -83,7 +82,7 @@ def _rate(imported: Imported) -> Iterator[Observation]:
         yield Observation(
             "jitter",
             "warning",
-            f"time steps vary by {100 * jitter:.0f} %: use the stamps of the drive rather than the arrival at the host",
+            f"time steps vary by {100 * jitter:.0f} %: use the stamps of the drive, not those of arrival",
         )
 
 
@@ -145,21 +144,6 @@ def _resolution(imported: Imported) -> Iterator[Observation]:
             yield Observation("resolution", "note", f"resolution of {name}: {listed} {unit}")
 
 
-def resolution(values: Floats) -> float | None:
-    """Step of which all differences of `values` (n,) are multiples; None where they are continuous."""
-    levels = np.unique(values[np.isfinite(values)])
-    if len(levels) < 3:
-        return None
-    steps = np.diff(levels)
-    steps = steps[steps > 1e-9 * max(np.ptp(levels), np.abs(levels).max())]
-    if not len(steps):
-        return None
-    smallest = float(steps.min())
-    smallest = float(np.median(steps[steps < 1.5 * smallest]))
-    off = np.abs(steps / smallest - np.rint(steps / smallest))
-    return smallest if np.mean(off < 0.05) > _QUANTISED and len(steps) > 1 else None
-
-
 def _velocity(imported: Imported) -> Iterator[Observation]:
     for joint, column in _columns(imported, "velocity"):
         derivative = _derivative(imported, joint)
@@ -169,8 +153,8 @@ def _velocity(imported: Imported) -> Iterator[Observation]:
         correlation = float(np.corrcoef(column[known], derivative[known])[0, 1])
         slope = float(column[known] @ derivative[known] / (derivative[known] @ derivative[known]))
         if abs(correlation) < _MIN_CORRELATION:
-            text = f"velocity {joint} is not the derivative of position {joint} (correlation {correlation:.2f}): check both"
-            yield Observation("velocity", "warning", text, joint)
+            text = f"velocity {joint} is not the derivative of position {joint} (correlation {correlation:.2f})"
+            yield Observation("velocity", "warning", f"{text}: check both columns", joint)
         elif abs(slope - 1) > _MAX_SLOPE_ERROR:
             text = f"velocity {joint} is {slope:.3g} times the derivative of position {joint}: check both units"
             yield Observation("velocity", "warning", text, joint)

@@ -72,8 +72,8 @@ def _stamps(table: Table, source: Source | None) -> tuple[Ints, float | None]:
     seconds = np.floor(time)
     if abs(seconds[-1] - seconds[0]) >= _MAX_TIME:
         raise BadInput(
-            f"{where}: times within {_MAX_TIME} s expected, {seconds[-1] - seconds[0]:g} s found; say the unit, as in "
-            f'--map "time={source.column}:ns"'
+            f"{where}: times within {_MAX_TIME} s expected, {seconds[-1] - seconds[0]:g} s found; say the unit, as "
+            f'in --map "time={source.column}:ns"'
         )
     relative = (seconds - seconds[0]).astype(np.int64) * 10**9 + np.rint((time - seconds) * 1e9).astype(np.int64)
     stamp: Ints = relative - relative[0]
@@ -100,16 +100,16 @@ def _joints(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dic
     dof = max(numbers.get("position", {0}))
     if not dof:
         raise BadInput(
-            f"{table.path}: columns position_1, position_2, ... expected, {table.listed()} found; say which they are, "
-            f'as in --map "position_1=COLUMN:deg", or see daq import {table.path} --guess'
+            f"{table.path}: columns position_1, position_2, ... expected, {table.listed()} found; say which they "
+            f'are, as in --map "position_1=COLUMN:deg", or see daq import {table.path} --guess'
         )
     _check_numbers(table, numbers, dof)
     joints = {name: np.column_stack([_in_si(table, sources, name, k, hints) for k in range(dof)]) for name in numbers}
     joints = {name: values for name, values in joints.items() if name == "position" or np.isfinite(values).any()}
     if not {"voltage", "effort", "current"} & joints.keys():
         raise BadInput(
-            f"{table.path}: columns voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found; say "
-            f'which they are, as in --map "current_1=COLUMN:A", or see daq import {table.path} --guess'
+            f"{table.path}: columns voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found; "
+            f'say which they are, as in --map "current_1=COLUMN:A", or see daq import {table.path} --guess'
         )
     return joints
 
@@ -120,8 +120,8 @@ def _check_numbers(table: Table, numbers: Mapping[str, set[int]], dof: int) -> N
         if wrong := sorted(present ^ expected):
             problem = "is missing" if wrong[0] in expected else f"has no position_{wrong[0]}"
             raise BadInput(
-                f"{table.path}: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}; map it "
-                f'with --map "{name}_{wrong[0]}=COLUMN", or leave the others out'
+                f"{table.path}: one column {name}_i for each position_i expected, {name}_{wrong[0]} {problem}; map "
+                f'it with --map "{name}_{wrong[0]}=COLUMN", or leave the others out'
             )
 
 

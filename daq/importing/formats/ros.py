@@ -157,7 +157,7 @@ def _order(path: Path, messages: list[_Message]) -> tuple[Ints, Ints, list[str]]
 
 
 def _values(path: Path, messages: list[_Message], joints: tuple[str, ...], field: int) -> Floats:
-    """Values (n, dof) of a field (its place in `_FIELDS`) in the order of `joints`; NaN where a message lacks them."""
+    """Values (n, dof) of a field, given by its place in `_FIELDS`; NaN where a message lacks a joint."""
     table = np.full((len(messages), len(joints)), np.nan)
     layouts: dict[tuple[str, ...], tuple[Ints, Ints]] = {}
     for row, message in enumerate(messages):
@@ -167,8 +167,8 @@ def _values(path: Path, messages: list[_Message], joints: tuple[str, ...], field
         here, there = layouts[names]
         if len(content) and len(names) not in (0, len(content)):
             raise BadInput(
-                f"{path}: message {row + 1}: {len(names)} values of {_FIELDS[field]} as of name expected, {len(content)} found; "
-                "record again"
+                f"{path}: message {row + 1}: {len(names)} values of {_FIELDS[field]}, one for each name, expected, "
+                f"{len(content)} found; choose another --topic"
             )
         if len(content) > there.max(initial=-1):
             table[row, here] = content[there]

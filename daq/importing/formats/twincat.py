@@ -1,4 +1,4 @@
-"""CSV export of TwinCAT Scope View (Beckhoff): a header per channel, and a column of time before each channel or group.
+"""CSV export of TwinCAT Scope View (Beckhoff): a header per channel, a column of time before each channel or group.
 
 The time columns are in ms from the start of the export, or in ticks of 100 ns since 1601 ("full timestamp"). Channels
 with another sample time than the first are interpolated at its instants. The format is described at
