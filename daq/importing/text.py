@@ -129,7 +129,8 @@ def _separators(rows: list[str]) -> tuple[str, str]:
         regular = sum(len(row) == width for row in table) / len(table)
         return numeric * regular, width, -_DELIMITERS.index(pair[0])
 
-    return max(((d, mark) for d in _DELIMITERS for mark in ".," if d != mark), key=score)
+    quoted = any('"' in row for row in rows)  # a cell may then hold the delimiter
+    return max(((d, mark) for d in _DELIMITERS for mark in ".," if d != mark or quoted), key=score)
 
 
 def _width(table: list[list[str]]) -> int:
