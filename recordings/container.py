@@ -217,7 +217,8 @@ class _RecordLoader:
         except ValueError as error:
             reason = str(error)
         raise ForeignFile(
-            f"{self.container.path} is not a recording of this program: {channel.topic}: {reason}", self.container.path
+            f"{self.container.path} is not a recording of this program: {channel.topic}: {reason}",
+            self.container.path,
         )
 
     def _load_chunk(self, data: bytes) -> None:

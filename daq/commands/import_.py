@@ -1,6 +1,7 @@
 """`daq import`: conversion of measurements of another program to a recording."""
 
 import json
+import math
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -241,9 +242,12 @@ def _numbers(option: str, text: str) -> list[float]:
     from recordings.errors import BadInput
 
     try:
-        return [float(number) for number in text.split(",")]
+        numbers = [float(number) for number in text.split(",")]
     except ValueError:
-        raise BadInput(f"{option}: numbers such as 1.0 or 1.0,0.9,1.1 expected, {text!r} found") from None
+        raise BadInput(f"{option}: numbers such as 1.0 or 1.0,0.9,1.1 expected, {text!r} found; correct it") from None
+    if not all(0 < number < math.inf for number in numbers):
+        raise BadInput(f"{option}: numbers above 0 expected, {text!r} found; turn a sign by --map and a factor *-1")
+    return numbers
 
 
 def _figures(imported: "Imported", out: Path, seen: "list[Observation]") -> dict[str, Any]:

@@ -96,13 +96,13 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
     choice = choice or Choice()
     table = formats.read(path, choice.selection)
     columns = sources(table, choice.mapping)
-    found = quantities(table, columns, description.hints)
-    rate = float(1e9 / np.median(np.diff(found.stamp)))
-    rig = _rig(table, description, found.joints, rate)
-    joints = dict(found.joints)
+    values = quantities(table, columns, description.hints)
+    rate = float(1e9 / np.median(np.diff(values.stamp)))
+    rig = _rig(table, description, values.joints, rate)
+    joints = dict(values.joints)
     if not {"voltage", "effort"} & joints.keys():
         joints["effort"] = _effort(table, joints["current"], rig)
-    repeat, period = repetitions(table, found.cycle, found.stamp, joints.get("command", joints["position"]))
+    repeat, period = repetitions(table, values.cycle, values.stamp, joints.get("command", joints["position"]))
     run = Run(
         trajectory="imported",
         trajectory_digest=table.digest,
@@ -112,18 +112,18 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
         software=f"delta-workbench {version('delta-workbench')}",
         simulated=description.simulated,
         pace="realtime",
-        start=description.start or _start(table, found),
+        start=description.start or _start(table, values),
         robot=description.robot,
         exit_status=0,
         reason=f"imported from {path.name}",
     )
     samples = SampleTable(
         joints=rig.joint_names,
-        stamp=found.stamp,
-        log=found.stamp,
-        cycle=np.arange(len(found.stamp)),
+        stamp=values.stamp,
+        log=values.stamp,
+        cycle=np.arange(len(values.stamp)),
         repeat=repeat,
-        extra=found.extra,
+        extra=values.extra,
         position=joints["position"],
         command=joints.get("command"),
         voltage=joints.get("voltage"),
@@ -140,10 +140,10 @@ def _unread(table: Table, columns: Mapping[str, Source]) -> list[str]:
     return [f"left out, because not numbers throughout: {', '.join(text)}"] if text else []
 
 
-def _start(table: Table, found: Quantities) -> str:
+def _start(table: Table, values: Quantities) -> str:
     """ISO 8601 time of the first sample as the file says it; 1970 where it does not."""
-    if found.epoch is not None:
-        return datetime.fromtimestamp(found.epoch, UTC).isoformat(timespec="milliseconds")
+    if values.epoch is not None:
+        return datetime.fromtimestamp(values.epoch, UTC).isoformat(timespec="milliseconds")
     return table.start or _NO_DATE
 
 
@@ -164,7 +164,9 @@ def _for_joints(torque: Mapping[str, Any], dof: int) -> dict[str, Any]:
     for name, option in (("gain", "--gain"), ("per_ampere", "--kt")):
         if name in content:
             if len(content[name]) not in (1, dof):
-                raise BadInput(f"{option}: one number, or {dof} (one per joint) expected, {len(content[name])} found")
+                raise BadInput(
+                    f"{option}: one number, or {dof} (one per joint) expected, {len(content[name])} found; correct it"
+                )
             content[name] = content[name] * (dof // len(content[name]))
     return content | ({"gain_source": "calibrated"} if "gain" in content else {})
 
@@ -174,7 +176,8 @@ def _rig(table: Table, description: Description, joints: Mapping[str, Floats], r
     if description.rig is not None:
         if description.rig.dof != dof:
             raise BadInput(
-                f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i found"
+                f"{table.path}: {description.rig.dof} joints expected by the rig file, {dof} columns position_i "
+                "found; map as many columns, or choose another rig file"
             )
         return description.rig
     if not volts and {"map", "gain"} & (description.torque or {}).keys():

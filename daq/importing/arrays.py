@@ -28,9 +28,8 @@ def table_of_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], digest: str)
         elif array.dtype.kind == "M":
             columns[name], start = _seconds(array)
         elif array.dtype.kind not in "fiub":
-            invalid[name] = (
-                f"{path}, column {name!r}: numbers expected, {array.dtype.name} found; export it as numbers"
-            )
+            kind = "text" if array.dtype.kind in "OSUT" else array.dtype.name
+            invalid[name] = f"{path}, column {name!r}: numbers expected, {kind} found; export it as numbers"
         else:
             columns |= _numbered(name, array.astype(float), count)
     notes = (f"left out, because not {count} values long: {', '.join(other)}",) if other else ()

@@ -41,7 +41,9 @@ def iso_date(option: str, text: str) -> str:
     try:
         return _parsed(text).astimezone(UTC).isoformat(timespec="milliseconds")
     except (ValueError, OverflowError):
-        raise BadInput(f"{option}: a date such as 2026-01-05T08:00:00Z expected, {text!r} found") from None
+        raise BadInput(
+            f"{option}: a date such as 2026-01-05T08:00:00Z expected, {text!r} found; correct it"
+        ) from None
 
 
 def _parsed(cell: str) -> datetime:

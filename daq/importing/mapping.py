@@ -66,7 +66,8 @@ def _pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
             pairs += _file(Path(entry))
         else:
             raise BadInput(
-                f'--map: NAME=COLUMN:UNIT such as "position_1=q1:deg", or a TOML file, expected, {entry!r} found'
+                f'--map: NAME=COLUMN:UNIT such as "position_1=q1:deg", or a TOML file, expected, {entry!r} found; '
+                "correct it"
             )
     return pairs
 
@@ -78,9 +79,9 @@ def _file(path: Path) -> list[tuple[str, str]]:
     except FileNotFoundError:
         raise BadInput(f"mapping {path} does not exist; check the path") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"mapping {path} cannot be read: {error}") from None
+        raise BadInput(f"mapping {path} cannot be read: {error}; check the file") from None
     except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"mapping {path} is not valid TOML: {error}") from None
+        raise BadInput(f"mapping {path} is not valid TOML: {error}; correct it") from None
     for target, text in content.items():
         if not isinstance(text, str):
             raise BadInput(f'mapping {path}: {target} = "COLUMN:UNIT" expected, {text!r} found; put it in quotes')
@@ -91,9 +92,9 @@ def _check_target(target: str) -> None:
     if not _TARGET.fullmatch(target):
         known = [*(f"{name}_1" for name in JOINT_QUANTITIES), *TIMES]
         similar = get_close_matches(target, known, n=1)
-        hint = f"; did you mean {similar[0]}?" if similar else ""
+        hint = f"did you mean {similar[0]}?" if similar else "correct the name"
         raise BadInput(
-            f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found{hint}"
+            f"--map: time, cycle, or {', '.join(JOINT_QUANTITIES)} with _1, _2 ... expected, {target!r} found; {hint}"
         )
 
 
@@ -101,8 +102,7 @@ def _source(table: Table, target: str, text: str) -> Source:
     """Column and unit of `text`: COLUMN, or COLUMN:UNIT; names may hold colons."""
     if text in table.columns or text in table.invalid or text == ROW:
         return Source(text, _stated(table, text))
-    column, colon, unit_text = text.rpartition(":")
-    column = column.strip()
+    column, colon, unit_text = (part.strip() for part in text.rpartition(":"))
     if not colon:
         table.column(text)  # says that there is none
     if column not in table.columns and column not in table.invalid and column != ROW:
@@ -111,7 +111,7 @@ def _source(table: Table, target: str, text: str) -> Source:
     if unit is None:
         raise BadInput(
             f"--map {target}: a unit such as deg, ms, A*0.12 or counts/8192 behind the colon expected, "
-            f"{unit_text.strip()!r} found; correct it"
+            f"{unit_text!r} found; correct it"
         )
     if unit.dimension is None:  # a factor alone scales the unit that the file states
         stated = _stated(table, column)

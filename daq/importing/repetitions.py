@@ -52,7 +52,9 @@ def _numbered(table: Table, name: str, stamp: Ints) -> tuple[Ints, float]:
     wrong = np.flatnonzero((cycle != np.rint(cycle)) | (np.abs(cycle) > 2**31))
     if len(wrong):
         row = int(wrong[0])
-        raise BadInput(f"{table.location(row, name)}: a whole number expected, {float(cycle[row])!r} found")
+        raise BadInput(
+            f"{table.location(row, name)}: a whole number expected, {float(cycle[row])!r} found; correct it"
+        )
     inside = cycle >= 0
     numbers, rank = np.unique(cycle[inside], return_inverse=True)
     repeat = np.full(len(cycle), -1)

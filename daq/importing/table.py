@@ -54,8 +54,8 @@ class Table:
             if name == ROW:
                 return np.arange(self.count, dtype=float)
             similar = get_close_matches(name, [*self.columns, *self.invalid], n=1)
-            hint = f"; did you mean '{similar[0]}'?" if similar else ""
-            raise BadInput(f"{self.path}: a column '{name}' expected, {self.listed()} found{hint}")
+            hint = f"did you mean '{similar[0]}'?" if similar else "correct the name"
+            raise BadInput(f"{self.path}: a column '{name}' expected, {self.listed()} found; {hint}")
         values = self.columns[name]
         if np.isinf(values).any():
             where = self.location(int(np.argmax(np.isinf(values))), name)

@@ -99,7 +99,9 @@ def find_layout(path: Path, lines: list[str]) -> Layout:
     sample = lines[:_SAMPLE_LINES]
     rows = [line for line in sample if line.strip() and not is_comment(line)]
     if not rows:
-        raise BadInput(f"{path}, line 1: a header row with the names of the columns expected, none found")
+        raise BadInput(
+            f"{path}, line 1: a header row with the names of the columns expected, none found; export it again"
+        )
     delimiter, decimal = _separators(rows)
     width = _width([split(line, delimiter) for line in rows])
     counts = [_count_numbers(line, delimiter, decimal, width) for line in sample]
@@ -109,7 +111,9 @@ def find_layout(path: Path, lines: list[str]) -> Layout:
     header, units = _header(sample[:first], delimiter, width)
     if header is None:
         if first == len(sample):
-            raise BadInput(f"{path}, line 1: a header row and rows of numbers expected, {rows[0][:40]!r} found")
+            raise BadInput(
+                f"{path}, line 1: a header row and rows of numbers expected, {rows[0][:40]!r} found; export as CSV"
+            )
         return Layout(delimiter, decimal, tuple(f"#{k + 1}" for k in range(width)), {}, first)
     names, stated = _names(path, header)
     stated |= {name: unit for name, unit in zip(names, units, strict=False) if parse(unit)}

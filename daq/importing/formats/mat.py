@@ -22,7 +22,7 @@ _MOST_LEVELS = 8
 
 def recognises(path: Path, head: bytes) -> bool:
     """See `Format`."""
-    return head.startswith((b"MATLAB 5.0 MAT-file", _HDF5)) or (path.suffix.lower() == ".mat" and b"\0" in head)
+    return head.startswith(b"MATLAB") or (path.suffix.lower() == ".mat" and b"\0" in head)
 
 
 def read(path: Path, selection: Selection) -> Table:
@@ -35,11 +35,10 @@ def read(path: Path, selection: Selection) -> Table:
 
 def _read_version_5(path: Path) -> Mapping[str, Any]:
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     try:
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
-    except (MatReadError, ValueError, TypeError, OSError, EOFError, KeyError, NotImplementedError) as error:
+    except Exception as error:  # at damaged files it raises errors of every kind
         raise BadInput(f"{path} cannot be read as a MATLAB file: {error}; save it with -v7") from None
     return content
 

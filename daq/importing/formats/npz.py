@@ -1,6 +1,5 @@
 """NumPy archives (`numpy.savez`), without pickled objects."""
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -20,9 +19,9 @@ def read(path: Path, selection: Selection) -> Table:
     """See `Format`."""
     arrays = {}
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as stream, np.load(stream, allow_pickle=False) as archive:
             for name in archive.files:
                 arrays[name] = archive[name]
-    except (ValueError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+    except Exception as error:  # at damaged files it raises errors of every kind
         raise BadInput(f"{path} cannot be read as NPZ: {error}; save plain arrays with numpy.savez") from None
     return table_of_arrays(path, arrays, digest(path))

@@ -112,7 +112,7 @@ def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, .
     if np.isnan(values["position"]).all():
         known = ", ".join(sorted({name for message in messages for name in message.names}))
         raise BadInput(
-            f"{path}: --names of joints on {topic} expected ({known}), {', '.join(joints)} found; correct it"
+            f"{path}: --names: joints on {topic} ({known}) expected, {', '.join(joints)} found; correct it"
         )
     columns = {
         f"{field}_{joint}": column

@@ -38,7 +38,9 @@ def read(path: Path, selection: Selection) -> Table:
     lines = lines_of(decode(content, path))
     header, first = _header(path, lines, delimiter)
     rows = [split(line, delimiter) for line in lines[first:] if line.strip() and line.strip() != "EOF"]
-    width = max(map(len, rows), default=0)
+    if not rows:
+        raise BadInput(f"{path}: rows of numbers behind the header expected, none found; export the data as well")
+    width = max(map(len, rows))
     channels = _names(header["Name"])
     table = _numbers(path, rows, width, first)
     times, values = _pairs(path, table, len(channels), header)
@@ -61,16 +63,14 @@ def _header(path: Path, lines: list[str], delimiter: str) -> tuple[dict[str, lis
     """Header of the channels: a value per channel by key, and the index of the first line with data."""
     begin = next((k for k, line in enumerate(lines[2:], start=2) if line.startswith(f"Name{delimiter}")), None)
     if begin is None:
-        raise BadInput(
-            f"{path}: a header with a line 'Name' for the channels expected, none found; export it with one"
-        )
+        raise BadInput(f"{path}: a line 'Name' with the channels expected, none found; export with the full header")
     header: dict[str, list[str]] = {}
     for place, line in enumerate(lines[begin:], start=begin):
         cells = line.split(delimiter)
         if not cells[0] or number(cells[0].strip(), ",") is not None or number(cells[0].strip(), ".") is not None:
             return header, place + (not line.strip())
         header[cells[0].strip()] = [cell.strip() for cell in cells[1::2]]
-    raise BadInput(f"{path}: rows of numbers behind the header expected, none found; export the data as well")
+    return header, len(lines)
 
 
 def _names(names: list[str]) -> list[str]:

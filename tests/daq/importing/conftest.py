@@ -17,7 +17,9 @@ def sample() -> Recording:
 
 
 @pytest.fixture(scope="session")
-def foreign_file(sample: Recording, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], tuple[Path, list[str]]]:
+def foreign_file(
+    sample: Recording, tmp_path_factory: pytest.TempPathFactory
+) -> Callable[[str], tuple[Path, list[str]]]:
     """The file of a kind in `foreign.FILES`, made once, and its options."""
     from tests.daq.importing.foreign import FILES
 

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import ident
 from daq.commands.import_ import command
-from ident.diagnosis.diagnosis import diagnose
 from recordings.reader import read
 from recordings.recording import Recording
 from tests.daq.importing.foreign import FILES, START, torque
@@ -50,7 +50,7 @@ def test_proposed_command_gives_the_arrays_of_the_recording(
 
 @pytest.mark.parametrize("kind", FILES)
 def test_ident_says_the_command_that_reads_a_foreign_file(kind: str, foreign_file: Maker, tmp_path: Path) -> None:
-    file, options = foreign_file(kind)
+    file, _ = foreign_file(kind)
     program = "import sys; from ident.cli import main; main()"
     done = subprocess.run(
         [sys.executable, "-c", program, "diagnose", str(file)],
@@ -81,5 +81,5 @@ def test_hidden_effect_is_found_in_foreign_files(tmp_path: Path, monkeypatch: py
         arguments = proposed(Path(f"{trajectory}-scope.csv"), options)
         assert CliRunner().invoke(command, arguments, catch_exceptions=False).exit_code == 0
         files[trajectory] = arguments[arguments.index("--out") + 1]
-    found = diagnose([Path(files["fig5a"])], validate=Path(files["fig5b"]))
-    print(found)
+    result = ident.diagnose([files["fig5a"]], validate=files["fig5b"])
+    assert [finding.effect for finding in result.findings if finding.effect != "rod_inertia"] == ["cogging"]

@@ -210,7 +210,7 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
     "a torque per ampere that is no number": (["--mechanism", "axes", "--kt", "x"], "--kt: numbers such as"),
     "the weight of a robot": (["--mechanism", "delta", "--gravity"], "three revolute joints expected"),
-    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--torque-map, --gain"),
+    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--gain: numbers above 0 expected"),
     "two gains for one joint": (
         ["--mechanism", "axes", "--gain", "1,2"],
         "--gain: one number, or 1 (one per joint) expected, 2",

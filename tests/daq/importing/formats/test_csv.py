@@ -78,7 +78,10 @@ def test_dates_become_seconds(cells: tuple[str, str], start: str | None, tmp_pat
 def test_text_makes_a_column_unusable_only_if_it_is_used(tmp_path: Path) -> None:
     table = table_of(tmp_path, "t,a,state\n0,1,OK\n1,2,OK\n2,x,3\n")
     np.testing.assert_array_equal(table.column("t"), [0, 1, 2])
-    for name, place in (("a", "line 4, column 'a': a number expected, 'x' found"), ("state", "line 2, column 'state'")):
+    for name, place in (
+        ("a", "line 4, column 'a': a number expected, 'x' found"),
+        ("state", "line 2, column 'state'"),
+    ):
         with pytest.raises(BadInput, match=place):
             table.column(name)
 
@@ -90,9 +93,7 @@ def test_columns_without_names_get_numbers(tmp_path: Path) -> None:
 
 
 @given(
-    values=st.lists(
-        st.tuples(*[st.floats(allow_nan=True, allow_infinity=False)] * 3), min_size=2, max_size=30
-    ),
+    values=st.lists(st.tuples(*[st.floats(allow_nan=True, allow_infinity=False)] * 3), min_size=2, max_size=30),
     delimiter=st.sampled_from([";", "\t", "|", " "]),
     decimal=st.sampled_from([".", ","]),
 )
