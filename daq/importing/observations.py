@@ -19,6 +19,8 @@ _MAX_TIME_STEP = 0.2
 """Steps [s] above this are seldom meant: time is in ms."""
 _MAX_JITTER = 0.1
 """Standard deviation of the time steps, relative to their median, that is pointed out."""
+_EVEN = 1e-4
+"""Time steps with less jitter than this are even."""
 _GAP = 1.9
 """A time step this many times the median is a gap."""
 _REVOLUTION = 2 * np.pi
@@ -63,7 +65,8 @@ def observe(imported: Imported) -> list[Observation]:
 def _rate(imported: Imported) -> Iterator[Observation]:
     step = float(np.median(imported.steps))
     jitter = float(np.std(imported.steps[imported.steps < _GAP * step]) / step)
-    yield Observation("rate", "note", f"rate {1 / step:.4g} Hz, steps jitter by {100 * jitter:.2g} %")
+    steps = f"steps jitter by {100 * jitter:.2g} %" if jitter > _EVEN else "even steps"
+    yield Observation("rate", "note", f"rate {1 / step:.4g} Hz, {steps}")
     column = imported.time_column
     if step > _MAX_TIME_STEP:
         yield Observation(

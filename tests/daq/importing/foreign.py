@@ -1,5 +1,11 @@
-"""Files of other programs, made from a recording with other people's libraries."""
+"""Files of other programs, made from a recording with other people's libraries.
 
+`python -m tests.daq.importing.foreign FOLDER` writes those of `recordings/samples/foreign`, in which cogging is hidden.
+"""
+
+import subprocess
+import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +20,7 @@ from scipy.io import savemat
 
 from ident.dynamics.torque_map import torque_from_voltage
 from recordings import schemas
+from recordings.reader import read
 from recordings.recording import Recording
 
 START_NS = 1_767_600_000_000_000_000
@@ -122,3 +129,19 @@ FILES: dict[str, tuple[Callable[[Recording, Path], Path], list[str]]] = {
     "Parquet": (parquet_file, []),
 }
 """How each is made, and the options that the file cannot say."""
+
+
+def write_samples(folder: Path) -> None:
+    """Write the two motions of the samples, of a simulated rig with hidden cogging, as files of other programs."""
+    for trajectory in ("fig5a", "fig5b"):
+        with tempfile.TemporaryDirectory() as scratch:
+            file = Path(scratch) / "rig.mcap"
+            options = f"--traj {trajectory} --cycles 2 --rate 250 --hidden 9 --out {file}".split()
+            subprocess.run([Path(sys.executable).with_name("daq"), "record", *options], check=True)
+            scope_csv(read(file), folder).rename(folder / f"scope-{trajectory}.csv")
+            if trajectory == "fig5a":
+                mcap(read(file), folder)
+
+
+if __name__ == "__main__":
+    write_samples(Path(sys.argv[1]))

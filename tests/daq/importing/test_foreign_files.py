@@ -2,7 +2,6 @@
 
 import json
 import shlex
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -16,8 +15,9 @@ import ident
 from daq.commands.import_ import command
 from recordings.reader import read
 from recordings.recording import Recording
-from tests.daq.importing.foreign import FILES, START, torque
+from tests.daq.importing.foreign import FILES, KT, START, torque
 
+SAMPLES = Path(__file__).parents[3] / "recordings" / "samples"
 Maker = Callable[[str], tuple[Path, list[str]]]
 
 
@@ -68,18 +68,10 @@ def test_ident_says_the_command_that_reads_a_foreign_file(kind: str, foreign_fil
 
 
 @pytest.mark.slow
-def test_hidden_effect_is_found_in_foreign_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_effect_hidden_in_a_drives_scope_files_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    files = {}
-    for trajectory in ("fig5a", "fig5b"):
-        record = f"record --traj {trajectory} --cycles 2 --hidden 9 --out {trajectory}.mcap".split()
-        subprocess.run([sys.executable, "-c", "from daq.cli import main; main()", *record], check=True, timeout=300)
-        make, options = FILES["scope CSV"]
-        (tmp_path / trajectory).mkdir()
-        source = make(read(tmp_path / f"{trajectory}.mcap"), tmp_path / trajectory)
-        shutil.copy(source, f"{trajectory}-scope.csv")
-        arguments = proposed(Path(f"{trajectory}-scope.csv"), options)
+    for name in ("scope-fig5a", "scope-fig5b"):
+        arguments = proposed(SAMPLES / "foreign" / f"{name}.csv", ["--kt", str(KT)])
         assert CliRunner().invoke(command, arguments, catch_exceptions=False).exit_code == 0
-        files[trajectory] = arguments[arguments.index("--out") + 1]
-    result = ident.diagnose([files["fig5a"]], validate=files["fig5b"])
+    result = ident.diagnose(["scope-fig5a.mcap"], validate="scope-fig5b.mcap")
     assert [finding.effect for finding in result.findings if finding.effect != "rod_inertia"] == ["cogging"]

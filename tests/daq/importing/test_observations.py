@@ -40,7 +40,7 @@ def warnings(observations: dict[str, Observation]) -> list[str]:
 def test_good_recording_gives_no_warning(tmp_path: Path) -> None:
     observations = seen(tmp_path, velocity_1=SPEED + RNG.normal(scale=0.05, size=N))
     assert warnings(observations) == []
-    assert observations["rate"].says.startswith("rate 250 Hz, steps jitter by ")
+    assert observations["rate"].says.startswith("rate 250 Hz, even steps")
 
 
 BAD: dict[str, tuple[dict[str, np.ndarray], str, str]] = {
