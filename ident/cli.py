@@ -50,4 +50,4 @@ def _import_command(path: Path) -> str | None:
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
         return None
-    return str(guess["command"]) if not guess["missing"] else None
+    return None if guess["assumed"] or guess["missing"] else str(guess["command"])

@@ -145,43 +145,14 @@ def _check_out(out: Path) -> None:
 
 def _guess(file: Path, choice: "Choice", as_json: bool) -> None:
     """Print what each column is taken for, and the command that says so."""
-    from daq.importing import formats, guessing
+    from daq.importing.proposal import propose
+    from recordings.errors import BadInput
 
     if choice.mapping:
-        from recordings.errors import BadInput
-
         raise BadInput("--guess proposes a mapping, --map found as well; leave one of them out")
-    table = formats.read(file, choice.selection)
-    guesses = guessing.guess(table)
-    given = _given_options()
-    words = [
-        "daq",
-        "import",
-        str(file),
-        "--out",
-        str(_output(file)),
-        *guessing.options(table, guesses, frozenset(given)),
-    ]
-    line, sentences = shlex.join([*words, *given]), guessing.missing(guesses, frozenset(given))
-    if as_json:
-        columns = [
-            {
-                "column": guess.column,
-                "name": guess.target,
-                "unit": guess.source.unit.text or None if guess.source else None,
-                "why": guess.why,
-            }
-            for guess in guesses
-        ]
-        click.echo(json.dumps({"schema": 1, "columns": columns, "command": line, "missing": sentences}))
-        return
-    width = max((len(guess.column) for guess in guesses), default=0)
-    for guess in guesses:
-        unit = f" [{guess.source.unit.text}]" if guess.source and guess.source.unit.text else ""
-        click.echo(f"{guess.column:<{width}}  {(guess.target or 'extra channel') + unit:<20}  {guess.why}")
-    for sentence in (*table.notes, *sentences):
-        click.echo(sentence)
-    click.echo(f"next: {line}")
+    proposal = propose(file, choice.selection, _given_options())
+    for line in [json.dumps(proposal.as_json())] if as_json else proposal.lines():
+        click.echo(line)
 
 
 def _given_options() -> list[str]:
@@ -193,13 +164,6 @@ def _given_options() -> list[str]:
         if value and parameter.opts[0] in _DESCRIBING:
             words += [parameter.opts[0], *([] if value is True else [str(value)])]
     return words
-
-
-def _output(file: Path) -> Path:
-    """Name of a new recording for `file`, in this folder."""
-    stem = file.resolve().name if file.is_dir() else file.stem
-    names = (Path(f"{stem}{ending}.mcap") for ending in ("", "-imported"))
-    return next((name for name in names if not name.exists()), Path(f"{stem}-new.mcap"))
 
 
 def _description(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from daq.importing.mapping import JOINT_QUANTITIES, Source, joint_quantity
+from daq.importing.mapping import Source, joint_quantity
 from daq.importing.table import Table
 from daq.importing.units import NO_UNIT, Unit, parse, quantity_of
 from recordings.recording import Floats
@@ -42,7 +42,7 @@ _MAX_CURRENT = 200.0
 """A larger current is in mA."""
 _MAX_SLOPE_ERROR = 0.1
 """Velocity is in the unit in which it is within this share of the derivative of position."""
-_DRIVES = ("effort", "current", "voltage")
+DRIVES = ("effort", "current", "voltage")
 """What drives the motion, in the order in which it is preferred."""
 
 
@@ -94,8 +94,8 @@ def _quantities(table: Table, used: set[str], taken: set[str]) -> dict[str, list
     for kind in ("velocity", "command", "temperature"):
         if kind not in taken and (columns := _best(groups.get(kind, []), dof)):
             result[kind] = columns
-    for kind in _DRIVES:
-        if not taken & set(_DRIVES) and (columns := _best(groups.get(kind, []), dof)):
+    for kind in DRIVES:
+        if not taken & set(DRIVES) and (columns := _best(groups.get(kind, []), dof)):
             return result | {kind: columns}
     return result
 
@@ -231,56 +231,3 @@ def _velocity(table: Table, guesses: Mapping[str, Guess], column: str, target: s
         if unit and abs(factor / unit.factor - 1) < _MAX_SLOPE_ERROR:
             return Guess(column, target, Source(column, unit), f"in {text} it is the derivative of the position")
     return made
-
-
-def options(table: Table, guesses: Sequence[Guess], given: frozenset[str] = frozenset()) -> list[str]:
-    """Options of `daq import` that say a guess explicitly, besides those that the user has `given`."""
-    targets = [guess for guess in guesses if guess.target and guess.source]
-    words = list(table.options)
-    for guess in sorted(targets, key=lambda guess: _place(guess.target or "")):
-        if guess.source and (
-            guess.column != guess.target or guess.source.unit.text not in ("", table.units.get(guess.column))
-        ):
-            unit = guess.source.unit.text
-            words += ["--map", f"{guess.target}={guess.column}{f':{unit}' if unit else ''}"]
-    joints = [guess.target for guess in targets if (guess.target or "").startswith("position_")]
-    if len(joints) not in (0, 3) and not given & {"--mechanism", "--rig"}:
-        words += ["--mechanism", "axes"]
-    if _needs_kt(guesses) and not given & {"--kt", "--rig"}:
-        words += ["--kt", "1"]
-    return words
-
-
-def _place(target: str) -> tuple[int, int]:
-    """Place of a quantity in the command: time, then positions, ..., each in the order of the joints."""
-    quantity = joint_quantity(target)
-    return (JOINT_QUANTITIES.index(quantity[0]) + 1, quantity[1]) if quantity else (0, 0)
-
-
-def _needs_kt(guesses: Sequence[Guess]) -> bool:
-    targets = {guess.target for guess in guesses}
-    return "current_1" in targets and not targets & {"effort_1", "voltage_1"}
-
-
-def missing(guesses: Sequence[Guess], given: frozenset[str] = frozenset()) -> list[str]:
-    """Sentences on what the file does not say, and the user must."""
-    targets = {guess.target for guess in guesses}
-    sentences = []
-    if _needs_kt(guesses) and not given & {"--kt", "--rig"}:
-        sentences.append(
-            "--kt 1 stands for the torque per ampere [N m/A at the joint], which the file does not say: put it in"
-        )
-    if "time" not in targets:
-        sentences.append('no column increases as time does: --map "time=row:s*0.001" counts rows, here of 1 ms')
-    if "position_1" not in targets:
-        sentences.append('no column looks like a position: say which is, as in --map "position_1=COLUMN:deg"')
-    if not any(f"{kind}_1" in targets for kind in _DRIVES):
-        sentences.append('no torque, current or voltage: say which is, as in --map "current_1=COLUMN:A"')
-    units = [guess.source.unit for guess in guesses if guess.source]
-    if any(unit.dimension in ("counts", "count rate") and not unit.scaled for unit in units):
-        sentences.append(
-            "counts need the counts per turn of the joint: write counts/8192, or give a --rig with drives"
-        )
-    if any(unit.dimension == "share" and not unit.scaled for unit in units):
-        sentences.append("% needs the torque at 100 %: write %*20 for 20 Nm, or give a --rig with drives")
-    return sentences

@@ -34,10 +34,13 @@ def recognises(path: Path, head: bytes) -> bool:
 def read(path: Path, selection: Selection) -> Table:
     """See `Format`."""
     from rosbags.highlevel import AnyReader
+    from rosbags.typesys import Stores, get_typestore
 
     _check_suffix(path)
+    # Bags of ROS 2 Humble and earlier do not hold the definitions of their messages.
+    usual = get_typestore(Stores.ROS2_HUMBLE)
     try:
-        with AnyReader([path]) as bag:
+        with AnyReader([path], default_typestore=usual) as bag:
             topic = _topic(path, bag, selection.topic)
             messages = list(_messages(bag, topic))
     except BadInput:

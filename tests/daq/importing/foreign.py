@@ -1,6 +1,6 @@
 """Files of other programs, made from a recording with other people's libraries.
 
-`python -m tests.daq.importing.foreign FOLDER` writes those of `recordings/samples/foreign`, in which cogging is hidden.
+`python -m tests.daq.importing.foreign FOLDER` writes `recordings/samples/foreign`, with hidden cogging.
 """
 
 import subprocess

@@ -98,24 +98,3 @@ def test_large_currents_are_in_milliampere() -> None:
 def test_columns_named_like_quantities_are_taken_as_they_are() -> None:
     table = table_of({"time": TIME, "position_1": ANGLE, "effort_1": SPEED, "note": SPEED})
     assert taken(table) == {"time": "time", "position_1": "position_1", "effort_1": "effort_1"}
-    assert guessing.options(table, guessing.guess(table)) == ["--mechanism", "axes"]
-
-
-def test_command_says_what_is_missing() -> None:
-    table = table_of({"t": TIME, "q": np.rint(50_000 * ANGLE), "iq": SPEED})
-    guesses = guessing.guess(table)
-    assert guessing.options(table, guesses)[-2:] == ["--kt", "1"]
-    assert [sentence.split()[0] for sentence in guessing.missing(guesses)] == ["--kt", "counts"]
-    given = frozenset(("--kt", "--mechanism"))
-    assert "--kt" not in guessing.options(table, guesses, given)
-    bare = guessing.missing(guessing.guess(table_of({"a": np.zeros(3)})))
-    assert [sentence.partition(":")[0] for sentence in bare] == [
-        "no column increases as time does",
-        "no column looks like a position",
-        "no torque, current or voltage",
-    ]
-
-
-def test_share_of_rated_torque_needs_it() -> None:
-    table = table_of({"t": TIME, "q": ANGLE, "torque": SPEED}, {"torque": "%"})
-    assert guessing.missing(guessing.guess(table))[0].startswith("% needs the torque at 100 %")

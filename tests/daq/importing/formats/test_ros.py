@@ -1,5 +1,6 @@
 """ROS bags: topics, order and sets of joints, stamps. Whole files of other libraries are in test_foreign_files."""
 
+import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -120,6 +121,17 @@ def test_values_must_belong_to_names(tmp_path: Path) -> None:
     short = message(0, NAMES, [1.0], [1.0, 2.0])
     with pytest.raises(BadInput, match="message 1: 2 values of position, one for each name, expected, 1 found"):
         read(bag(tmp_path, ("/joint_states", short)))
+
+
+def test_older_databases_hold_no_definitions(tmp_path: Path) -> None:
+    """Those of ROS 2 Humble and earlier."""
+    path = bag(tmp_path, *states([0, 10**7]))
+    database = sqlite3.connect(next(path.glob("*.db3")))
+    database.execute("DROP TABLE message_definitions")
+    database.execute("UPDATE schema SET schema_version = 3")
+    database.commit()
+    database.close()
+    np.testing.assert_array_equal(read(path).column("position_2"), [2, 12])
 
 
 def test_damaged_and_misnamed_bags_are_refused(tmp_path: Path) -> None:
