@@ -34,12 +34,12 @@ def _program(**options: Any) -> None:
     try:
         program(**options)
     except ForeignFile as error:
-        command = _import_command(error.path)
-        raise BadInput(f"{error}\nnext: {command}" if command else str(error)) from None
+        advice = _how_to_import(error.path)
+        raise BadInput(f"{error}\n{advice}" if advice else str(error)) from None
 
 
-def _import_command(path: Path) -> str | None:
-    """The `daq import` command that reads `path`, as `daq` proposes it; None where it needs to know more."""
+def _how_to_import(path: Path) -> str | None:
+    """The `daq import` command that reads `path`, or why none does, as `daq` says; None where it says neither."""
     from ident.workbench.recording_process import daq_command
 
     try:
@@ -47,7 +47,9 @@ def _import_command(path: Path) -> str | None:
         done = subprocess.run(
             arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_GUESS
         )
+        if done.returncode:
+            return done.stderr.strip().removeprefix("error: ")
         guess = json.loads(done.stdout)
     except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
         return None
-    return None if guess["assumed"] or guess["missing"] else str(guess["command"])
+    return None if guess["assumed"] or guess["missing"] else f"next: {guess['command']}"

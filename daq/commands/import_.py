@@ -250,14 +250,21 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
     for note in imported.notes:
         click.echo(note)
-    for observation in seen:
-        if observation.level == "warning":
-            click.echo(f"warning: {observation.says}", err=True)
-        else:
-            click.echo(observation.says)
+    for first, *others in _by_name(seen):
+        likewise = f" (likewise joint {', '.join(str(other.joint) for other in others)})" if others else ""
+        warning = first.level == "warning"
+        click.echo(f"{'warning: ' if warning else ''}{first.says}{likewise}", err=warning)
     torque = imported.rig.torque
     if imported.samples.voltage is not None and torque.gain_source == "assumed":
         click.echo(
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
     click.echo(f"imported {figures['recording']}; next: ident diagnose {shlex.quote(figures['recording'])}")
+
+
+def _by_name(seen: "list[Observation]") -> "list[list[Observation]]":
+    """Observations of one kind together, in the order of the first."""
+    groups: dict[str, list[Observation]] = {}
+    for observation in seen:
+        groups.setdefault(observation.name, []).append(observation)
+    return list(groups.values())

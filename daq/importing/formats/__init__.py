@@ -12,6 +12,8 @@ from recordings.files import sha256
 
 _HEAD = 4096
 """Number of bytes by which a format is recognised."""
+_LONGEST_REASON = 120
+"""Number of characters of a library's error that are shown."""
 _FALLBACK = "csv"
 """Format of text that no other format claims."""
 
@@ -60,6 +62,13 @@ def digest(path: Path) -> str:
         return sha256(path)
     files = sorted(file for file in path.iterdir() if file.is_file())
     return hashlib.sha256("".join(map(sha256, files)).encode()).hexdigest()
+
+
+def reason(error: BaseException) -> str:
+    """The beginning of the first line of a library's error, which may quote the whole file."""
+    lines = str(error).splitlines() or [type(error).__name__]
+    text = "".join(character if character.isprintable() else "?" for character in lines[0])
+    return text if len(text) <= _LONGEST_REASON else f"{text[:_LONGEST_REASON]} ..."
 
 
 def _head(path: Path) -> bytes:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from daq.importing.arrays import table_of_arrays
-from daq.importing.formats import digest
+from daq.importing.formats import digest, reason
 from daq.importing.table import Selection, Table
 from recordings.errors import BadInput
 
@@ -39,7 +39,7 @@ def _read_version_5(path: Path) -> Mapping[str, Any]:
     try:
         content: Mapping[str, Any] = loadmat(path, simplify_cells=True)
     except Exception as error:  # at damaged files it raises errors of every kind
-        raise BadInput(f"{path} cannot be read as a MATLAB file: {error}; save it with -v7") from None
+        raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
     return content
 
 
@@ -54,8 +54,8 @@ def _read_hdf5(path: Path) -> Mapping[str, Any]:
     try:
         with h5py.File(path) as file:
             return _loaded(file, _MOST_LEVELS)
-    except OSError as error:
-        raise BadInput(f"{path} cannot be read as a MATLAB file: {error}; save it with -v7") from None
+    except Exception as error:  # at damaged files it raises errors of every kind
+        raise BadInput(f"{path} cannot be read as a MATLAB file: {reason(error)}; save it with -v7") from None
 
 
 def _loaded(group: Any, levels: int) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from daq.importing.arrays import table_of_arrays
-from daq.importing.formats import digest
+from daq.importing.formats import digest, reason
 from daq.importing.table import Selection, Table
 from recordings.errors import BadInput
 
@@ -23,5 +23,5 @@ def read(path: Path, selection: Selection) -> Table:
             for name in archive.files:
                 arrays[name] = archive[name]
     except Exception as error:  # at damaged files it raises errors of every kind
-        raise BadInput(f"{path} cannot be read as NPZ: {error}; save plain arrays with numpy.savez") from None
+        raise BadInput(f"{path} cannot be read as NPZ: {reason(error)}; save plain arrays with numpy.savez") from None
     return table_of_arrays(path, arrays, digest(path))

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from daq.importing.arrays import table_of_arrays
-from daq.importing.formats import digest
+from daq.importing.formats import digest, reason
 from daq.importing.table import Selection, Table
 from recordings.errors import BadInput
 
@@ -24,7 +24,7 @@ def read(path: Path, selection: Selection) -> Table:
     try:
         content = parquet.read_table(path)
     except (ArrowException, OSError) as error:
-        raise BadInput(f"{path} cannot be read as Parquet: {str(error).splitlines()[0]}; export it again") from None
+        raise BadInput(f"{path} cannot be read as Parquet: {reason(error)}; export it again") from None
     columns = {name: content[name].combine_chunks() for name in content.column_names}
     arrays = {name: column.to_numpy(zero_copy_only=False) for name, column in columns.items()}
     return table_of_arrays(path, arrays, digest(path))

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from daq.importing.formats import digest
+from daq.importing.formats import digest, reason
 from daq.importing.table import Selection, Table
 from recordings.errors import BadInput
 from recordings.recording import Floats, Ints
@@ -46,16 +46,10 @@ def read(path: Path, selection: Selection) -> Table:
     except BadInput:
         raise
     except Exception as error:  # the libraries raise errors of every kind at damaged files
-        raise BadInput(
-            f"{path} cannot be read as a ROS bag: {_first_line(error)}; check that it is complete"
-        ) from None
+        raise BadInput(f"{path} cannot be read as a ROS bag: {reason(error)}; check that it is complete") from None
     if not messages:
         raise BadInput(f"{path}: messages on {topic} expected, none found; choose another --topic")
     return _table(path, topic, messages, selection.names)
-
-
-def _first_line(error: BaseException) -> str:
-    return (str(error).splitlines() or [type(error).__name__])[0]
 
 
 def _check_suffix(path: Path) -> None:
@@ -110,13 +104,9 @@ def _messages(bag: "AnyReader", topic: str) -> Iterator[_Message]:
 
 def _table(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> Table:
     joints = names or _all_names(path, topic, messages)
+    _check_names(path, topic, messages, names)
     stamps, kept, notes = _order(path, messages)
     values = {field: _values(path, messages, joints, number)[kept] for number, field in enumerate(_FIELDS)}
-    if np.isnan(values["position"]).all():
-        known = ", ".join(sorted({name for message in messages for name in message.names}))
-        raise BadInput(
-            f"{path}: --names: joints on {topic} ({known}) expected, {', '.join(joints)} found; correct it"
-        )
     columns = {
         f"{field}_{joint}": column
         for field, table in values.items()
@@ -142,6 +132,14 @@ def _all_names(path: Path, topic: str, messages: list[_Message]) -> tuple[str, .
         raise BadInput(f"{path}: {topic} carries several sets of joints ({listed}); choose with --names a,b,c")
     first = messages[0]
     return first.names or tuple(f"joint_{i + 1}" for i in range(len(first.fields[0])))
+
+
+def _check_names(path: Path, topic: str, messages: list[_Message], names: tuple[str, ...]) -> None:
+    """Check that each of the wanted joints is in some message."""
+    present = {name for message in messages for name in message.names}
+    if unknown := [name for name in names if name not in present]:
+        listed = ", ".join(sorted(present)) or "without names"
+        raise BadInput(f"{path}: --names: joints on {topic} ({listed}) expected, {unknown[0]!r} found; correct it")
 
 
 def _order(path: Path, messages: list[_Message]) -> tuple[Ints, Ints, list[str]]:

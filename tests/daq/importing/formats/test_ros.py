@@ -108,8 +108,8 @@ def test_bag_without_joint_states_names_what_it_holds(tmp_path: Path) -> None:
 
 
 def test_unknown_names_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"joints on /joint_states \(a, b\) expected, x found"):
-        read(bag(tmp_path, *states([0, 1])), names=("x",))
+    with pytest.raises(BadInput, match=r"joints on /joint_states \(a, b\) expected, 'x' found"):
+        read(bag(tmp_path, *states([0, 1])), names=("b", "x"))
 
 
 def test_empty_topic_is_refused(tmp_path: Path) -> None:
