@@ -158,13 +158,19 @@ def _repeated_range(x: Floats, period: int, start: int, end: int) -> Cycles | No
     period = _refined(x, period, inner)
     mismatch = _mismatch(x, period)
     # Exact repetitions end sharply, noisy ones do not: repeat with a tolerance adapted to this motion.
-    spread = max(_TOLERANCE_FACTOR * float(np.quantile(mismatch[inner], 0.99)), _encoder_steps(x))
-    tolerance = min(spread + _ROUNDING, _TOLERANCE)
-    first, length = _longest_run(mismatch <= tolerance)
-    count = (length + period) // period
+    spread = _TOLERANCE_FACTOR * float(np.quantile(mismatch[inner], 0.99))
+    exact, rounded = (_within(mismatch, period, tolerance) for tolerance in (spread, max(spread, _encoder_steps(x))))
+    # Rounded positions may be equal for most of a repetition and differ by a step at its begin.
+    first, length, count = rounded if rounded[2] > exact[2] else exact
     if count < 2 or np.nanmax(np.ptp(_interpolated(x[first : first + length]), axis=0)) < 10 * _TOLERANCE:
         return None
     return Cycles(low + first, period, count)
+
+
+def _within(mismatch: Floats, period: int, tolerance: float) -> tuple[int, int, int]:
+    """First sample, length and number of repetitions of the longest run that repeats within `tolerance`."""
+    first, length = _longest_run(mismatch <= min(tolerance + _ROUNDING, _TOLERANCE))
+    return first, length, (length + period) // period
 
 
 def _mismatch(x: Floats, period: int) -> Floats:
