@@ -87,7 +87,8 @@ def _check_increasing(table: Table, source: Source, raw: Floats, stamp: Ints) ->
         row, unit = int(wrong[0]) + 1, source.unit.text or "s"
         raise BadInput(
             f"{table.location(row, source.column)}: a time after {float(raw[row - 1])!r} {unit} expected, "
-            f"{float(raw[row])!r} found; sort the rows and remove those that stand twice"
+            f"{float(raw[row])!r} found; sort the rows and remove those that stand twice, or count rows, as in --map "
+            '"time=row:s*0.001" for one per ms'
         )
 
 

@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from daq import exporting
 from daq.commands.import_ import command
-from daq.importing import Description, import_data
+from daq.importing import Choice, Description, import_data
 from recordings import blocks
 from recordings.blocks import SampleTable
 from recordings.errors import BadInput
@@ -23,6 +23,7 @@ from recordings.recording import Run
 GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
 CYCLES = "time,position_1,effort_1,cycle\n0,1,2,0\n1,2,2,1\n2,3,2,2\n"
 AXES = Description(mechanism="axes")
+NO_DATE = "1970-01-01T00:00:00.000+00:00"
 
 
 def imported(folder: Path, text: str | bytes, description: Description = AXES) -> Path:
@@ -307,3 +308,60 @@ def test_single_gain_and_torque_per_ampere_are_those_of_all_joints(tmp_path: Pat
     torque = read(tmp_path / "r.mcap").rig.torque
     assert (torque.gain, torque.gain_source, torque.per_ampere) == ((1.7,) * 3, "calibrated", (0.5,) * 3)
     assert "assumed" not in result.output
+
+
+def test_start_and_robot_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD)
+    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--json"]
+    options = ["--start", "2026-01-05T09:00:00+01:00", "--robot", "r07"]
+    for name, dated, expected in (
+        ("a", options, ("2026-01-05T08:00:00.000+00:00", "r07")),
+        ("b", [], (NO_DATE, None)),
+    ):
+        out = ["--out", str(tmp_path / f"{name}.mcap")]
+        result = CliRunner().invoke(command, [*arguments, *dated, *out], catch_exceptions=False)
+        figures = json.loads(result.stdout)
+        run = read(tmp_path / f"{name}.mcap").run
+        assert (run.start, run.robot) == (figures["start"], figures["robot"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("times", "start"),
+    [
+        (("2026-01-05T08:00:00Z", "2026-01-05T08:00:00.5Z"), "2026-01-05T08:00:00.000+00:00"),
+        (("1767600000", "1767600000.5"), "2026-01-05T08:00:00.000+00:00"),
+        (("08:00:00", "08:00:00.5"), NO_DATE),
+        (("5", "5.5"), NO_DATE),
+    ],
+)
+def test_start_is_that_of_the_file(times: tuple[str, str], start: str, tmp_path: Path) -> None:
+    recording = read(imported(tmp_path, f"time,position_1,effort_1\n{times[0]},1,2\n{times[1]},2,3\n"))
+    assert recording.run.start == start
+    np.testing.assert_array_equal(recording.time, [0, 0.5])
+
+
+def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("t;q;i;T;position_1\n0;90;1000;300;7\n10;180;2000;301;8\n")
+    mapping = ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K")
+    description = Description(mechanism="axes", torque={"per_ampere": [0.5]})
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, Choice(mapping))
+    recording = read(tmp_path / "r.mcap")
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.time, [0, 0.01])
+    np.testing.assert_allclose(recording.position[:, 0], [np.pi / 2, np.pi])
+    np.testing.assert_allclose(recording.effort[:, 0], [0.5, 1.0])
+    np.testing.assert_allclose(recording.temperature[:, 0], [26.85, 27.85])
+    np.testing.assert_allclose(recording.numbered("current")[:, 0], [1.0, 2.0])
+    np.testing.assert_array_equal(recording.extra["position_1 (not used)"], [7, 8])
+
+
+def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("position_1,effort_1\n1,2\n2,3\n3,4\n")
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, Choice(("time=row:s*0.001",)))
+    np.testing.assert_array_equal(read(tmp_path / "r.mcap").time, [0, 0.001, 0.002])
+
+
+def test_short_recording_with_a_long_gap_is_not_searched_for_repetitions(tmp_path: Path) -> None:
+    """The grid of the search would fill the memory."""
+    recording = read(imported(tmp_path, "time,position_1,effort_1\n0,1,2\n1e-9,2,3\n2e-9,1,2\n2e9,2,3\n"))
+    assert recording.run.period == 0
