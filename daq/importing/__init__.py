@@ -135,9 +135,9 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
 
 
 def _unread(table: Table, columns: Mapping[str, Source]) -> list[str]:
-    """Say which columns hold text."""
-    text = [name for name in table.invalid if name not in {source.column for source in columns.values()}]
-    return [f"left out, because not numbers throughout: {', '.join(text)}"] if text else []
+    """Say which columns hold text or infinity."""
+    left_out = [name for name in table.unreadable if name not in {source.column for source in columns.values()}]
+    return [f"left out, because not finite numbers throughout: {', '.join(left_out)}"] if left_out else []
 
 
 def _start(table: Table, values: Quantities) -> str:

@@ -6,10 +6,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from daq.importing import formats
 from daq.importing.guessing import DRIVES, Guess, guess
 from daq.importing.mapping import JOINT_QUANTITIES, joint_quantity
 from daq.importing.table import Selection, Table
+
+_PREVIEW_VALUES = 300
+"""Number of values of a column in the JSON document."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,7 @@ class Proposal:
                 "name": made.target,
                 "unit": made.source.unit.text or None if made.source else None,
                 "why": made.why,
+                "preview": self._preview(made.column),
             }
             for made in self.guesses
         ]
@@ -43,6 +49,12 @@ class Proposal:
             "assumed": self.assumed,
             "missing": self.missing,
         }
+
+    def _preview(self, column: str) -> list[float | None]:
+        """Some values of a column for a picture, evenly spread; None for a gap, and none of a column of text."""
+        values = self.table.columns.get(column, np.empty(0))
+        rows = np.linspace(0, len(values) - 1, min(len(values), _PREVIEW_VALUES)).astype(np.int64)
+        return [float(value) if np.isfinite(value) else None for value in values[rows]]
 
     def lines(self) -> Iterator[str]:
         """Lines for the console."""

@@ -135,7 +135,7 @@ def _in_si(table: Table, sources: Mapping[str, Source], quantity: str, joint: in
 
 def _extra(table: Table, sources: Mapping[str, Source], hints: RigHints) -> dict[str, Floats]:
     """Columns (n,) that are no quantity of the motion, by name; current and temperature in SI units."""
-    used = {source.column for source in sources.values()}
+    used = {source.column for source in sources.values()} | set(table.unreadable)
     extra = {
         f"{name} (not used)" if name in sources else name: table.column(name)
         for name in table.columns

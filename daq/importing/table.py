@@ -62,6 +62,11 @@ class Table:
             raise BadInput(f"{where}: a finite number expected, infinity found; leave the cell empty for a gap")
         return values
 
+    @property
+    def unreadable(self) -> list[str]:
+        """Columns that hold text or infinity."""
+        return [*self.invalid, *(name for name, values in self.columns.items() if np.isinf(values).any())]
+
     def listed(self) -> str:
         """Names of the columns, for error messages."""
         names = [*self.columns, *self.invalid]

@@ -158,7 +158,9 @@ def check_dimension(unit: Unit, quantity: str, *, prismatic: bool, where: str) -
     if unit.dimension not in accepted:
         kind = f" of a {'prismatic' if prismatic else 'revolute'} joint" if quantity not in _ANY_JOINT else ""
         examples = ", ".join(_EXAMPLES[dimension] for dimension in accepted) or "a number without unit"
-        raise BadInput(f"{where}: {examples} expected for a {quantity}{kind}, '{unit.text}' found; correct the unit")
+        raise BadInput(
+            f"{where}: {examples} expected for the {quantity}{kind}, '{unit.text}' found; correct the unit"
+        )
 
 
 @dataclass(frozen=True)
@@ -200,7 +202,7 @@ def _by_drive(values: Floats, unit: Unit, quantity: str, drive: Drive | None, wh
             "share": "write %*20 for 20 Nm at 100 %, or give --rig with [[drives]]",
             "current": "write A*0.12 for 0.12 Nm/A, or map the column to current_1 ... and give --kt",
         }[unit.dimension or ""]
-        raise BadInput(f"{where}: '{unit.text}' needs a factor to become a {quantity}; {remedy}")
+        raise BadInput(f"{where}: '{unit.text}' needs a factor to become {quantity}; {remedy}")
     if unit.dimension == "counts":
         return drive.to_position(values * unit.factor)
     if unit.dimension == "count rate":

@@ -365,3 +365,10 @@ def test_short_recording_with_a_long_gap_is_not_searched_for_repetitions(tmp_pat
     """The grid of the search would fill the memory."""
     recording = read(imported(tmp_path, "time,position_1,effort_1\n0,1,2\n1e-9,2,3\n2e-9,1,2\n2e9,2,3\n"))
     assert recording.run.period == 0
+
+
+def test_columns_of_text_and_infinity_are_left_out_and_noted(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("time,position_1,effort_1,state,load\n0,1,2,on,inf\n1,2,3,off,2\n")
+    result = import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES)
+    assert result.notes == ("left out, because not finite numbers throughout: state, load",)
+    assert not read(tmp_path / "r.mcap").extra

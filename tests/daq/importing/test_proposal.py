@@ -65,3 +65,13 @@ def test_proposed_output_is_a_new_file(tmp_path: Path, monkeypatch: pytest.Monke
     for name in ("a.mcap", "a-imported.mcap", "a-new.mcap"):
         assert f"--out {name} " in propose(Path("a.csv"), Selection()).command
         (tmp_path / name).touch()
+
+
+def test_document_previews_the_columns(tmp_path: Path) -> None:
+    rows = "\n".join(f"{0.01 * k},{k % 5 if k else ''},on" for k in range(1000))
+    (tmp_path / "a.csv").write_text(f"t,q,state\n{rows}\n")
+    time, angle, state = propose(tmp_path / "a.csv", Selection()).as_json()["columns"]
+    assert (time["name"], angle["name"], state["name"]) == ("time", "position_1", None)
+    assert (time["preview"][0], time["preview"][-1], len(time["preview"])) == (0.0, 9.99, 300)
+    assert angle["preview"][0] is None
+    assert state["preview"] == []

@@ -67,9 +67,9 @@ def test_drives_of_a_rig_file_say_counts_and_rated_torque(text: str, quantity: s
 @pytest.mark.parametrize(
     ("text", "quantity", "reason"),
     [
-        ("A", "position", "rad, deg, turns, .* expected for a position of a revolute joint, 'A' found"),
+        ("A", "position", "rad, deg, turns, .* expected for the position of a revolute joint, 'A' found"),
         ("mm", "position", "revolute joint, 'mm' found"),
-        ("deg", "effort", "expected for a effort|'deg' found"),
+        ("deg", "effort", "expected for the effort of a revolute joint, 'deg' found"),
         ("counts", "position", "write counts/8192 for 8192 counts per turn"),
         ("counts/s", "velocity", "write counts/s/8192"),
         ("%", "effort", r"write %\*20"),

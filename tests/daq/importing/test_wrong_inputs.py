@@ -208,7 +208,7 @@ WRONG = {
     ),
     "time in degrees": (
         "scope.csv --map time=t:deg --map position_1=q1:deg --map current_1=i1:A --kt 1",
-        "s, ms, us, ns expected for a time",
+        "s, ms, us, ns expected for the time",
     ),
     "mapping file is missing": (
         "scope.csv --map none.toml",
