@@ -96,12 +96,21 @@ def options(table: Table, guesses: Sequence[Guess], given: Collection[str] = ())
         unit = made.source.unit.text if made.source else ""
         if made.column != made.target or unit not in ("", table.units.get(made.column)):
             words += ["--map", f"{made.target}={made.column}{f':{unit}' if unit else ''}"]
-    joints = sum((made.target or "").startswith("position_") for made in targets)
-    if joints not in (0, 3) and not {"--mechanism", "--rig"} & set(given):
-        words += ["--mechanism", "axes"]
+    words += [] if {"--mechanism", "--rig"} & set(given) else _axes(targets)
     if assumed(guesses, given):
         words += ["--kt", "1"]
     return words
+
+
+def _axes(guesses: Sequence[Guess]) -> list[str]:
+    """Options that say what the joints are, where they are not those of a delta robot."""
+    targets = [made.target for made in guesses if made.target and made.target.startswith("position_")]
+    positions = sorted(targets, key=_place)
+    slides = {made.target for made in guesses if made.source and made.source.unit.dimension == "length"}
+    if not slides:
+        return ["--mechanism", "axes"] if len(positions) not in (0, 3) else []
+    kinds = ["prismatic" if target in slides else "revolute" for target in positions]
+    return ["--mechanism", "axes", "--joints", ",".join(kinds if len(set(kinds)) > 1 else kinds[:1])]
 
 
 def _place(target: str) -> tuple[int, int]:

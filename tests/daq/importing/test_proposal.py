@@ -75,3 +75,17 @@ def test_document_previews_the_columns(tmp_path: Path) -> None:
     assert (time["preview"][0], time["preview"][-1], len(time["preview"])) == (0.0, 9.99, 300)
     assert angle["preview"][0] is None
     assert state["preview"] == []
+
+
+@pytest.mark.parametrize(
+    ("units", "expected"),
+    [
+        (("mm", "mm", "mm"), ["--mechanism", "axes", "--joints", "prismatic"]),
+        (("mm", "deg", "deg"), ["--mechanism", "axes", "--joints", "prismatic,revolute,revolute"]),
+        (("deg", "deg", "deg"), []),
+    ],
+)
+def test_slides_are_told_by_their_unit(units: tuple[str, ...], expected: list[str]) -> None:
+    columns = {"time": TIME, **{f"position_{k}": ANGLE for k in (1, 2, 3)}, "effort_1": SPEED}
+    table = table_of(columns, {f"position_{k}": unit for k, unit in enumerate(units, start=1)})
+    assert options(table, guess(table)) == expected
