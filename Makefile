@@ -55,12 +55,13 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# The two sample recordings, made anew (lockstep: the same bytes every time).
+# The two sample recordings, made anew (lockstep: the same bytes every time), and files of other programs.
 SAMPLES := recordings/samples
 samples: $(READY)
-	mkdir -p $(SAMPLES) && rm -f $(SAMPLES)/*.mcap
+	mkdir -p $(SAMPLES)/foreign && rm -f $(SAMPLES)/*.mcap $(SAMPLES)/foreign/*.mcap
 	$(BIN)/daq record --traj fig5a --cycles 2 --rate 250 --out $(SAMPLES)/fig5a.mcap
 	$(BIN)/daq record --traj fig5b --cycles 2 --rate 250 --out $(SAMPLES)/fig5b.mcap
+	$(BIN)/python -m tests.daq.importing.foreign $(SAMPLES)/foreign
 
 # Everything that can go wrong with bus, drives, machine, host and operator; prints a table.
 faults: $(READY)

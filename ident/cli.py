@@ -1,9 +1,17 @@
 """`ident`: identify the dynamic model of a recorded mechanism."""
 
+import json
 import os
+import subprocess
+from pathlib import Path
+from typing import Any
 
 from ident import commands
 from recordings.command_line import CommandFolder, run
+from recordings.errors import BadInput, ForeignFile
+
+_LONGEST_GUESS = 60.0
+"""Time to read a file of another program [s]."""
 
 program = CommandFolder(
     commands,
@@ -18,4 +26,30 @@ def main() -> None:
     """Entry point of the program `ident`."""
     # Matrices are long and narrow: BLAS threads would mostly wait for each other and keep the cores busy.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    run(program)
+    run(_program)
+
+
+def _program(**options: Any) -> None:
+    """Run the program; for a file of another program, say the command that brings it in."""
+    try:
+        program(**options)
+    except ForeignFile as error:
+        advice = _how_to_import(error.path)
+        raise BadInput(f"{error}\n{advice}" if advice else str(error)) from None
+
+
+def _how_to_import(path: Path) -> str | None:
+    """The `daq import` command that reads `path`, or why none does, as `daq` says; None where it says neither."""
+    from ident.workbench.recording_process import daq_command
+
+    try:
+        arguments = [*daq_command(), "import", str(path), "--guess", "--json"]
+        done = subprocess.run(
+            arguments, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_LONGEST_GUESS
+        )
+        if done.returncode:
+            return done.stderr.strip().removeprefix("error: ")
+        guess = json.loads(done.stdout)
+    except (BadInput, OSError, ValueError, subprocess.TimeoutExpired):
+        return None
+    return None if guess["assumed"] or guess["missing"] else f"next: {guess['command']}"

@@ -40,7 +40,7 @@ def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
     except (OSError, UnicodeDecodeError) as error:
         raise BadInput(f"{what} {path} cannot be read: {error}") from None
     except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"{what} {path} is not valid TOML: {error}") from None
+        raise BadInput(f"{what} {path} is not valid TOML: {error}; correct it") from None
     _check_magnitudes(content, "", f"{what} {path}")
     return validated(content, model, f"{what} {path}")
 

@@ -25,7 +25,7 @@ from mcap.stream_reader import get_chunk_data_stream
 from numpy.typing import NDArray
 
 from recordings.cdr import Field, Layout, parse_schema
-from recordings.errors import BadInput
+from recordings.errors import BadInput, ForeignFile
 
 MAGIC = b"\x89MCAP0\r\n"
 
@@ -104,7 +104,7 @@ def open_records(path: Path, most: int | None = None) -> Iterator["RecordStream"
         if not magic:
             raise BadInput(f"recording {path} is empty; an MCAP file expected, record again")
         if magic != MAGIC:
-            raise BadInput(f"{path} is not an MCAP file: it begins with {magic!r}; bring a table in with daq import")
+            raise ForeignFile(f"{path} is not an MCAP file: it begins with {magic!r}", path)
         yield stream
 
 
@@ -115,7 +115,7 @@ def _reading(path: Path) -> Iterator[None]:
     except FileNotFoundError:
         raise BadInput(f"recording {path} does not exist; check the path") from None
     except IsADirectoryError:
-        raise BadInput(f"recording {path}: a file expected, a folder found; name a file in it") from None
+        raise ForeignFile(f"recording {path}: a file expected, a folder found; name a file in it", path) from None
     except OSError as error:
         raise BadInput(f"recording {path} cannot be read: {error.strerror}") from None
 
@@ -216,9 +216,9 @@ class _RecordLoader:
             reason = f"encodings cdr and ros2msg expected, {' and '.join(encodings)} found"
         except ValueError as error:
             reason = str(error)
-        raise BadInput(
-            f"{self.container.path} is not a recording of this program: {channel.topic}: {reason}; "
-            f"record with `daq record`"
+        raise ForeignFile(
+            f"{self.container.path} is not a recording of this program: {channel.topic}: {reason}",
+            self.container.path,
         )
 
     def _load_chunk(self, data: bytes) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from recordings.recording import Floats, Ints
+from recordings.resolution import resolution
 
 _MIN_PERIOD = 20
 """Shortest period sought [samples]."""
@@ -31,6 +32,8 @@ _TOLERANCE = 0.02
 """Largest difference between repetitions, relative to the range of motion of the joint."""
 _TOLERANCE_FACTOR = 3.0
 """The repeated part ends where the difference exceeds this multiple of its 99 % quantile inside."""
+_STEPS = 2.5
+"""Positions of equal repetitions differ by up to two encoder steps: one of rounding and one of noise."""
 _ROUNDING = 1e-12
 """Allowance for rounding."""
 _MIN_COVERAGE = 0.7
@@ -155,12 +158,19 @@ def _repeated_range(x: Floats, period: int, start: int, end: int) -> Cycles | No
     period = _refined(x, period, inner)
     mismatch = _mismatch(x, period)
     # Exact repetitions end sharply, noisy ones do not: repeat with a tolerance adapted to this motion.
-    tolerance = min(_TOLERANCE_FACTOR * float(np.quantile(mismatch[inner], 0.99)) + _ROUNDING, _TOLERANCE)
-    first, length = _longest_run(mismatch <= tolerance)
-    count = (length + period) // period
+    spread = _TOLERANCE_FACTOR * float(np.quantile(mismatch[inner], 0.99))
+    exact, rounded = (_within(mismatch, period, tolerance) for tolerance in (spread, max(spread, _encoder_steps(x))))
+    # Rounded positions may be equal for most of a repetition and differ by a step at its begin.
+    first, length, count = rounded if rounded[2] > exact[2] else exact
     if count < 2 or np.nanmax(np.ptp(_interpolated(x[first : first + length]), axis=0)) < 10 * _TOLERANCE:
         return None
     return Cycles(low + first, period, count)
+
+
+def _within(mismatch: Floats, period: int, tolerance: float) -> tuple[int, int, int]:
+    """First sample, length and number of repetitions of the longest run that repeats within `tolerance`."""
+    first, length = _longest_run(mismatch <= min(tolerance + _ROUNDING, _TOLERANCE))
+    return first, length, (length + period) // period
 
 
 def _mismatch(x: Floats, period: int) -> Floats:
@@ -170,6 +180,11 @@ def _mismatch(x: Floats, period: int) -> Floats:
     """
     worst: Floats = np.nan_to_num(np.abs(x[period:] - x[:-period])).max(axis=1)
     return worst
+
+
+def _encoder_steps(x: Floats) -> float:
+    """Difference by which positions of equal repetitions may differ, because encoders round; 0 without rounding."""
+    return _STEPS * max((resolution(column) or 0.0 for column in x.T), default=0.0)
 
 
 def _refined(x: Floats, period: int, inner: slice) -> int:

@@ -1,5 +1,8 @@
 """The two error classes of the commands; all packages raise these or subclasses of them."""
 
+import shlex
+from pathlib import Path
+
 
 class BadInput(ValueError):
     """Invalid input from the user. Exit code 2.
@@ -13,3 +16,11 @@ class RunFailed(RuntimeError):
 
     When it is raised, the amplifiers are already disabled and the recording is closed.
     """
+
+
+class ForeignFile(BadInput):
+    """A file that is no recording of this program, and may be brought in with `daq import`."""
+
+    def __init__(self, message: str, path: Path) -> None:
+        super().__init__(f"{message}; if another program wrote it: daq import {shlex.quote(str(path))} --guess")
+        self.path = path

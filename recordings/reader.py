@@ -14,7 +14,7 @@ from recordings import schemas
 from recordings.cdr import Layout
 from recordings.config import validated
 from recordings.container import Batch, Container, load
-from recordings.errors import BadInput
+from recordings.errors import BadInput, ForeignFile
 from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
 from recordings.rig import Rig
 
@@ -176,9 +176,10 @@ def _load(
     if lacking and container.cut_off:
         raise BadInput(f"recording {path} was cut off before its first data; record again")
     if lacking:
-        raise BadInput(
+        raise ForeignFile(
             f"{path} is not a recording of this program: metadata records 'rig' and 'run' and the topics "
-            f"{', '.join(topics)} expected, {', '.join(lacking)} not found; record with `daq record`"
+            f"{', '.join(topics)} expected, {', '.join(lacking)} not found",
+            path,
         )
     _check_layout(container)
     return container

@@ -39,6 +39,8 @@ class Run(ConfigSection):
     """Seed of the noise of the simulated rig; None where no random numbers were drawn."""
     start: str
     """ISO 8601 time of the first SYNC; the epoch in lockstep, where time is simulated."""
+    robot: str | None = None
+    """Name of the robot, where it is not that of the rig."""
     exit_status: int | None = None
     """0 done, 1 failed, None interrupted."""
     reason: str | None = None

@@ -72,7 +72,7 @@ def _uses(part: Part, time: Floats) -> list[tuple[str, Any]]:
 
 def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path) -> Path:
     """Import the columns, with gaps in what was measured where it is not `kept`."""
-    from daq.importing import Description, import_csv
+    from daq.importing import Description, import_data
 
     seen = {
         name: np.where(kept, values, np.nan) if name.startswith(_MEASURED) else values
@@ -80,7 +80,7 @@ def _record(manifest: Manifest, columns: dict[str, Floats], kept: Any, out: Path
     }
     table, recording = out.with_suffix(".csv"), out.with_suffix(".mcap")
     np.savetxt(table, np.stack(list(seen.values()), axis=1), "%.9g", ",", header=",".join(seen), comments="")
-    import_csv(table, recording, Description(mechanism="axes", joints=manifest.joints))
+    import_data(table, recording, Description(mechanism="axes", joints=manifest.joints))
     return recording
 
 

@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from daq.importing import Description, import_csv
+from daq.importing import Description, import_data
 from drivers.simulated.effect import HiddenEffect
 from drivers.simulated.hidden import draw_effect
 from recordings.errors import BadInput
@@ -150,5 +150,5 @@ def _write(out: Path, position: Floats, signal: Floats, plant: Plant, setting: S
         )
     table = out.with_suffix(".csv")
     np.savetxt(table, np.hstack(columns), fmt=formats, delimiter=",", header=",".join(header), comments="")
-    import_csv(table, out, Description(rig=load_rig(out.with_name("rig.toml"), driven=False), simulated=True))
+    import_data(table, out, Description(rig=load_rig(out.with_name("rig.toml"), driven=False), simulated=True))
     table.unlink()

@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from scipy.signal import lfilter
 
-from daq.importing import Description, import_csv
+from daq.importing import Description, import_data
 from recordings.recording import Floats
 from tests.foreign.pairs import TRAIN, VALIDATE
 
@@ -162,7 +162,7 @@ def _write(out: Path, axis: Axis, path: Path1d, seconds: float, setting: Setting
         comments="",
     )
     torque_map = None if setting.signal == "effort" else {"map": setting.signal, "gain": [1.0]}
-    import_csv(table, out, Description(mechanism="axes", torque=torque_map, simulated=True))
+    import_data(table, out, Description(mechanism="axes", torque=torque_map, simulated=True))
     table.unlink()
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.random import Generator
 
-from daq.importing import Description, import_csv
+from daq.importing import Description, import_data
 from recordings.recording import Floats
 from recordings.rig import Axis, Rig, Torque
 
@@ -78,7 +78,7 @@ def write(folder: Path, name: str, machine: Machine, rng: Generator, most: int) 
     lines = [",".join("" if np.isnan(value) else repr(float(value)) for value in row) for row in columns]
     path.write_text("\n".join([",".join(["time", *table]), *lines]) + "\n", encoding="utf-8")
     out = path.with_suffix(".mcap")
-    import_csv(path, out, Description(rig=machine.rig))
+    import_data(path, out, Description(rig=machine.rig))
     return out
 
 

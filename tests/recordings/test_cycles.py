@@ -52,6 +52,15 @@ def test_cycles_of_a_recording_with_approach_and_stop_are_found(name: str, toler
     assert first - 150 < cycles.first <= first + tolerance
 
 
+@pytest.mark.parametrize("name", ["fig5a", "fig5b"])
+def test_cycles_of_rounded_positions_are_found(name: str) -> None:
+    """All but the first samples of the sample's cycles are equal to the count."""
+    recording = read(SAMPLES / f"{name}.mcap")
+    cycles = find_cycles(recording.position)
+    assert cycles is not None
+    assert (cycles.period, cycles.count) == (round(recording.run.period * recording.run.rate), 2)
+
+
 def test_cycles_are_found_despite_gaps() -> None:
     rng = np.random.default_rng(1)
     x = np.tile(fourier(rng, 400, 2), (5, 1))

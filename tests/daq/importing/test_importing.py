@@ -12,7 +12,7 @@ from hypothesis.extra.numpy import arrays
 
 from daq import exporting
 from daq.commands.import_ import command
-from daq.importing import Description, import_csv
+from daq.importing import Choice, Description, import_data
 from recordings import blocks
 from recordings.blocks import SampleTable
 from recordings.errors import BadInput
@@ -23,13 +23,14 @@ from recordings.recording import Run
 GOOD = "time,position_1,voltage_1\n0,1,2\n0.1,1.5,2.5\n0.3,2,3\n"
 CYCLES = "time,position_1,effort_1,cycle\n0,1,2,0\n1,2,2,1\n2,3,2,2\n"
 AXES = Description(mechanism="axes")
+NO_DATE = "1970-01-01T00:00:00.000+00:00"
 
 
 def imported(folder: Path, text: str | bytes, description: Description = AXES) -> Path:
     (folder / "data.csv").write_bytes(text if isinstance(text, bytes) else text.encode())
     out = folder / "data.mcap"
     out.unlink(missing_ok=True)
-    import_csv(folder / "data.csv", out, description)
+    import_data(folder / "data.csv", out, description)
     return out
 
 
@@ -93,7 +94,7 @@ def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run:
         (tmp_path / name).unlink(missing_ok=True)
     blocks.write(tmp_path / "a.mcap", imported_rig("a", dof, 100.0, mechanism="axes"), run, samples)
     exporting.export(tmp_path / "a.mcap", "csv", tmp_path / "a.csv")
-    import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
+    import_data(tmp_path / "a.csv", tmp_path / "b.mcap", AXES)
     original, imported = read(tmp_path / "a.mcap"), read(tmp_path / "b.mcap")
     for name in ("time", "position", "command", "voltage", "repeat"):
         np.testing.assert_array_equal(getattr(imported, name), getattr(original, name), err_msg=name)
@@ -107,9 +108,9 @@ def test_exported_and_imported_arrays_are_equal(tmp_path: Path, samples_and_run:
 
 @pytest.mark.parametrize("name", ["fig5a", "fig5b"])
 def test_sample_recording_survives_export_and_import(name: str, tmp_path: Path) -> None:
-    source = Path(__file__).parents[2] / "recordings" / "samples" / f"{name}.mcap"
+    source = Path(__file__).parents[3] / "recordings" / "samples" / f"{name}.mcap"
     exporting.export(source, "csv", tmp_path / "a.csv")
-    import_csv(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
+    import_data(tmp_path / "a.csv", tmp_path / "b.mcap", Description(simulated=True))
     original, imported = read(source), read(tmp_path / "b.mcap")
     for array in ("time", "position", "command", "voltage", "repeat"):
         np.testing.assert_array_equal(getattr(imported, array), getattr(original, array), err_msg=array)
@@ -158,18 +159,19 @@ def test_imported_run_and_extra_columns(tmp_path: Path) -> None:
 BAD: dict[str, tuple[str | bytes, str]] = {
     "empty file": ("", "line 1: a header row"),
     "no rows": ("time,position_1,voltage_1\n", "two samples expected, 0 found"),
-    "not text": (b"\xff\xfe\x00t", "UTF-8"),
-    "semicolons": ("time;position_1;voltage_1\n0;1;2\n", "commas between columns expected"),
+    "not text": (b"\xff\x01\x00t", "one of the formats csv, mat"),
     "no time": (GOOD.replace("time", "t"), "column 'time' expected, t, position_1"),
-    "no position": (GOOD.replace("position", "angle"), "position_1, position_2, ... expected, none found"),
+    "no position": (
+        GOOD.replace("position", "angle"),
+        "position_1, position_2, ... expected, time, angle_1, voltage_1 found",
+    ),
     "no voltage": (
         GOOD.replace("voltage", "volts"),
-        "voltage_1 ..., effort_1 ... or current_1 ... expected, none found",
+        "voltage_1 ..., effort_1 ... or current_1 ... with numbers expected, none found",
     ),
     "a joint is missing": (GOOD.replace("position_1", "position_2"), "position_1 is missing"),
     "voltage of no joint": (GOOD.replace("voltage_1", "voltage_2"), "voltage_1 is missing"),
     "a name twice": (GOOD.replace("voltage_1", "position_1"), "'position_1' twice found"),
-    "a name is missing": (GOOD.replace("voltage_1", ""), "an empty one found"),
     "not a number": (GOOD.replace("1.5", "1,5"), "line 3: 3 cells as in the header expected, 4 found"),
     "text in a cell": (GOOD.replace("2.5", "abc"), "line 3, column 'voltage_1': a number expected, 'abc' found"),
     "too few cells": (GOOD.replace(",3\n", "\n"), "line 4: 3 cells as in the header expected, 2 found"),
@@ -178,7 +180,7 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "time stands still": (GOOD.replace("0.3", "0.1"), "line 4, column 'time': a time after 0.1 s expected, 0.1"),
     "time runs back": (GOOD.replace("0.3", "-1"), "line 4, column 'time': a time after 0.1 s expected, -1.0 found"),
     "a time is missing": (GOOD.replace("0.1", ""), "line 3, column 'time': a time expected, none"),
-    "times beyond a stamp": (GOOD.replace("0.3", "1e10"), "check the unit"),
+    "times beyond a stamp": (GOOD.replace("0.3", "1e10"), 'say the unit, as in --map "time=time:ns"'),
     "half a cycle": (CYCLES.replace(",2\n", ",0.5\n"), "line 4, column 'cycle': a whole number expected, 0.5 found"),
 }
 
@@ -209,8 +211,11 @@ OPTIONS: dict[str, tuple[list[str], str]] = {
     "a gain that is no number": (["--mechanism", "axes", "--gain", "x"], "--gain: numbers such as"),
     "a torque per ampere that is no number": (["--mechanism", "axes", "--kt", "x"], "--kt: numbers such as"),
     "the weight of a robot": (["--mechanism", "delta", "--gravity"], "three revolute joints expected"),
-    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--torque-map, --gain"),
-    "two gains for one joint": (["--mechanism", "axes", "--gain", "1,2"], "torque.gain needs 1"),
+    "a gain that is negative": (["--mechanism", "axes", "--gain", "-1"], "--gain: numbers above 0 expected"),
+    "two gains for one joint": (
+        ["--mechanism", "axes", "--gain", "1,2"],
+        "--gain: one number, or 1 (one per joint) expected, 2",
+    ),
     "a rig file and more": (["--rig", "rig.toml", "--gain", "1"], "both found"),
     "a rig with other joints": (["--rig", "rig.toml"], "2 joints expected by the rig file, 1"),
     "no such rig file": (["--rig", "none.toml"], "does not exist"),
@@ -265,7 +270,7 @@ def test_existing_recording_is_not_overwritten(tmp_path: Path) -> None:
     (tmp_path / "data.mcap").write_text("precious")
     (tmp_path / "data.csv").write_text(GOOD)
     with pytest.raises(BadInput, match="exists"):
-        import_csv(tmp_path / "data.csv", tmp_path / "data.mcap", AXES)
+        import_data(tmp_path / "data.csv", tmp_path / "data.mcap", AXES)
     assert (tmp_path / "data.mcap").read_text() == "precious"
 
 
@@ -275,12 +280,12 @@ def test_command_prints_a_summary(tmp_path: Path) -> None:
     result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "a.mcap")], catch_exceptions=False)
     assert "steps: 150 ms, from 100 ms to 200 ms" in result.stdout
     assert "cycles: none found" in result.stdout
-    assert "torque gain: assumed" in result.stderr
+    assert "torque gain" not in result.stderr, "it was given"
     result = CliRunner().invoke(command, [*arguments, "--out", str(tmp_path / "b.mcap"), "--json"])
     figures = json.loads(result.stdout)
     assert (figures["samples"], figures["joints"], figures["cycles"], figures["gaps"]) == (3, 1, 0, [0])
     torque = read(tmp_path / "b.mcap").rig.torque
-    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "assumed")
+    assert (torque.map, torque.gain, torque.gain_source) == ("linear", (2.5,), "calibrated")
 
 
 def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
@@ -291,4 +296,79 @@ def test_time_in_milliseconds_is_pointed_out(tmp_path: Path) -> None:
         result = CliRunner().invoke(command, arguments, catch_exceptions=False)
         assert result.exit_code == 0
         assert ("a sample every 2 s (0.5 Hz)" in result.stderr) == (unit == "ms")
-        assert ("the column time is in s: if it holds ms, divide it by 1000" in result.stderr) == (unit == "ms")
+        assert ('import again with --map "time=time:ms"' in result.stderr) == (unit == "ms")
+
+
+def test_single_gain_and_torque_per_ampere_are_those_of_all_joints(tmp_path: Path) -> None:
+    header = ",".join(f"{name}_{k}" for name in ("position", "voltage") for k in (1, 2, 3))
+    rows = "".join(f"{0.01 * i},{i},{i},{i},1,{i},2\n" for i in range(10))
+    (tmp_path / "data.csv").write_text(f"time,{header}\n{rows}")
+    arguments = [str(tmp_path / "data.csv"), "--out", str(tmp_path / "r.mcap"), "--gain", "1.7", "--kt", "0.5"]
+    result = CliRunner().invoke(command, arguments, catch_exceptions=False)
+    torque = read(tmp_path / "r.mcap").rig.torque
+    assert (torque.gain, torque.gain_source, torque.per_ampere) == ((1.7,) * 3, "calibrated", (0.5,) * 3)
+    assert "assumed" not in result.output
+
+
+def test_start_and_robot_are_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text(GOOD)
+    arguments = [str(tmp_path / "data.csv"), "--mechanism", "axes", "--json"]
+    options = ["--start", "2026-01-05T09:00:00+01:00", "--robot", "r07"]
+    for name, dated, expected in (
+        ("a", options, ("2026-01-05T08:00:00.000+00:00", "r07")),
+        ("b", [], (NO_DATE, None)),
+    ):
+        out = ["--out", str(tmp_path / f"{name}.mcap")]
+        result = CliRunner().invoke(command, [*arguments, *dated, *out], catch_exceptions=False)
+        figures = json.loads(result.stdout)
+        run = read(tmp_path / f"{name}.mcap").run
+        assert (run.start, run.robot) == (figures["start"], figures["robot"]) == expected
+
+
+@pytest.mark.parametrize(
+    ("times", "start"),
+    [
+        (("2026-01-05T08:00:00Z", "2026-01-05T08:00:00.5Z"), "2026-01-05T08:00:00.000+00:00"),
+        (("1767600000", "1767600000.5"), "2026-01-05T08:00:00.000+00:00"),
+        (("08:00:00", "08:00:00.5"), NO_DATE),
+        (("5", "5.5"), NO_DATE),
+    ],
+)
+def test_start_is_that_of_the_file(times: tuple[str, str], start: str, tmp_path: Path) -> None:
+    recording = read(imported(tmp_path, f"time,position_1,effort_1\n{times[0]},1,2\n{times[1]},2,3\n"))
+    assert recording.run.start == start
+    np.testing.assert_array_equal(recording.time, [0, 0.5])
+
+
+def test_mapped_columns_are_converted_and_the_others_kept(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("t;q;i;T;position_1\n0;90;1000;300;7\n10;180;2000;301;8\n")
+    mapping = ("time=t:ms", "position_1=q:deg", "current_1=i:mA", "temperature_1=T:K")
+    description = Description(mechanism="axes", torque={"per_ampere": [0.5]})
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", description, Choice(mapping))
+    recording = read(tmp_path / "r.mcap")
+    assert recording.effort is not None
+    np.testing.assert_array_equal(recording.time, [0, 0.01])
+    np.testing.assert_allclose(recording.position[:, 0], [np.pi / 2, np.pi])
+    np.testing.assert_allclose(recording.effort[:, 0], [0.5, 1.0])
+    np.testing.assert_allclose(recording.temperature[:, 0], [26.85, 27.85])
+    np.testing.assert_allclose(recording.numbered("current")[:, 0], [1.0, 2.0])
+    np.testing.assert_array_equal(recording.extra["position_1 (not used)"], [7, 8])
+
+
+def test_rows_are_counted_where_there_is_no_time(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("position_1,effort_1\n1,2\n2,3\n3,4\n")
+    import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES, Choice(("time=row:s*0.001",)))
+    np.testing.assert_array_equal(read(tmp_path / "r.mcap").time, [0, 0.001, 0.002])
+
+
+def test_short_recording_with_a_long_gap_is_not_searched_for_repetitions(tmp_path: Path) -> None:
+    """The grid of the search would fill the memory."""
+    recording = read(imported(tmp_path, "time,position_1,effort_1\n0,1,2\n1e-9,2,3\n2e-9,1,2\n2e9,2,3\n"))
+    assert recording.run.period == 0
+
+
+def test_columns_of_text_and_infinity_are_left_out_and_noted(tmp_path: Path) -> None:
+    (tmp_path / "data.csv").write_text("time,position_1,effort_1,state,load\n0,1,2,on,inf\n1,2,3,off,2\n")
+    result = import_data(tmp_path / "data.csv", tmp_path / "r.mcap", AXES)
+    assert result.notes == ("left out, because not finite numbers throughout: state, load",)
+    assert not read(tmp_path / "r.mcap").extra

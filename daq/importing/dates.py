@@ -1,0 +1,65 @@
+"""Dates and times of day as seconds."""
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+_TIME_OF_DAY = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)")
+_DAY_FIRST = re.compile(r"(\d{1,2})\.(\d{1,2})\.(\d{4})[ T](.*)")
+_DAY = 86400.0
+
+
+def seconds(cells: Sequence[str]) -> tuple[Floats, str | None] | None:
+    """Seconds (n,) since the first of `cells`, and that date in ISO 8601; None if they are no dates.
+
+    Known are ISO 8601 ("2026-01-05 08:00:00.125"), "05.01.2026 08:00:00,125", and times of day, which have no date.
+    Without a zone they are taken for UTC.
+    """
+    if not cells:
+        return None
+    if all(_TIME_OF_DAY.fullmatch(cell) for cell in cells):
+        return _times_of_day(cells), None
+    try:
+        stamps = [_parsed(cell) for cell in cells]
+    except (ValueError, OverflowError):
+        return None
+    whole = np.array([(stamp - stamps[0]).total_seconds() for stamp in stamps])
+    return whole, stamps[0].isoformat(timespec="milliseconds")
+
+
+def iso_date(option: str, text: str) -> str:
+    """Check a date in ISO 8601 that the user gives; returns it in UTC.
+
+    Raises:
+        BadInput: it is no date.
+    """
+    try:
+        return _parsed(text).astimezone(UTC).isoformat(timespec="milliseconds")
+    except (ValueError, OverflowError):
+        raise BadInput(
+            f"{option}: a date such as 2026-01-05T08:00:00Z expected, {text!r} found; correct it"
+        ) from None
+
+
+def _parsed(cell: str) -> datetime:
+    if match := _DAY_FIRST.fullmatch(cell):
+        day, month, year, time = match.groups()
+        cell = f"{year}-{month:0>2}-{day:0>2} {time}"
+    stamp = datetime.fromisoformat(cell.replace("/", "-"))
+    if ":" not in cell:
+        raise ValueError("a time of day expected")
+    return stamp if stamp.tzinfo else stamp.replace(tzinfo=UTC)
+
+
+def _times_of_day(cells: Sequence[str]) -> Floats:
+    """Seconds (n,) since the first time of day; midnight may pass between two."""
+    parts = [_TIME_OF_DAY.fullmatch(cell) for cell in cells]
+    time = np.array([int(m[1]) * 3600 + int(m[2]) * 60 + float(m[3].replace(",", ".")) for m in parts if m])
+    days = np.concatenate([[0.0], np.cumsum(np.diff(time) < -_DAY / 2)])
+    relative: Floats = time + days * _DAY - time[0]
+    return relative

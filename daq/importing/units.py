@@ -1,0 +1,210 @@
+"""Units of imported columns: their spelling, dimension and factor to SI."""
+
+import math
+import re
+from dataclasses import dataclass
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import Drive, JointType
+
+_TURN = 2 * math.pi
+_DEGREE = math.pi / 180
+
+_DIMENSIONS: dict[str, dict[str, float]] = {
+    "angle": {
+        **dict.fromkeys(("rad", "radian", "radians"), 1.0),
+        "mrad": 1e-3,
+        **dict.fromkeys(("deg", "°", "degree", "degrees", "Grad"), _DEGREE),
+        "mdeg": 1e-3 * _DEGREE,
+        **dict.fromkeys(("turn", "turns", "rev", "revs", "revolutions"), _TURN),
+    },
+    "length": {"m": 1.0, "mm": 1e-3, "um": 1e-6, "cm": 1e-2},
+    "angular velocity": {
+        **dict.fromkeys(("rad/s", "rad/sec"), 1.0),
+        **dict.fromkeys(("deg/s", "°/s", "deg/sec"), _DEGREE),
+        **dict.fromkeys(("turns/s", "turn/s", "rev/s", "rps", "Hz"), _TURN),
+        **dict.fromkeys(("rpm", "RPM", "1/min", "rev/min", "U/min", "min^-1"), _TURN / 60),
+    },
+    "speed": {"m/s": 1.0, "mm/s": 1e-3},
+    "torque": {
+        **dict.fromkeys(("Nm", "N m", "N·m", "N.m", "N*m", "N-m"), 1.0),
+        **dict.fromkeys(("mNm", "mN m", "mN·m"), 1e-3),
+        **dict.fromkeys(("kNm", "kN m"), 1e3),
+        "Ncm": 1e-2,
+    },
+    "force": {"N": 1.0, "kN": 1e3, "mN": 1e-3},
+    "current": {"A": 1.0, "mA": 1e-3, "Arms": 1.0, "amp": 1.0},
+    "voltage": {"V": 1.0, "mV": 1e-3},
+    "temperature": {"degC": 1.0, "°C": 1.0, "C": 1.0, "K": 1.0},
+    "time": {
+        **dict.fromkeys(("s", "sec", "seconds"), 1.0),
+        "ms": 1e-3,
+        "us": 1e-6,
+        "ns": 1e-9,
+        "min": 60.0,
+    },
+    "counts": dict.fromkeys(("counts", "count", "cnt", "inc", "ticks", "increments"), 1.0),
+    "count rate": dict.fromkeys(("counts/s", "count/s", "cnt/s", "inc/s", "ticks/s"), 1.0),
+    "share": {"%": 1e-2, "permille": 1e-3, "‰": 1e-3},
+}
+_OFFSETS = {"K": -273.15}
+_SCALE = re.compile(r"\s*([*/])\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*$")
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit with a factor: SI value = number * factor + offset."""
+
+    text: str
+    """As written."""
+    dimension: str | None
+    """None: not stated; the column is in the SI unit of its quantity, times `factor`."""
+    factor: float = 1.0
+    offset: float = 0.0
+    scaled: bool = False
+    """Whether a factor was written behind the unit."""
+
+
+NO_UNIT = Unit("", None)
+
+
+def parse(text: str) -> Unit | None:
+    """Parse "deg", "A*0.12", "counts/8192" or "*-1"; None if there is no such unit.
+
+    Factors are applied to the value in SI units, one after the other. For counts, a turn is one.
+    """
+    rest, factor, scaled = text.strip(), 1.0, False
+    while match := _SCALE.search(rest):
+        number = float(match[2])
+        if not number or not math.isfinite(number):
+            return None
+        factor *= number if match[1] == "*" else 1 / number
+        rest, scaled = rest[: match.start()].strip(), True
+    if not rest:
+        return Unit(text, None, factor, scaled=True) if scaled else None
+    spelling = rest.replace("µ", "u").replace("μ", "u").replace("º", "°")
+    for dimension, factors in _DIMENSIONS.items():
+        if spelling in factors:
+            return Unit(text, dimension, factor * factors[spelling], _OFFSETS.get(spelling, 0.0) * factor, scaled)
+    return None
+
+
+_BRACKETS = re.compile(r"^(.*?)[\s_/]*[\[(]([^\[\]()]+)[\])]\s*$")
+
+
+def split_header(header: str) -> tuple[str, str]:
+    """Name and unit of a column whose unit stands in brackets, "q1 [deg]"; the unit is empty where none does."""
+    match = _BRACKETS.match(header)
+    if match and match[1] and parse(match[2]):
+        return match[1].strip(), match[2].strip()
+    return header.strip(), ""
+
+
+_REVOLUTE = {
+    "position": ("angle", "counts"),
+    "command": ("angle", "counts"),
+    "velocity": ("angular velocity", "count rate"),
+    "effort": ("torque", "current", "share"),
+}
+_PRISMATIC = {
+    "position": ("length", "counts"),
+    "command": ("length", "counts"),
+    "velocity": ("speed", "count rate"),
+    "effort": ("force", "current", "share"),
+}
+_ANY_JOINT = {
+    "time": ("time",),
+    "cycle": (),
+    "voltage": ("voltage",),
+    "current": ("current",),
+    "temperature": ("temperature",),
+}
+_EXAMPLES = {
+    "angle": "rad, deg, turns",
+    "counts": "counts/8192 (counts per turn)",
+    "length": "m, mm",
+    "angular velocity": "rad/s, deg/s, rpm",
+    "speed": "m/s, mm/s",
+    "count rate": "counts/s/8192",
+    "torque": "Nm, mNm",
+    "force": "N",
+    "current": "A, mA",
+    "share": "%*20 (Nm at 100 %)",
+    "voltage": "V, mV",
+    "temperature": "degC, K",
+    "time": "s, ms, us, ns",
+}
+
+
+def quantity_of(unit: Unit) -> str | None:
+    """Quantity of a joint, or time, that a column in `unit` most likely holds; None where it says nothing."""
+    for table in (_ANY_JOINT, _REVOLUTE, _PRISMATIC):
+        for quantity, dimensions in table.items():
+            if dimensions and unit.dimension == dimensions[0]:
+                return quantity
+    return None
+
+
+def check_dimension(unit: Unit, quantity: str, *, prismatic: bool, where: str) -> None:
+    """Check that a column of `quantity` can be in `unit`.
+
+    Raises:
+        BadInput: the dimension is another one, or a conversion needs a factor that is missing.
+    """
+    accepted = (_ANY_JOINT | (_PRISMATIC if prismatic else _REVOLUTE))[quantity]
+    if unit.dimension is None:
+        return
+    if unit.dimension not in accepted:
+        kind = f" of a {'prismatic' if prismatic else 'revolute'} joint" if quantity not in _ANY_JOINT else ""
+        examples = ", ".join(_EXAMPLES[dimension] for dimension in accepted) or "a number without unit"
+        raise BadInput(
+            f"{where}: {examples} expected for the {quantity}{kind}, '{unit.text}' found; correct the unit"
+        )
+
+
+@dataclass(frozen=True)
+class RigHints:
+    """What is known of the joints before the rig is: their types, and their drives if there is a rig file."""
+
+    types: tuple[JointType, ...] = ("revolute",)
+    drives: tuple[Drive, ...] = ()
+
+    def prismatic(self, joint: int) -> bool:
+        """Whether `joint` is prismatic; a single type is that of all joints."""
+        return (self.types[joint] if joint < len(self.types) else self.types[0]) == "prismatic"
+
+    def drive(self, joint: int) -> Drive | None:
+        """Drive of `joint`; None where it is not known."""
+        return self.drives[joint] if joint < len(self.drives) else None
+
+
+def to_si(values: Floats, unit: Unit, quantity: str, joint: int, rig: RigHints, where: str) -> Floats:
+    """Convert the `values` (n,) of a joint, counted from 0, to SI units.
+
+    Raises:
+        BadInput: as `check_dimension`; or neither the unit nor the rig says the counts per turn, or the rated torque.
+    """
+    prismatic = rig.prismatic(joint)
+    check_dimension(unit, quantity, prismatic=prismatic, where=where)
+    if unit.dimension in ("counts", "count rate", "share", "current") and quantity != "current" and not unit.scaled:
+        return _by_drive(values, unit, quantity, rig.drive(joint), where)
+    turn = _TURN if unit.dimension in ("counts", "count rate") and not prismatic else 1.0
+    return values * (unit.factor * turn) + unit.offset
+
+
+def _by_drive(values: Floats, unit: Unit, quantity: str, drive: Drive | None, where: str) -> Floats:
+    """Convert counts and shares of the rated torque with the drive of a rig file."""
+    if drive is None or unit.dimension == "current":
+        remedy = {
+            "counts": "write counts/8192 for 8192 counts per turn of the joint, or give --rig with [[drives]]",
+            "count rate": "write counts/s/8192 for 8192 counts per turn of the joint, or give --rig with [[drives]]",
+            "share": "write %*20 for 20 Nm at 100 %, or give --rig with [[drives]]",
+            "current": "write A*0.12 for 0.12 Nm/A, or map the column to current_1 ... and give --kt",
+        }[unit.dimension or ""]
+        raise BadInput(f"{where}: '{unit.text}' needs a factor to become {quantity}; {remedy}")
+    if unit.dimension == "counts":
+        return drive.to_position(values * unit.factor)
+    if unit.dimension == "count rate":
+        return values * (unit.factor / drive.counts_per_radian)
+    return values * (unit.factor * drive.rated_torque)
