@@ -20,6 +20,11 @@ NodeId = Annotated[int, Field(ge=1, le=127)]
 MechanismName = Literal["delta", "axes"]
 JointType = Literal["revolute", "prismatic"]
 Number = TypeVar("Number", float, NDArray[np.float64])
+STATUSWORD = 0x6041
+ACCELERATION_UNIT = r"^([0-9]*\.?[0-9]*[1-9][0-9]*(e-?[0-9]+)? )?(counts/s\^2|rpm/s|rev/s\^2|rad/s\^2|deg/s\^2)$"
+"""Regular expression of a unit of acceleration, with an optional factor that is not 0."""
+ObjectIndex = Annotated[str, Field(pattern="^[0-9A-F]{4}$")]
+"""Index of an object, as printed in manuals."""
 
 
 class Geometry(ConfigSection):
@@ -85,6 +90,9 @@ class Voltage(ConfigSection):
     sub: Annotated[int, Field(ge=0, le=254)] = 1
     scale: Positive = 0.0005
     """Voltage per count [V]."""
+    signed: bool | None = None
+    """Whether the object is signed; None: by the standard where that defines it, otherwise yes. Its size is read from
+    the drive."""
     kind: Literal["motor", "command", "dc_link"] = "motor"
     """Voltage across the motor; voltage commanded to the amplifier, before dead band and saturation; or supply
     voltage, which carries no information about the torque."""
@@ -96,8 +104,24 @@ class HomedBit(ConfigSection):
     """Object that indicates whether a drive is homed: `(object & mask) != 0`."""
 
     index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
+    """0x6041 for bits of the statusword, e.g. with mask = 0x8000."""
     sub: Annotated[int, Field(ge=0, le=254)] = 0
-    mask: Annotated[int, Field(gt=0)] = 1
+    mask: Annotated[int, Field(gt=0, lt=2**32)] = 1
+
+    @model_validator(mode="after")
+    def _check_mask(self) -> Self:
+        if self.index == STATUSWORD and self.mask >= 2**16:
+            raise ValueError(f"a mask of the 16-bit statusword (1 to 0xFFFF) expected, 0x{self.mask:X} found")
+        return self
+
+
+class DriveUnits(ConfigSection):
+    """Units of a drive that it does not state itself (60AAh)."""
+
+    acceleration: Annotated[str, Field(pattern=ACCELERATION_UNIT)] | None = None
+    """Of the quick stop deceleration (6085h): "counts/s^2" (of the motor), "rpm/s", "rev/s^2", "rad/s^2" or "deg/s^2"
+    (of the motor, or of the shaft behind the gear that 6091h of the drive states); a factor may precede it, as in
+    "0.001 rpm/s"."""
 
 
 class Drive(ConfigSection):
@@ -125,6 +149,27 @@ class Drive(ConfigSection):
     """Texts of manufacturer-specific error codes, e.g. { "FF01" = "brake resistor too hot" }."""
     rated_torque: Positive = 20.0
     """Joint torque at rated current [N m]; object 6077 is in thousandths of it."""
+    rated_current: Positive | None = None
+    """Rated current of the motor [A]; object 6078 is in thousandths of it."""
+    torque_source: Literal["voltage", "torque_actual", "current_actual"] = "voltage"
+    """What the torque is found from: the motor's voltage by the torque map; torque actual (6077) times rated_torque;
+    or current actual (6078) times rated_current and torque.per_ampere. The last two are recorded as effort."""
+    units: DriveUnits = DriveUnits()
+    accept_missing: tuple[ObjectIndex, ...] = ()
+    """Objects of safety that this drive lacks and the rig is driven without, e.g. ["6066"]; see `daq check`."""
+    assume_mode: bool = False
+    """Whether to try `mode` on a drive that does not list its modes (6502h absent or 0)."""
+    quick_stop_option: Literal[1, 2, 5, 6] = 2
+    """Object 605A: stop on the slow down ramp (1, 5) or the quick stop ramp (2, 6); 5 and 6 stay powered at rest, and
+    are then switched off by the host."""
+    fault_reaction_option: Literal[0, 1, 2] = 2
+    """Object 605E: power off at once (0), or stop on the slow down ramp (1) or the quick stop ramp (2)."""
+    abort_option: Literal[1, 2, 3] = 3
+    """Object 6007, the reaction to a lost master: fault (1), power off (2) or quick stop (3)."""
+    halt_option: Literal[1, 2, 3, 4] = 2
+    """Object 605D."""
+    fault_reset_timeout: Positive = 1.0
+    """Longest time that the drive may take to reset a fault [s]."""
 
     @property
     def counts_per_radian(self) -> float:
@@ -186,6 +231,8 @@ class Rig(ConfigSection):
     mechanism: MechanismName = "delta"
     rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
     """Cycles (SYNC) per second [Hz]."""
+    enable_timeout: Positive = 3.0
+    """Longest time that the drives may take to enable [s]."""
     axes: tuple[Axis, ...] = ()
     """Joints of the mechanism "axes", in the order of the drives; empty for a delta robot."""
     geometry: Geometry = Geometry()
@@ -222,9 +269,23 @@ class Rig(ConfigSection):
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
         if len(self.torque.per_ampere) not in (0, self.dof):
             raise ValueError(f"torque.per_ampere: none or {self.dof} expected, {len(self.torque.per_ampere)} found")
+        self._check_torque_sources()
         if isinstance(self.bus, SerialBus):
             self._check_lines(self.bus)
         return self
+
+    def _check_torque_sources(self) -> None:
+        if len(sources := {drive.torque_source for drive in self.drives}) > 1:
+            raise ValueError(f"one torque_source for all drives expected, {', '.join(sorted(sources))} found")
+        if sources != {"current_actual"}:
+            return
+        for joint, drive in enumerate(self.drives, start=1):
+            if drive.rated_current is None:
+                raise ValueError(
+                    f'joint {joint}: torque_source = "current_actual" needs rated_current [A], none found'
+                )
+        if not self.torque.per_ampere:
+            raise ValueError('torque_source = "current_actual" needs torque.per_ampere [N m/A], none found')
 
     def _check_lines(self, bus: SerialBus) -> None:
         if len(bus.ports) not in (1, self.dof):
