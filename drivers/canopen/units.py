@@ -25,14 +25,17 @@ OBJECTS: dict[tuple[int, int], str] = {
 _POSITION, _VELOCITY, _ACCELERATION = 0x60A8, 0x60A9, 0x60AA
 
 _CODES: dict[int, dict[int, str]] = {
-    _POSITION: {0x10_00_00: "rad", 0x41_00_00: "deg", 0xB4_00_00: "rev", 0xB5_00_00: "counts"},
+    _POSITION: {
+        **{0x10_00_00: "rad", 0x41_00_00: "deg", 0x42_00_00: "arcmin", 0x43_00_00: "arcsec"},
+        **{0xB4_00_00: "rev", 0xB5_00_00: "counts"},
+    },
     _VELOCITY: {
         **{0x10_03_00: "rad/s", 0x41_03_00: "deg/s", 0xB4_03_00: "rev/s", 0xB5_03_00: "counts/s"},
         **{0xB4_47_00: "rpm", 0xC0_00_00: "rpm"},
     },
     _ACCELERATION: {
-        **{0x10_57_00: "rad/s^2", 0x41_57_00: "deg/s^2", 0xB4_57_00: "rev/s^2", 0xB5_57_00: "counts/s^2"},
-        **{0xB4_47_03: "rpm/s", 0xC0_03_00: "rpm/s"},
+        **{0x10_57_00: "rad/s^2", 0x41_57_00: "deg/s^2", 0x42_57_00: "arcmin/s^2", 0x43_57_00: "arcsec/s^2"},
+        **{0xB4_57_00: "rev/s^2", 0xB5_57_00: "counts/s^2", 0xB4_47_03: "rpm/s", 0xC0_03_00: "rpm/s"},
     },
 }
 """Names of the lower three bytes of 60A8h, 60A9h and 60AAh."""
@@ -40,7 +43,10 @@ _CODES: dict[int, dict[int, str]] = {
 _DIMENSIONS = {(0x608C, 0xA4): "rpm", (0x608E, 0xAE): "rad/s^2"}
 """The dimension indices of older profiles that makers agree on."""
 
-_TURNS = {"rad": 1 / math.tau, "deg": 1 / 360, "rev": 1.0, "rpm": 1 / 60}
+_TURNS = {
+    **{"rad": 1 / math.tau, "deg": 1 / 360, "arcmin": 1 / 21_600, "arcsec": 1 / 1_296_000},
+    **{"rev": 1.0, "rpm": 1 / 60},
+}
 """Turns (per second, per second squared) per unit."""
 
 _TOLERANCE = 1e-4
@@ -92,7 +98,8 @@ def position_units_per_turn(objects: Objects) -> dict[str, float]:
     name, factor = _decoded(objects, _POSITION)
     if name in _TURNS:
         statements["60A8h"] = 1 / (factor * _TURNS[name] * gear)
-    if not statements and resolution is not None and resolution != 1:
+    if resolution not in (None, 1.0) and (name == "counts" or not statements):
+        assert resolution is not None
         statements["608Fh"] = resolution / (_ratio(objects, 0x6093) or 1.0) / factor
     return statements
 
@@ -126,6 +133,9 @@ class _Reader:
         """Motor turns per radian of the joint."""
         self._shaft = self._motor / (gear_ratio(objects) or 1.0)
         """Turns of the driving shaft per radian of the joint."""
+        resolution = _ratio(objects, 0x608F) or 1.0
+        self._encoder: float = drive.counts_per_turn if resolution == 1.0 else resolution
+        """Increments per motor turn, where positions may be in another unit."""
         self._check_gear()
         self._check_position()
 
@@ -156,17 +166,12 @@ class _Reader:
             name = _DIMENSIONS.get((dimension, self._objects.get((dimension, 0), 0)))
             factor = 10.0 ** self._objects.get((dimension - 1, 0), 0)
             source = f"{dimension:04X}h"
-        return None if name is None else self._scale(name, factor, source)
+        return None if name is None else self._scale(name, factor, source, self._encoder)
 
-    def _scale(self, name: str, factor: float, source: str) -> Scale:
+    def _scale(self, name: str, factor: float, source: str, counts_per_turn: float) -> Scale:
         unit = name.split("/")[0]
-        per_radian = self._motor * self._increments() if unit == "counts" else self._shaft / _TURNS[unit]
+        per_radian = self._motor * counts_per_turn if unit == "counts" else self._shaft / _TURNS[unit]
         return Scale(per_radian / factor, name if factor == 1 else f"{factor:g} {name}", source)
-
-    def _increments(self) -> float:
-        """Increments per motor turn: of the encoder where positions are angles, otherwise of the position."""
-        angular = _decoded(self._objects, _POSITION)[0] in _TURNS
-        return (_ratio(self._objects, 0x608F) if angular else None) or self._drive.counts_per_turn
 
     def acceleration(self) -> Scale | None:
         """Scale of accelerations: what drive and rig file state, in agreement."""
@@ -175,7 +180,7 @@ class _Reader:
         if said is None:
             return stated
         factor, _, name = said.rpartition(" ")
-        chosen = self._scale(name, float(factor or 1), "rig file")
+        chosen = self._scale(name, float(factor or 1), "rig file", self._drive.counts_per_turn)
         if stated is not None and not _agree(stated.per_radian, chosen.per_radian):
             self.problems.append(
                 f"1 rad/s^2 of the joint: {stated.per_radian:g} by the drive ({stated.name}, {stated.source}), "
@@ -192,7 +197,7 @@ class _Reader:
         if factor not in (None, 1.0):
             # The internal unit of the factor is the maker's: counts/s^2, or counts per square of a sampling time.
             assert factor is not None
-            per_radian = self._motor * (_ratio(self._objects, 0x608F) or self._drive.counts_per_turn) / factor
+            per_radian = self._motor * self._encoder / factor
             return (
                 f"unit of acceleration: 6097h of the drive gives {per_radian:g} for 1 rad/s^2 of the joint if the "
                 f"drive's internal unit is counts/s^2, which it does not say; {ask}"
