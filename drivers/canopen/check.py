@@ -9,7 +9,7 @@ from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
-from drivers.canopen.roles import ROLES, role_of
+from drivers.canopen.roles import ROLES, is_pdo, role_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import CheckResult, Verdict
 from recordings.errors import BadInput
@@ -185,7 +185,7 @@ def _units(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResu
         scale = getattr(dictionary.units, quantity)
         if scale is not None:
             text = f"{scale.per_radian:.6g} {scale.name} ({scale.source})"
-            yield CheckResult(axis.name, f"1 {unit} of the joint", "as the drive understands it", text, "fine")
+            yield CheckResult(axis.name, f"1 {unit} of the joint", "as the drive understands it", text, "noted")
 
 
 def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
@@ -236,19 +236,17 @@ def _missing(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckRe
 def _object(
     axis: CanopenAxis, present: DriveDictionary, dictionary: DriveDictionary, sdo_write: SdoWrite
 ) -> CheckResult:
-    role = role_of(sdo_write.index)
-    address = format_address(sdo_write.index, sdo_write.sub)
-    is_pdo = 0x1400 <= sdo_write.index < 0x1C00 and sdo_write.index not in ROLES
-    meaning = "PDO of another use, switched off" if pdo.is_foreign(sdo_write) else "PDO" if is_pdo else role.meaning
-    what = f"{address} {meaning if is_pdo or sdo_write.index in ROLES else 'from the DCF'}"
+    role, in_pdo = role_of(sdo_write.index, sdo_write.sub), is_pdo(sdo_write.index, sdo_write.sub)
+    meaning = "PDO of another use, switched off" if pdo.is_foreign(sdo_write) else role.meaning
+    what = f"{format_address(sdo_write.index, sdo_write.sub)} {meaning}"
     actual = _present(axis, present, sdo_write)
     if actual is None:
-        needed = is_pdo or role.role == "motion"
+        needed = role.role == "motion"
         return CheckResult(
             axis.name, what, str(sdo_write.value), "cannot be read", "problem" if needed else "will be written"
         )
     same = not (actual ^ sdo_write.value) & sdo_write.mask
-    shown = [_shown(dictionary, sdo_write.index, value, is_pdo=is_pdo) for value in (sdo_write.value, actual)]
+    shown = [_shown(dictionary, sdo_write.index, value, in_pdo=in_pdo) for value in (sdo_write.value, actual)]
     return CheckResult(axis.name, what, shown[0], shown[1], "fine" if same else "will be written")
 
 
@@ -259,9 +257,9 @@ def _present(axis: CanopenAxis, present: DriveDictionary, sdo_write: SdoWrite) -
     return axis.sdo.read_optional(*address, sdo_write.layout)
 
 
-def _shown(dictionary: DriveDictionary, index: int, value: int, *, is_pdo: bool) -> str:
+def _shown(dictionary: DriveDictionary, index: int, value: int, *, in_pdo: bool) -> str:
     """A value as shown: of a PDO in hexadecimal, of a limit also in SI units as the drive understands it."""
-    if is_pdo:
+    if in_pdo:
         return f"0x{value:X}"
     quantity = _QUANTITIES.get(index)
     scale = None if quantity is None else getattr(dictionary.units, quantity)

@@ -144,7 +144,7 @@ class Preparation:
 
     def _apply(self, write: SdoWrite) -> list[int]:
         """Write one object; returns the size of a PDO that the drive does not let go of."""
-        role = role_of(write.index)
+        role = role_of(write.index, write.sub)
         address = format_address(write.index, write.sub)
         try:
             self._sdo.apply(write)
@@ -193,7 +193,7 @@ class Preparation:
 
 
 def _advice(write: SdoWrite, present: int | None) -> str:
-    role = role_of(write.index)
+    role = role_of(write.index, write.sub)
     if write.index == _PERIOD:
         rates = "1000 Hz" if present == 1 else "one that it accepts"
         return f"it interpolates over another period: choose another --rate, e.g. {rates}"

@@ -32,7 +32,6 @@ ROLES: dict[int, ObjectRole] = {
     0x1017: ObjectRole("convenience", "heartbeat of the drive [ms]"),
     0x100C: ObjectRole("convenience", "node guarding: guard time [ms]"),
     0x100D: ObjectRole("convenience", "node guarding: life time factor"),
-    0x1400: ObjectRole("convenience", "RPDO time-out [ms]"),
     0x6084: ObjectRole("convenience", "slow down ramp"),
     0x1016: ObjectRole(
         "safety",
@@ -88,9 +87,19 @@ ROLES: dict[int, ObjectRole] = {
     ),
 }
 
-PDO = ObjectRole("motion", "PDO")
+_PDO = ObjectRole("motion", "PDO")
+_RPDO_TIMEOUT = ObjectRole("convenience", "RPDO time-out [ms]")
+_DCF = ObjectRole("motion", "from the DCF")
+_PDOS = range(0x1400, 0x1C00)
 
 
-def role_of(index: int) -> ObjectRole:
-    """Role of an object of the set-up; what is not listed configures a PDO or comes from a DCF."""
-    return ROLES.get(index, PDO)
+def role_of(index: int, sub: int) -> ObjectRole:
+    """Role of an object of the set-up."""
+    if index in _PDOS:
+        return _RPDO_TIMEOUT if (index, sub) == (0x1400, 5) else _PDO
+    return ROLES.get(index, _DCF)
+
+
+def is_pdo(index: int, sub: int) -> bool:
+    """Whether an object configures a PDO."""
+    return role_of(index, sub) is _PDO
