@@ -1,8 +1,8 @@
 """The object dictionary of a simulated drive, read from an EDS or DCF file (CiA 306).
 
 canopen parses the file. Its known limitations are mended here: it opens files only in the locale's encoding, leaves a
-signed default in hexadecimal unsigned, drops the number of entries of a compact array, and answers every sub-index
-of a variable and of an array.
+signed default in hexadecimal unsigned, needs a section of device information, drops the number of entries of a
+compact array, and answers every sub-index of a variable and of an array.
 """
 
 import io
@@ -33,7 +33,7 @@ _LARGEST_FILE = 5_000_000
 
 
 @dataclass(frozen=True)
-class Entry:
+class ObjectDescription:
     """One object: its type, access, limits, and its value when the drive is switched on."""
 
     data_type: int
@@ -78,15 +78,15 @@ class Entry:
 
 
 @dataclass(frozen=True)
-class Dictionary(Mapping[Address, Entry]):
+class Dictionary(Mapping[Address, ObjectDescription]):
     """All objects of one drive, by address."""
 
-    entries: Mapping[Address, Entry]
+    entries: Mapping[Address, ObjectDescription]
     name: str
     """Product name of the file's device information."""
     indices: frozenset[int]
 
-    def __getitem__(self, address: Address) -> Entry:
+    def __getitem__(self, address: Address) -> ObjectDescription:
         return self.entries[address]
 
     def __iter__(self) -> Iterator[Address]:
@@ -104,6 +104,9 @@ def load_dictionary(path: Path, node_id: int) -> Dictionary:
         BadInput: the file is missing, or is no EDS or DCF.
     """
     text = _text(path)
+    if "[DeviceInfo]" not in text:
+        # canopen warns of its absence through a deprecated function.
+        text += "\n[DeviceInfo]\n"
     # canopen logs data types that it does not know and serves their bytes as they are, which is what a drive does.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
     try:
@@ -122,8 +125,8 @@ def marked(dictionary: Dictionary, *, lockstep: bool) -> Dictionary:
     """`dictionary` with the one object that every simulated drive has, so that no recording of it passes for one of
     a real drive: 2F00h, with the pace in sub-index 1 and a text in sub-index 3."""
     mark = {
-        (_MARK, 1): Entry(datatypes.UNSIGNED8, "ro", bytes([lockstep])),
-        (_MARK, 3): Entry(datatypes.VISIBLE_STRING, "ro", SIMULATED.encode()),
+        (_MARK, 1): ObjectDescription(datatypes.UNSIGNED8, "ro", bytes([lockstep])),
+        (_MARK, 3): ObjectDescription(datatypes.VISIBLE_STRING, "ro", SIMULATED.encode()),
     }
     return Dictionary({**dictionary.entries, **mark}, dictionary.name, dictionary.indices | {_MARK})
 
@@ -159,18 +162,18 @@ def _compact_arrays(text: str) -> dict[int, int]:
     }
 
 
-def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, Entry]]:
+def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, ObjectDescription]]:
     for index in parsed:
         item = parsed[index]
         for variable in [item] if isinstance(item, ODVariable) else item.values():
-            yield (index, variable.subindex), _entry(variable)
+            yield (index, variable.subindex), _description(variable)
         for sub in range(2, compact.get(index, 0) + 1):
-            yield (index, sub), _entry(item[sub])
+            yield (index, sub), _description(item[sub])
 
 
-def _entry(variable: Any) -> Entry:
+def _description(variable: Any) -> ObjectDescription:
     value = variable.default if variable.value is None else variable.value
-    return Entry(
+    return ObjectDescription(
         variable.data_type,
         variable.access_type,
         None if value is None else _encoded(variable, value),

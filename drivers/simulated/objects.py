@@ -122,7 +122,7 @@ class Objects:
 
     def get_data(self, index: int, subindex: int, check_readable: bool = False) -> bytes:
         """Bytes of an object for an SDO upload."""
-        entry = self._entry(index, subindex)
+        entry = self._described(index, subindex)
         if not entry.is_readable:
             raise SdoAbortedError(WRITE_ONLY)
         if (index, subindex) in self._unreadable:
@@ -131,7 +131,7 @@ class Objects:
 
     def set_data(self, index: int, subindex: int, data: bytes, check_writable: bool = False) -> None:
         """Store the bytes of an SDO download, or refuse them."""
-        address, entry = (index, subindex), self._entry(index, subindex)
+        address, entry = (index, subindex), self._described(index, subindex)
         if not entry.is_writable:
             raise SdoAbortedError(READ_ONLY)
         if entry.size is not None and len(data) != entry.size:
@@ -144,7 +144,7 @@ class Objects:
             self._on_write(address, value)
         self.store(address, bytes(data))
 
-    def _entry(self, index: int, sub: int) -> Any:
+    def _described(self, index: int, sub: int) -> Any:
         entry = self.dictionary.get((index, sub))
         if entry is None:
             raise SdoAbortedError(NO_SUB_INDEX if index in self.dictionary.indices else NO_OBJECT)
