@@ -76,8 +76,10 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     """Serve the simulated rig on the bus or the lines of `rig`; the result is a context manager.
 
     Raises:
-        BadInput: the bus cannot be opened.
+        BadInput: the bus cannot be opened, a dictionary cannot be read, or drives on serial lines should have one.
     """
+    if config.drives and rig.bus.transport != "canopen":
+        raise BadInput("[[drives]], --eds and --habit are for drives on a CAN bus, serial lines found; drop them")
     service = simulations.of(rig).serve(rig, config, pace, seed)
     service.warn = lambda text: say(f"warning: {text}", "yellow")
     return service

@@ -60,8 +60,6 @@ def command(
             "udp_multicast or socketcan, or bus.ports to names in the file system"
         )
     simulations.of(rig).check_not_in_use(rig)
-    if (eds or habits) and rig.bus.transport != "canopen":
-        raise BadInput("--eds and --habit are for drives on a CAN bus, serial lines found in the rig file; drop them")
     config = configured(rig, sim_file, hidden, truth, eds, habits)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):

@@ -7,10 +7,11 @@ from pathlib import Path
 from canopen.emcy import EmcyProducer
 from canopen.sdo import SdoAbortedError
 
-from drivers.simulated.dictionary import EDS, Address, load_dictionary, marked
+from drivers.eds import Address, load_dictionary
 from drivers.simulated.drive_state_machine import PowerState
 from drivers.simulated.drive_units import UNIT_OBJECTS, encoder_resolution
 from drivers.simulated.habits import Habits, parse_address
+from drivers.simulated.mark import EDS, marked
 from drivers.simulated.master_watch import MasterWatch
 from drivers.simulated.motion_control import FOLLOWING_ERROR, MotionControl
 from drivers.simulated.objects import INVALID_VALUE, Objects, Send
@@ -24,6 +25,8 @@ _WARNING = 0x80
 """Statusword bit 7."""
 _MANUFACTURER = range(0x2000, 0x6000)
 _COB_IDS = [(index, 1) for first in (0x1400, 0x1800) for index in range(first, first + 0x200)]
+_SDO_TIME = 0.001
+"""Time that an SDO request counts as in lockstep, where only SYNC moves the machine [s]."""
 _DC_LINK = 48_000
 """Supply [mV]."""
 _RATED_CURRENT = 5000
@@ -52,6 +55,7 @@ class SimulatedCanopenDrive:
         """
         self._habits = habits or Habits()
         self._send = send
+        self._lockstep = lockstep
         self._read_voltage = read_voltage
         dictionary = marked(load_dictionary(eds, drive.node_id), lockstep=lockstep)
         self._objects = Objects(dictionary, self._habits, self._on_write, drive.node_id, send)
@@ -163,6 +167,8 @@ class SimulatedCanopenDrive:
             if self._nmt != _STOPPED:
                 self._voltage = self._read_voltage()
                 self._objects.server.on_request(arbitration_id, data, now)
+                if self._lockstep:
+                    self._motion.pass_time(_SDO_TIME)
         elif arbitration_id & 0x780 == 0x700:
             self._watch.hear(arbitration_id & 0x7F, now)
         elif self._nmt == _OPERATIONAL:

@@ -45,6 +45,7 @@ class MotionControl:
         self._referenced = self._habits.referenced
         self._previous_controlword = 0
         self._following_error_since: float | None = None
+        self._pause = 0.0
         self._reset_due: float | None = None
         self._enable_due: float | None = None
         self._after_stop = PowerState.SWITCH_ON_DISABLED
@@ -120,11 +121,11 @@ class MotionControl:
 
     def _begin_reset(self) -> None:
         if not self.reset_blocked and self._reset_due is None:
-            self._reset_due = self.now + self._habits.fault_reset
+            self._reset_due = self.now + self._pause + self._habits.fault_reset
             self._end_reset()
 
     def _end_reset(self) -> None:
-        if self._reset_due is not None and self.now >= self._reset_due:
+        if self._reset_due is not None and self.now + self._pause >= self._reset_due:
             self._reset_due = None
             self.disable()
             self._on_reset()
@@ -189,6 +190,11 @@ class MotionControl:
         return self._objects.value(index) / self.units.acceleration or _STRONGEST
 
     # Simulated time
+
+    def pass_time(self, duration: float) -> None:
+        """Let time pass in which the machine does not move [s]: in lockstep, that of SDO transfers."""
+        self._pause += duration
+        self._end_reset()
 
     def update(self, counts: int, now: float) -> bool:
         """Update encoder and clock [s] after the machine has moved; True if the following error is too large."""

@@ -6,7 +6,7 @@ from typing import Any
 
 from canopen.sdo import SdoAbortedError, SdoServer
 
-from drivers.simulated.dictionary import Address, Dictionary
+from drivers.eds import Address, Dictionary
 from drivers.simulated.habits import Habits, parse_address
 
 WRITE_ONLY, READ_ONLY = 0x06010001, 0x06010002

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from canopen.sdo import SdoAbortedError
 
-from drivers.simulated.dictionary import Address
+from drivers.eds import Address
 from drivers.simulated.objects import INVALID_VALUE, Objects, Send
 
 _RECEIVE, _RECEIVE_MAP, _TRANSMIT, _TRANSMIT_MAP = 0x1400, 0x1600, 0x1800, 0x1A00

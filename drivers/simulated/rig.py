@@ -12,9 +12,9 @@ import can
 
 from drivers.canopen.bus import Link
 from drivers.simulated.config import SimConfig
-from drivers.simulated.dictionary import EDS
 from drivers.simulated.drive import SimulatedCanopenDrive
 from drivers.simulated.machine import plant_step
+from drivers.simulated.mark import EDS
 from drivers.simulated.service import CHUNK, Service, advance_machine
 from recordings.recording import Pace
 from recordings.rig import Rig

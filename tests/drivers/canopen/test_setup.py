@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from drivers.canopen import setup
-from drivers.simulated.dictionary import EDS
+from drivers.simulated.mark import EDS
 from recordings.errors import BadInput
 from recordings.rig import Drive, Voltage, simulated_rig
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated.dictionary import load_dictionary
+from drivers.eds import load_dictionary
 from drivers.simulated.drive_units import DriveUnits
 from drivers.simulated.habits import Habits
 from drivers.simulated.objects import Objects

@@ -1,4 +1,4 @@
-"""The object dictionary of a simulated drive, read from an EDS or DCF file (CiA 306).
+"""Object dictionaries of drives in EDS and DCF files (CiA 306).
 
 canopen parses the file. Its known limitations are mended here: it opens files only in the locale's encoding, leaves a
 signed default in hexadecimal unsigned, needs a section of device information, drops the number of entries of a
@@ -18,12 +18,7 @@ from typing import Any
 from canopen.objectdictionary import ODVariable, datatypes
 from canopen.objectdictionary.eds import import_eds
 
-from drivers.protocol import SIMULATED
 from recordings.errors import BadInput
-
-EDS = Path(__file__).with_name("drive.eds")
-"""Dictionary of the simulated drive of this project."""
-_MARK = 0x2F00
 
 Address = tuple[int, int]
 """Index and sub-index of an object."""
@@ -43,6 +38,7 @@ class ObjectDescription:
     low: int | None = None
     high: int | None = None
     mappable: bool = False
+    name: str = ""
 
     @property
     def size(self) -> int | None:
@@ -85,6 +81,10 @@ class Dictionary(Mapping[Address, ObjectDescription]):
     name: str
     """Product name of the file's device information."""
     indices: frozenset[int]
+    bit_rates: frozenset[int] = frozenset()
+    """Bit rates of the file's device information [bit/s]."""
+    has_parameters: bool = False
+    """Whether the file is a DCF: it gives values of its own, not only defaults."""
 
     def __getitem__(self, address: Address) -> ObjectDescription:
         return self.entries[address]
@@ -118,17 +118,13 @@ def load_dictionary(path: Path, node_id: int) -> Dictionary:
     if not any(index >= 0x1000 for index, _ in entries):
         raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
     name = parsed.device_information.product_name or path.stem
-    return Dictionary(entries, name, frozenset(index for index, _ in entries))
-
-
-def marked(dictionary: Dictionary, *, lockstep: bool) -> Dictionary:
-    """`dictionary` with the one object that every simulated drive has, so that no recording of it passes for one of
-    a real drive: 2F00h, with the pace in sub-index 1 and a text in sub-index 3."""
-    mark = {
-        (_MARK, 1): ObjectDescription(datatypes.UNSIGNED8, "ro", bytes([lockstep])),
-        (_MARK, 3): ObjectDescription(datatypes.VISIBLE_STRING, "ro", SIMULATED.encode()),
-    }
-    return Dictionary({**dictionary.entries, **mark}, dictionary.name, dictionary.indices | {_MARK})
+    return Dictionary(
+        entries,
+        name,
+        frozenset(index for index, _ in entries),
+        frozenset(parsed.device_information.allowed_baudrates),
+        any(variable.value is not None for variable in _variables(parsed)),
+    )
 
 
 def _text(path: Path) -> str:
@@ -163,12 +159,16 @@ def _compact_arrays(text: str) -> dict[int, int]:
 
 
 def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, ObjectDescription]]:
-    for index in parsed:
-        item = parsed[index]
-        for variable in [item] if isinstance(item, ODVariable) else item.values():
-            yield (index, variable.subindex), _description(variable)
-        for sub in range(2, compact.get(index, 0) + 1):
-            yield (index, sub), _description(item[sub])
+    for variable in _variables(parsed):
+        yield (variable.index, variable.subindex), _description(variable)
+    for index, count in compact.items():
+        for sub in range(2, count + 1):
+            yield (index, sub), _description(parsed[index][sub])
+
+
+def _variables(parsed: Any) -> Iterator[Any]:
+    for item in parsed.values():
+        yield from [item] if isinstance(item, ODVariable) else item.values()
 
 
 def _description(variable: Any) -> ObjectDescription:
@@ -180,6 +180,7 @@ def _description(variable: Any) -> ObjectDescription:
         variable.min,
         variable.max,
         variable.pdo_mappable,
+        variable.name,
     )
 
 

@@ -1,15 +1,16 @@
-"""EDS and DCF files as the simulated drive reads them."""
+"""EDS and DCF files, made up and of real drives."""
 
 import os
 from pathlib import Path
 
 import pytest
 
-from drivers.simulated.dictionary import EDS, load_dictionary
+from drivers.eds import load_dictionary
+from drivers.simulated.mark import EDS
 from recordings.errors import BadInput
 from tests.drivers.simulated.dictionaries import I8, I16, MADE_UP, U16, U32, Item, eds
 
-SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
+SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[2].parent / "shared" / "data")) / "eds"
 
 
 def write(folder: Path, text: str, encoding: str = "utf-8") -> Path:
@@ -23,6 +24,11 @@ def test_value_of_a_dcf_replaces_the_default(tmp_path: Path) -> None:
     dictionary = load_dictionary(path, 1)
     assert dictionary[0x6085, 0].value == (77).to_bytes(4, "little")
     assert dictionary[0x6040, 0].value == b"\5\0"
+    assert dictionary.has_parameters
+
+
+def test_an_eds_has_only_defaults(tmp_path: Path) -> None:
+    assert not load_dictionary(write(tmp_path, MADE_UP["slow"].eds), 1).has_parameters
 
 
 def test_node_id_becomes_part_of_the_cob_ids(tmp_path: Path) -> None:
