@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 )
 @click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file (TOML). Without it: simulated.")
 @click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@click.option("--sim", "sim_file", type=click.Path(path_type=Path), help="Sim file of drives simulated here.")
 @click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
 @click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
-def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: bool) -> None:
+def command(rig_file: Path | None, rate: float | None, sim_file: Path | None, show_all: bool, as_json: bool) -> None:
     """Find the drives, compare their state, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
     Nothing is written and nothing moves. Exit code 1 where a problem was found that would end a recording.
@@ -33,7 +34,7 @@ def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: 
     rig = rig_from(rig_file, rate)
     transport = transports.of(rig)
     transport.check(rig)
-    with served(rig):
+    with served(rig, sim_file):
         amplifiers = transport.connect(rig, lambda *line: None, lambda *frame: None, None)
         try:
             identities = amplifiers.discover()

@@ -9,8 +9,8 @@ from typing import Any
 
 import can
 
-from drivers.cia402 import DriveState
 from drivers.simulated.drive import SimulatedCanopenDrive
+from drivers.simulated.drive_state_machine import PowerState as DriveState
 from recordings.rig import Rig
 
 DT = 2.5e-3
