@@ -22,6 +22,8 @@ _REQUEST_INTERVAL = 0.0005
 _NODE_IDS = range(1, 128)
 _NOTED = (0x1006, 0x1017)
 """Objects of convenience whose absence is shown."""
+_RATING_TOLERANCE = 0.01
+"""Relative difference below which ratings of the drive and of the rig file agree."""
 _VOLTAGE_ENABLED = 0x10
 """Statusword bit 4."""
 _QUANTITIES = {0x6065: "position", 0x607D: "position", 0x6084: "acceleration", 0x6085: "acceleration"}
@@ -151,11 +153,17 @@ def _torque_source(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[C
     what = f"{drive.torque_source.replace('_', ' ')} {format_address(index, 0)}"
     verdict: Verdict = "fine" if (index, 0) in dictionary else "problem"
     yield CheckResult(axis.name, what, "readable", "yes" if verdict == "fine" else "no such object", verdict)
-    rated = dictionary.value((0x6075, 0))
-    if index == 0x6078 and rated and drive.rated_current is not None:
-        agree = math.isclose(rated / 1000, drive.rated_current, rel_tol=1e-3)
-        expected, actual = f"{drive.rated_current:g} A", f"{rated / 1000:g} A"
-        yield CheckResult(axis.name, "rated current (6075h)", expected, actual, "fine" if agree else "problem")
+    # Of the motor: mA, mN m.
+    what, key, rated, given, unit = (
+        ("rated current (6075h)", 0x6075, 1e-3, drive.rated_current, "A")
+        if index == 0x6078
+        else ("rated torque at the joint (6076h times gear)", 0x6076, 1e-3 * drive.gear, drive.rated_torque, "N m")
+    )
+    raw = dictionary.value((key, 0))
+    if raw and given is not None:
+        agree = math.isclose(raw * rated, given, rel_tol=_RATING_TOLERANCE)
+        verdict = "fine" if agree else "problem"
+        yield CheckResult(axis.name, what, f"{given:g} {unit}", f"{raw * rated:g} {unit}", verdict)
 
 
 def _voltage(axis: CanopenAxis, dictionary: DriveDictionary) -> CheckResult:

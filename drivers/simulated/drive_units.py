@@ -59,7 +59,7 @@ class DriveUnits:
         if code:
             return self._coded_acceleration(code)
         if self._objects.value(0x608E) == _RAD_PER_SECOND_SQUARED:
-            return 10.0 ** -self._objects.value(0x608D)
+            return self._angle_units(0x10) * 10.0 ** -self._objects.value(0x608D)
         in_increments = self._increments_per_radian
         if (0x6097, 1) in self._objects:
             return in_increments / float(self._ratio(0x6097))

@@ -44,7 +44,7 @@ def ratios(**pairs: tuple[int, int]) -> dict[tuple[int, int], int]:
         (ratios(x608F=(1, 1), x6091=(1, 1), x6092=(1, 1)), 1.0, INCREMENTS),
         ({(0x60A8, 0): 0xFF410000}, 3600 / 8192, 3600 * MOTOR),  # 0.1 deg of the motor
         (ratios(x6093=(2, 1), x6097=(100, 1)), 0.5, INCREMENTS / 100),
-        ({(0x608E, 0): 0xAE, (0x608D, 0): 3}, 1.0, 1e-3),
+        ({(0x608E, 0): 0xAE, (0x608D, 0): 3}, 1.0, 21e-3),  # 1000 rad/s^2 of the motor
     ],
 )
 def test_units(values: dict[tuple[int, int], int], position: float, acceleration: float, tmp_path: Path) -> None:
