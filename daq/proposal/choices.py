@@ -94,7 +94,7 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
     """
     for rate in _RATES:
         period = interpolation_period(rate)
-        if all(_within(facts, sub, value) for facts in drives for sub, value in enumerate(period, start=1)):
+        if all(facts.accepts(0x60C2, sub, value) for facts in drives for sub, value in enumerate(period, start=1)):
             reason = "the usual rate" if rate == _RATES[0] else "60C2h accepts no period of 2 ms"
             return rate, reason
     raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
@@ -108,11 +108,6 @@ def too_few_entries(facts: DriveFacts, counts: Sequence[int]) -> list[str]:
         if facts.descriptions and entries < count:
             problems.append(f"{facts.origin}: {index:04X}h maps at most {entries} object(s), {count} needed")
     return problems
-
-
-def _within(facts: DriveFacts, sub: int, value: int) -> bool:
-    low, high = facts.limits(0x60C2, sub)
-    return (low is None or value >= low) and (high is None or value <= high)
 
 
 def _name(address: Address) -> str:

@@ -1,5 +1,6 @@
 """The commented rig file of a proposal."""
 
+import math
 import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,10 +9,14 @@ from daq.proposal.choices import TorqueSource, common_torque_source, rate_of
 from daq.proposal.drive_section import DriveSection
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import CHECK, Key, comment
+from drivers.canopen.load import bus_load
 from recordings.buses import CanBus
 from recordings.config import validated
+from recordings.errors import BadInput
 from recordings.rig import Limits, Rig
 
+_LARGEST_LOAD = 0.9
+"""Bus load above which no rig file is proposed."""
 _PLACEHOLDER = 1.0
 """Torque per ampere that no drive states [N m/A]."""
 
@@ -31,13 +36,19 @@ def propose(drives: Sequence[DriveFacts], bus: CanBus) -> Proposal:
     Raises:
         BadInput: a drive cannot be driven by this program, with the reason.
     """
+    draft = _proposal(drives, bus, draft=None)
+    return _proposal(drives, bus, draft.rig)
+
+
+def _proposal(drives: Sequence[DriveFacts], bus: CanBus, draft: Rig | None) -> Proposal:
+    """A proposal; with a `draft` it accounts for what the drives would be written and for the load of the bus."""
     source = common_torque_source(drives)
     notes: list[str] = []
     sections = [DriveSection(joint, facts, source) for joint, facts in enumerate(drives, start=1)]
-    lines = [*_head(drives), *_bus(bus, drives), *_torque(sections, source, notes), *_limits()]
+    lines = [*_head(drives), *_bus(bus, drives, draft), *_torque(sections, source, notes), *_limits()]
     explained: set[str] = set()
     for section in sections:
-        lines += section.lines(explain=section.origin not in explained)
+        lines += section.lines(draft, explain=section.origin not in explained)
         explained.add(section.origin)
         notes += section.notes
     text = "\n".join(lines) + "\n"
@@ -62,7 +73,7 @@ def _head(drives: Sequence[DriveFacts]) -> Iterator[str]:
             yield from Key("type", '"revolute"', CHECK + "or prismatic").lines()
 
 
-def _bus(bus: CanBus, drives: Sequence[DriveFacts]) -> Iterator[str]:
+def _bus(bus: CanBus, drives: Sequence[DriveFacts], draft: Rig | None) -> Iterator[str]:
     yield from ("", "[bus]")
     yield from Key("interface", f'"{bus.interface}"').lines()
     yield from Key("channel", f'"{bus.channel}"').lines()
@@ -72,6 +83,15 @@ def _bus(bus: CanBus, drives: Sequence[DriveFacts]) -> Iterator[str]:
     common = frozenset.intersection(*allowed) if allowed else frozenset()
     rate = bus.bitrate if not common or bus.bitrate in common else max(common)
     yield from Key("bitrate", str(rate), "bit/s; that of all nodes on this bus").lines()
+    load = 0.0 if draft is None else bus_load(draft, draft.rate)
+    if draft is not None and load > bus.max_load:
+        if load > _LARGEST_LOAD:
+            raise BadInput(
+                f"at {draft.rate:g} Hz, the rate of these drives, a cycle takes up to {load:.0%} of the bus at "
+                f"{rate / 1000:g} kbit/s; choose a higher bit rate, or a bus for each drive"
+            )
+        text = f"{CHECK}a cycle takes up to {load:.1%} of the bus at the only rate that the drives accept"
+        yield from Key("max_load", f"{math.ceil(100 * load) / 100:g}", text).lines()
 
 
 def _limits() -> Iterator[str]:

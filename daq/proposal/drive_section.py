@@ -1,17 +1,18 @@
 """The section [[drives]] of one joint in a proposed rig file."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, too_few_entries
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import CHECK, Key, comment
-from drivers.canopen import pdo, readiness
+from drivers.canopen import pdo, readiness, setup
 from drivers.canopen.roles import ROLES
+from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.units import OBJECTS, gear_ratio, position_units_per_turn
 from recordings.config import validated
 from recordings.errors import BadInput
-from recordings.rig import Drive
+from recordings.rig import Drive, Rig
 
 _COUNTS, _GEAR, _RATED_TORQUE, _RATED_CURRENT, _VOLTAGE_SCALE = 8192, 21.0, 20.0, 5.0, 0.001
 """Placeholders for what drives do not state."""
@@ -65,15 +66,16 @@ class DriveSection:
         torque, current = self._facts.value(0x6076), self._facts.value(0x6075)
         return torque / current * (self._gear or _GEAR) if torque and current else None
 
-    def lines(self, *, explain: bool) -> Iterator[str]:
-        """Lines of the file; without `explain` those that explain are left out: an equal drive has them."""
+    def lines(self, draft: Rig | None, *, explain: bool) -> Iterator[str]:
+        """Lines of the file; `draft`: the rig, to find what the drive will refuse; without `explain` the lines that
+        explain are left out: an equal drive has them."""
         facts = self._facts
         yield from ("", f"[[drives]]  # joint {self._joint}: {facts.name}, from {facts.origin}")
         if explain:
             yield from comment(self._pdo_text())
         for key in [*self._machine(), *self._operation(), *self._measurement()]:
             yield from key.lines()
-        yield from self._missing(explain=explain)
+        yield from self._missing([] if draft is None else self._refused(draft), explain=explain)
         if explain:
             yield from self._settings()
         if facts.file:
@@ -138,12 +140,31 @@ class DriveSection:
         joint = rated / 1000 * (self._gear or _GEAR)
         return Key("rated_torque", f"{joint:.6g}", f"N m at the joint; 6076h = {rated} mN m * gear")
 
-    def _missing(self, *, explain: bool) -> Iterator[str]:
+    def _refused(self, draft: Rig) -> list[SdoWrite]:
+        """What the set-up writes to this drive and its limits in the EDS exclude."""
+        drive = draft.drives[self._joint - 1]
+        try:
+            writes = setup.own_writes(draft, drive, self._facts.dictionary(drive))
+        except BadInput as error:
+            self.notes.append(f"{self.origin}: {error}")
+            return []
+        return [write for write in writes if not self._facts.accepts(write.index, write.sub, write.value)]
+
+    def _missing(self, refused: Sequence[SdoWrite], *, explain: bool) -> Iterator[str]:
         missing = readiness.missing_for_safety(self._dictionary)
+        for write in refused:
+            role = ROLES.get(write.index)
+            if role is not None and role.role == "safety" and write.index not in missing:
+                missing.append(write.index)
+            if role is None or role.role != "convenience":
+                low, high = self._facts.limits(write.index, write.sub)
+                span = f"{'' if low is None else low}...{'' if high is None else high}"
+                name = f"{write.index:04X}:{write.sub:02X}"
+                self.notes.append(f"{self.origin}: {name} accepts {span} in this file, {write.value} will be written")
         if not missing:
             return
         if explain:
-            yield from comment("Not in this drive, so without its protection:")
+            yield from comment("Not in this drive or not usable, so without its protection:")
             for index in missing:
                 role = ROLES[index]
                 yield from comment(f"- {index:04X}h {role.meaning}: {role.loss}; {role.instead}.")

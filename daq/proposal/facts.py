@@ -60,6 +60,11 @@ class DriveFacts:
         description = self.descriptions.get((index, sub))
         return (None, None) if description is None else (description.low, description.high)
 
+    def accepts(self, index: int, sub: int, value: int) -> bool:
+        """Whether an object's limits include a value, as far as they are known."""
+        low, high = self.limits(index, sub)
+        return (low is None or value >= low) and (high is None or value <= high)
+
     def dictionary(self, drive: Drive) -> DriveDictionary:
         """The same as the driver has it."""
         return DriveDictionary(drive, self.data)
