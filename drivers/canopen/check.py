@@ -34,11 +34,12 @@ _RADIANS_PER_SECOND_PER_RPM = math.tau / 60
 def unexpected_nodes(rig: Rig, link: Link) -> Iterator[CheckResult]:
     """Read the device type of all node ids; yields the nodes that are not in the rig file."""
     expected = {drive.node_id for drive in rig.drives}
-    for node in sorted(_scan_nodes(link) - expected):
+    for node in sorted(scan_nodes(link) - expected):
         yield CheckResult(f"node {node}", "on the bus", "not in the rig file", "answers", "fine")
 
 
-def _scan_nodes(link: Link) -> set[int]:
+def scan_nodes(link: Link) -> set[int]:
+    """Node ids that answer when their device type is read."""
     responses = set()
     deadline = time.monotonic() + _SCAN_TIMEOUT
     for node in _NODE_IDS:

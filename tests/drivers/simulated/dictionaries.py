@@ -1,8 +1,10 @@
 """Object dictionaries of drives that do not exist: an EDS writer, five drives with the habits of real ones, and a
 strategy that makes up others."""
 
+import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from hypothesis import strategies as st
@@ -28,6 +30,7 @@ class Item:
     mappable: bool = False
     parameter: object = None
     """Value in a DCF."""
+    name: str = "object"
 
 
 Items = Mapping[Address, Item]
@@ -44,6 +47,21 @@ class MadeUpDrive:
     def eds(self) -> str:
         """Text of the EDS."""
         return eds(self.items)
+
+    def write(self, folder: Path, name: str = "drive") -> tuple[Path, Path]:
+        """Write the EDS, and a sim file of three such drives with their habits; returns both paths."""
+        path, sim = folder / f"{name}.eds", folder / f"{name}.sim.toml"
+        path.write_text(self.eds)
+        lines = ["[[drives]]", f"eds = {str(path)!r}", "[drives.habits]"]
+        lines += [f"{key} = {_toml(value)}" for key, value in self.habits.items()]
+        sim.write_text("\n".join(lines) + "\n")
+        return path, sim
+
+
+def _toml(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f'"{key}" = {_toml(item)}' for key, item in value.items()) + " }"
+    return json.dumps(value)
 
 
 def eds(items: Items, name: str = "made-up drive") -> str:
@@ -64,7 +82,7 @@ def eds(items: Items, name: str = "made-up drive") -> str:
 
 def _section(name: str, item: Item) -> Iterator[str]:
     yield f"[{name}]"
-    yield f"ParameterName=object {name}"
+    yield f"ParameterName={item.name} {name}"
     yield "ObjectType=0x7"
     yield f"DataType=0x{item.data_type:04X}"
     yield f"AccessType={item.access}"
@@ -181,7 +199,7 @@ MADE_UP: dict[str, MadeUpDrive] = {
     "wilful": _wilful(),
     # A 32-bit voltage in millivolts, and four TPDOs from power-up on.
     "wide_voltage": MadeUpDrive(
-        base() | four_tpdos() | {(0x2030, 0): Item(I32, "ro", mappable=True)},
+        base() | four_tpdos() | {(0x2030, 0): Item(I32, "ro", mappable=True, name="Motor voltage [mV]")},
         {"voltage": "2030", "voltage_scale": 0.001},
     ),
     # Accepts only 1 ms in 60C2h; current instead of voltage; positions in thousandths of a degree of the shaft.
@@ -214,8 +232,9 @@ def made_up_drives(draw: st.DrawFn) -> MadeUpDrive:
     match draw(st.sampled_from(["voltage", "torque", "current"])):
         case "voltage":
             size = draw(st.sampled_from([I16, I32]))
-            items[0x2030, 0] = Item(size, "ro", mappable=draw(st.booleans()))
-            habits |= {"voltage": "2030", "voltage_scale": draw(st.sampled_from([0.001, 0.0005, 0.01]))}
+            unit, scale = draw(st.sampled_from([("[mV]", 0.001), ("0.1 V", 0.1), ("1 mV", 0.001)]))
+            items[0x2030, 0] = Item(size, "ro", mappable=draw(st.booleans()), name=f"Motor voltage {unit}")
+            habits |= {"voltage": "2030", "voltage_scale": scale}
         case "torque":
             items |= TORQUE
         case "current":
