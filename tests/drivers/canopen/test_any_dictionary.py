@@ -95,15 +95,20 @@ def _json(keys: dict[str, Any]) -> str:
     return json.dumps(keys)
 
 
+def bus_of(made_up: MadeUpDrive, rig: Rig) -> LossyBus:
+    """A bus with one drive that has this dictionary."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "drive.eds"
+        path.write_text(made_up.eds)
+        return LossyBus(rig, path, Habits.model_validate_json(_json(dict(made_up.habits))))
+
+
 def outcome_of(made_up: MadeUpDrive, rig: Rig, seen: set[int] | None = None) -> Outcome:
     """Check the drive, set it up, move it for half a second, stop it; it never ends with power.
 
     `seen` collects the ids of the frames that the drive sends during the motion.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "drive.eds"
-        path.write_text(made_up.eds)
-        bus = LossyBus(rig, path, Habits.model_validate_json(_json(dict(made_up.habits))))
+    bus = bus_of(made_up, rig)
     reports: list[str] = []
     link = Link(bus)
     link.clock = bus.now_ns
