@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def command(
     rig_file: Path | None, rate: float | None, sim_file: Path | None, set_up: bool, show_all: bool, as_json: bool
 ) -> None:
-    """Find the drives, compare their state, units, limits, watchdogs and PDO maps with the rig file; compute the load.
+    """Find the drives, compare state, units, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
     Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
     they are written. Exit code 1 where a problem was found that would end a recording.
