@@ -6,7 +6,7 @@ from collections.abc import Callable
 from drivers import cia402
 from drivers.canopen import dcf, readiness, setup
 from drivers.canopen.axis import CanopenAxis
-from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
+from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary, standard_dictionary
 from drivers.canopen.pdo import is_foreign
 from drivers.canopen.roles import role_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
@@ -33,6 +33,8 @@ class Preparation:
         self._sdo = axis.sdo
         self._report = report
         self._send_nmt = send_nmt
+        self._dictionary = standard_dictionary(axis.drive)
+        """Objects and values of the drive before the writes that follow."""
 
     def switch_off(self) -> None:
         """Switch off a drive that another program left with power.
@@ -56,7 +58,8 @@ class Preparation:
             BadInput: the drive does not fit, or lacks what the rig file does not accept as missing.
         """
         configuration = dcf.configuration(self._axis.drive)
-        dictionary = read_dictionary(self._axis.drive, self._sdo).after(configuration)
+        self._dictionary = read_dictionary(self._axis.drive, self._sdo)
+        dictionary = self._dictionary.after(configuration)
         reasons = readiness.problems(dictionary)
         if reasons:
             further = f" (and {len(reasons) - 1} more: daq check shows all)" if len(reasons) > 1 else ""
@@ -150,7 +153,7 @@ class Preparation:
             self._sdo.apply(write)
         except ObjectRefused as refusal:
             present = self._present(write)
-            if present is not None and not (present ^ write.value) & write.mask:
+            if self._was_so(write, present):
                 return []
             if is_foreign(write):
                 self._report(
@@ -165,6 +168,12 @@ class Preparation:
             has = "" if present is None else f"; the drive has {present}"
             raise RunFailed(f"{refusal} (value {write.value}){has}; {_advice(write, present)}") from None
         return []
+
+    def _was_so(self, write: SdoWrite, present: int | None) -> bool:
+        """Whether the object had the value before it was refused; of the objects of a DCF, whether it has it now."""
+        before = self._dictionary.value((write.index, write.sub), write.layout)
+        value = present if before is None else before
+        return value is not None and not (value ^ write.value) & write.mask
 
     def _present(self, write: SdoWrite) -> int | None:
         try:
