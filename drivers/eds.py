@@ -10,8 +10,8 @@ import logging
 import struct
 from collections.abc import Iterator, Mapping
 from configparser import Error, RawConfigParser
-from dataclasses import dataclass
-from functools import cache
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -96,31 +96,34 @@ class Dictionary(Mapping[Address, ObjectDescription]):
         return len(self.entries)
 
 
-@cache
 def load_dictionary(path: Path, node_id: int) -> Dictionary:
     """Read an EDS or DCF file; `node_id` replaces $NODEID.
 
     Raises:
         BadInput: the file is missing, or is no EDS or DCF.
     """
-    text = _text(path)
+    try:
+        dictionary = _parse(_text(path), node_id)
+    except (Error, KeyError, ValueError, TypeError) as error:
+        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {_reason(error)}; check the file") from None
+    if not any(index >= 0x1000 for index in dictionary.indices):
+        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
+    return dictionary if dictionary.name else replace(dictionary, name=path.stem)
+
+
+@lru_cache(maxsize=16)
+def _parse(text: str, node_id: int) -> Dictionary:
+    """The dictionary in the text of a file, kept because parsing takes long and drives are often of one type."""
     if "[DeviceInfo]" not in text:
         # canopen warns of its absence through a deprecated function.
         text += "\n[DeviceInfo]\n"
     # canopen logs data types that it does not know and serves their bytes as they are, which is what a drive does.
     logging.getLogger("canopen").setLevel(logging.CRITICAL)
-    try:
-        parsed: Any = import_eds(io.StringIO(text), node_id)
-        compact = _compact_arrays(text)
-    except (Error, KeyError, ValueError, TypeError) as error:
-        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {_reason(error)}; check the file") from None
-    entries = dict(_entries(parsed, compact))
-    if not any(index >= 0x1000 for index, _ in entries):
-        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
-    name = parsed.device_information.product_name or path.stem
+    parsed: Any = import_eds(io.StringIO(text), node_id)
+    entries = dict(_entries(parsed, _compact_arrays(text)))
     return Dictionary(
         entries,
-        name,
+        parsed.device_information.product_name or "",
         frozenset(index for index, _ in entries),
         frozenset(parsed.device_information.allowed_baudrates),
         any(variable.value is not None for variable in _variables(parsed)),

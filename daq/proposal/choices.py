@@ -17,7 +17,7 @@ MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("in
 """Modes that follow targets, the preferred one first, with their numbers and targets."""
 _RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
 _MOTOR = re.compile(r"\b(motor|output|terminal|phase|winding)\b", re.IGNORECASE)
-_LIMIT = re.compile(r"threshold|limit|level|protect|under|over|max|min|nominal|rated", re.IGNORECASE)
+_LIMIT = re.compile(r"\b(threshold|limit|level|protect|under|over|max|min\b|minimum|nominal|rated)", re.IGNORECASE)
 _UNIT = re.compile(r"\b(?P<factor>0?\.\d+|1) ?(?P<unit>m?V)\b|\[(?P<plain>m?V)\]|\b(?P<bare>mV)\b")
 
 

@@ -161,6 +161,7 @@ class DriveSection:
                 span = f"{'' if low is None else low}...{'' if high is None else high}"
                 name = f"{write.index:04X}:{write.sub:02X}"
                 self.notes.append(f"{self.origin}: {name} accepts {span} in this file, {write.value} will be written")
+        missing.sort()
         if not missing:
             return
         if explain:
