@@ -250,10 +250,10 @@ def _object(
     what = f"{format_address(sdo_write.index, sdo_write.sub)} {meaning}"
     actual = _present(axis, present, sdo_write)
     if actual is None:
-        needed = role.role == "motion"
-        return CheckResult(
-            axis.name, what, str(sdo_write.value), "cannot be read", "problem" if needed else "will be written"
-        )
+        expected = _shown(dictionary, sdo_write.index, sdo_write.value, in_pdo=in_pdo)
+        if axis.sdo.has(sdo_write.index, sdo_write.sub):
+            return CheckResult(axis.name, what, expected, "cannot be read", "will be written")
+        return CheckResult(axis.name, what, expected, "no such object", "problem")
     same = not (actual ^ sdo_write.value) & sdo_write.mask
     shown = [_shown(dictionary, sdo_write.index, value, in_pdo=in_pdo) for value in (sdo_write.value, actual)]
     return CheckResult(axis.name, what, shown[0], shown[1], "fine" if same else "will be written")

@@ -82,8 +82,8 @@ class DriveDictionary:
 
     @property
     def watchdog(self) -> str | None:
-        """The way in which the drive notices a lost master."""
-        if (0x1016, 1) in self.data:
+        """The way in which the drive notices a lost master; 1016h where the rig file does not do without it."""
+        if (0x1016, 1) in self.data and "1016" not in self.drive.accept_missing:
             return "heartbeat"
         if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
             return "guarding"

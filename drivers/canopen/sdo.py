@@ -158,6 +158,16 @@ class Sdo:
         except ObjectRefused:
             return None
 
+    def has(self, index: int, sub: int) -> bool:
+        """Whether the drive has an object, even if it refuses to read it."""
+        try:
+            self.read_bytes(index, sub)
+        except ObjectMissing:
+            return False
+        except ObjectRefused:
+            pass
+        return True
+
     def read_text(self, index: int, sub: int = 0) -> str:
         """Read a visible string; "" where the drive has none or refuses to read it."""
         try:
@@ -170,14 +180,15 @@ class Sdo:
         self.write(write.index, write.sub, write.layout, write.value, check=write.check, mask=write.mask)
 
     def write(self, index: int, sub: int, layout: str, value: int, *, check: bool = True, mask: int = -1) -> None:
-        """Write an integer object and, with `check`, read it back; `mask`: bits that are compared.
+        """Write an integer object and, with `check`, read it back if it can be read; `mask`: bits that are compared.
 
         Raises:
             RunFailed: no answer, the drive refuses, or it reads back another value.
         """
         data = struct.pack(layout, value)
         self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
-        if check and ((actual := self.read(index, sub, layout)) ^ value) & mask:
+        actual = self.read_optional(index, sub, layout) if check else None
+        if actual is not None and (actual ^ value) & mask:
             raise RunFailed(
                 f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back "
                 f"{actual:#x}; check what the drive supports"
