@@ -74,8 +74,9 @@ class LossyBus(can.BusABC):
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         arbitration_id, data = msg.arbitration_id, bytes(msg.data)
         if msg.is_remote_frame:
-            for drive in self.drives:
-                drive.receive_remote(arbitration_id, self.now)
+            for _ in range(self._copies(arbitration_id)):
+                for drive in self.drives:
+                    drive.receive_remote(arbitration_id, self.now)
             return
         self.witness(arbitration_id, data)
         for _ in range(self._copies(arbitration_id)):
