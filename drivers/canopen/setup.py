@@ -5,6 +5,7 @@ import struct
 from drivers.canopen import dcf, pdo
 from drivers.canopen.dictionary import RECEIVE, STANDARD, Address, DriveDictionary, standard_dictionary
 from drivers.canopen.sdo import SdoWrite
+from drivers.canopen.units import Scale
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
@@ -21,6 +22,8 @@ _RPDO_TIMEOUT_MS = 100
 
 MODES = {"cyclic": 8, "interpolated": 7}
 """Object 6060."""
+_ROUNDING = 0.05
+"""Largest relative error of the quick stop deceleration by the drive's unit."""
 _SLOW_DOWN_RAMP = (1, 5)
 """Option codes that stop on 6084 instead of 6085."""
 
@@ -72,11 +75,27 @@ def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list
     ]
     acceleration = dictionary.units.acceleration
     if acceleration is not None:
-        deceleration = max(1, round(rig.limits.acceleration * acceleration.per_radian))
+        deceleration = _deceleration(rig.limits.acceleration, acceleration)
         objects.append(((0x6085, 0), deceleration))
         if drive.quick_stop_option in _SLOW_DOWN_RAMP or drive.fault_reaction_option in _SLOW_DOWN_RAMP:
             objects.append(((0x6084, 0), deceleration))
     return objects
+
+
+def _deceleration(limit: float, unit: Scale) -> int:
+    """`limit` [rad/s^2] in the drive's unit.
+
+    Raises:
+        BadInput: the unit is too coarse.
+    """
+    value = round(limit * unit.per_radian)
+    nearest = value / unit.per_radian
+    if abs(nearest - limit) > _ROUNDING * limit:
+        raise BadInput(
+            f"limits.acceleration = {limit:g} rad/s^2 cannot be written in the drive's unit ({unit.name}, "
+            f"{unit.source}), the nearest is {nearest:g}; choose a finer unit in the drive, or another limit"
+        )
+    return value
 
 
 def _reactions(drive: Drive) -> list[tuple[Address, int]]:
