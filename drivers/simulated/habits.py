@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from recordings.config import ConfigSection, Positive, validated
 from recordings.errors import BadInput
@@ -13,25 +13,14 @@ NotNegative = Annotated[float, Field(ge=0)]
 Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 
 
+ObjectAddress = Annotated[str, Field(pattern="^[0-9A-Fa-f]{4}(:[0-9A-Fa-f]{1,2})?$")]
+"""Address as in manuals: "60C2:01", or "605A" for sub-index 0."""
+
+
 def parse_address(text: str) -> tuple[int, int]:
-    """Index and sub-index of an address such as "60C2:01" or "605A" (sub-index 0).
-
-    Raises:
-        ValueError: the text is no such address.
-    """
+    """Index and sub-index of an `ObjectAddress`."""
     index, _, sub = text.partition(":")
-    address = int(index, 16), int(sub or "0", 16)
-    if len(index) != 4 or not 0 <= address[1] <= 255:
-        raise ValueError(f'an address such as "60C2:01" or "605A" expected, "{text}" found')
-    return address
-
-
-def _checked(text: str) -> str:
-    parse_address(text)
-    return text
-
-
-ObjectAddress = Annotated[str, AfterValidator(_checked)]
+    return int(index, 16), int(sub or "0", 16)
 
 
 class Habits(ConfigSection):
