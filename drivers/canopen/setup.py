@@ -56,10 +56,7 @@ def own_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[SdoW
 
 
 def _sized(dictionary: DriveDictionary, address: Address, value: int) -> SdoWrite:
-    layout = dictionary.layout(address, STANDARD.get(address, "<H"))
-    # Some drives have a write-only mode of operation; the mode that they show (6061h) is compared in any case.
-    readable = address not in dictionary or dictionary.data[address] is not None
-    return SdoWrite(*address, layout, value, check=readable)
+    return SdoWrite(*address, dictionary.layout(address, STANDARD.get(address, "<H")), value)
 
 
 def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[tuple[Address, int]]:
