@@ -8,7 +8,7 @@ from drivers.canopen import dcf, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary, standard_dictionary
 from drivers.canopen.pdo import is_foreign
-from drivers.canopen.roles import role_of
+from drivers.canopen.roles import ROLES, role_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import Power, Report
 from recordings.errors import BadInput, RunFailed
@@ -80,6 +80,10 @@ class Preparation:
         # Again: a reset of the communication and the DCF have changed values.
         dictionary = self.check_fit()
         axis.use(dictionary)
+        for index in readiness.missing_for_safety(dictionary):
+            role = ROLES[index]
+            text = f"driven without {index:04X}h ({role.meaning}): {role.loss}; {role.instead}"
+            self._report("warning", axis.name, text)
         kept = [size for write in setup.own_writes(self._rig, drive, dictionary) for size in self._apply(write)]
         self._check_mode()
         axis.counts = self._sdo.read(0x6064, 0, "<i")

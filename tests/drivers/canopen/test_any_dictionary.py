@@ -222,6 +222,16 @@ def test_wilful_drive_runs_with_its_own_quick_stop_option_and_what_it_refuses_is
     assert any("6066:00" in text and "host stops all drives" in text for text in outcome.reports)
 
 
+def test_drive_without_an_accepted_object_is_driven_and_the_loss_is_said() -> None:
+    items = {address: item for address, item in MADE_UP["wide_voltage"].items.items() if address[0] != 0x605A}
+    made_up = MadeUpDrive(items, MADE_UP["wide_voltage"].habits)
+    outcome = outcome_of(made_up, rig_of(made_up))
+    assert outcome.samples
+    (text,) = outcome.reports
+    assert text.startswith("driven without 605Ah")
+    assert "the host waits for standstill" in text
+
+
 def test_wilful_drive_without_acceptance_is_refused_by_name() -> None:
     outcome = outcome_of(MADE_UP["wilful"], rig_of(MADE_UP["wilful"]))
     assert 'accept_missing = ["6066"]' in outcome.refused
