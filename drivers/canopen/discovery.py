@@ -9,9 +9,8 @@ from drivers.canopen.bus import Link
 from drivers.protocol import SIMULATED, Identity
 from recordings.errors import RunFailed
 
-_PACE_OBJECT = 0x2F00
-_MARK = 0x2F00, 3
-"""Object by which a simulated drive with another drive's dictionary names itself."""
+_PACE, _MARK = (0x5FFF, 1), (0x5FFF, 3)
+"""Objects by which a simulated drive names itself, whatever its dictionary: the pace, and a text."""
 _LISTENING_TIME = 0.2
 """Time to listen for another master before anything is sent [s]."""
 
@@ -67,5 +66,5 @@ def identify(axis: CanopenAxis) -> Identity:
         product_code=axis.sdo.read_optional(0x1018, 2, "<I") or 0,
         revision=axis.sdo.read_optional(0x1018, 3, "<I") or 0,
         simulated=simulated,
-        lockstep=simulated and axis.sdo.read(_PACE_OBJECT, 1, "<B") == 1,
+        lockstep=simulated and axis.sdo.read(*_PACE, "<B") == 1,
     )

@@ -9,12 +9,12 @@ from drivers.protocol import SIMULATED
 
 EDS = Path(__file__).with_name("drive.eds")
 """Dictionary of the simulated drive of this project."""
-_MARK = 0x2F00
+_MARK = 0x5FFF
 
 
 def marked(dictionary: Dictionary, *, lockstep: bool) -> Dictionary:
     """`dictionary` with the one object that every simulated drive has, so that no recording of it passes for one of
-    a real drive: 2F00h, with the pace in sub-index 1 and a text in sub-index 3."""
+    a real drive: 5FFFh, with the pace in sub-index 1 and a text in sub-index 3."""
     mark = {
         (_MARK, 1): ObjectDescription(datatypes.UNSIGNED8, "ro", bytes([lockstep])),
         (_MARK, 3): ObjectDescription(datatypes.VISIBLE_STRING, "ro", SIMULATED.encode()),

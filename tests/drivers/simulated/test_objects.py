@@ -96,5 +96,5 @@ def test_reset_communication_restores_only_its_objects(client: SdoClient) -> Non
 
 
 def test_every_simulated_drive_says_that_it_is_simulated(client: SdoClient) -> None:
-    assert client.read(0x2F00, 1) == 1
-    assert client.read(0x2F00, 3) == len("delta-workbench simulated drive")  # the length of a segmented transfer
+    assert client.read(0x5FFF, 1) == 1
+    assert client.read(0x5FFF, 3) == len("delta-workbench simulated drive")  # the length of a segmented transfer
