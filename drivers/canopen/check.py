@@ -12,8 +12,9 @@ from drivers.canopen.dictionary import DriveDictionary, integer_at, read_diction
 from drivers.canopen.roles import ROLES, is_pdo, role_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import CheckResult, Verdict
+from recordings.drives import STATUSWORD
 from recordings.errors import BadInput
-from recordings.rig import STATUSWORD, Rig
+from recordings.rig import Rig
 
 _SCAN_TIMEOUT = 0.3
 """Time that the scan waits for the last answer [s]."""

@@ -7,8 +7,9 @@ from functools import cached_property
 
 from drivers.canopen import units
 from drivers.canopen.sdo import ObjectMissing, ObjectRefused, Sdo, SdoWrite
+from recordings.drives import STATUSWORD
 from recordings.errors import RunFailed
-from recordings.rig import STATUSWORD, Drive
+from recordings.rig import Drive
 
 Address = tuple[int, int]
 

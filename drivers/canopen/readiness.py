@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from drivers.canopen.dictionary import DriveDictionary
 from drivers.canopen.roles import ROLES
 from drivers.canopen.setup import MODES
-from recordings.rig import STATUSWORD
+from recordings.drives import STATUSWORD
 
 _TARGETS = {"cyclic": (0x607A, 0), "interpolated": (0x60C1, 1)}
 _MODE_BITS = {"cyclic": 7, "interpolated": 6}
