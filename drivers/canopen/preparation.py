@@ -51,20 +51,20 @@ class Preparation:
         if self._axis.power in (Power.ON, Power.STOPPING):
             raise RunFailed(f"{self._axis.name} stays in '{self._state}'; cut its power by hand")
 
-    def check_fit(self) -> DriveDictionary:
-        """Read the drive's dictionary and compare it with the rig file.
+    def check_fit(self) -> None:
+        """Read the drive's dictionary and compare it, with the values of the DCF, with the rig file.
 
         Raises:
             BadInput: the drive does not fit, or lacks what the rig file does not accept as missing.
         """
-        configuration = dcf.configuration(self._axis.drive)
         self._dictionary = read_dictionary(self._axis.drive, self._sdo)
-        dictionary = self._dictionary.after(configuration)
+        self._refuse_misfit(self._dictionary.after(dcf.configuration(self._axis.drive)))
+
+    def _refuse_misfit(self, dictionary: DriveDictionary) -> None:
         reasons = readiness.problems(dictionary)
         if reasons:
             further = f" (and {len(reasons) - 1} more: daq check shows all)" if len(reasons) > 1 else ""
             raise BadInput(f"{self._axis.name}: {reasons[0]}{further}")
-        return dictionary
 
     def set_up(self) -> list[int]:
         """Reset a fault and write the set-up; returns the data bytes of the PDOs that the drive did not let go of.
@@ -78,7 +78,8 @@ class Preparation:
         for write in dcf.configuration(drive):
             self._apply(write)
         # Again: a reset of the communication and the DCF have changed values.
-        dictionary = self.check_fit()
+        self._dictionary = dictionary = read_dictionary(drive, self._sdo)
+        self._refuse_misfit(dictionary)
         axis.use(dictionary)
         for index in readiness.missing_for_safety(dictionary):
             role = ROLES[index]

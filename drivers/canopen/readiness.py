@@ -16,10 +16,9 @@ _GUARDS = {0x1016: ("guarding", "rpdo")}
 
 def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
     """Objects without which the drive cannot follow targets of the rig's mode."""
-    for index, sub in ((0x6040, 0), (STATUSWORD, 0), (0x6060, 0), (0x6064, 0), _TARGETS[dictionary.drive.mode]):
-        if (index, sub) not in dictionary and index != 0x6040:
-            role = ROLES.get(index)
-            yield f"{index:04X}:{sub:02X} {role.meaning if role else 'statusword'}: no such object"
+    for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), _TARGETS[dictionary.drive.mode]):
+        if (index, sub) not in dictionary:
+            yield f"{index:04X}:{sub:02X} {ROLES[index].meaning}: no such object"
     for address in ((0x6064, 0), _TARGETS[dictionary.drive.mode]):
         data = dictionary.data.get(address)
         if data and len(data) != 4:

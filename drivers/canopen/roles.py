@@ -23,6 +23,7 @@ class ObjectRole:
 _FOLLOWING = "the host stops all drives at limits.following_error, a cycle later"
 
 ROLES: dict[int, ObjectRole] = {
+    0x6041: ObjectRole("motion", "statusword"),
     0x6060: ObjectRole("motion", "mode of operation", key="mode"),
     0x607A: ObjectRole("motion", "target position"),
     0x60C1: ObjectRole("motion", "interpolated target"),
