@@ -5,16 +5,33 @@ from typing import Annotated, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from recordings.config import ConfigSection, Positive
 
 NodeId = Annotated[int, Field(ge=1, le=127)]
 Number = TypeVar("Number", float, NDArray[np.float64])
 STATUSWORD = 0x6041
-ACCELERATION_UNIT = r"^([0-9]*\.?[0-9]*[1-9][0-9]*(e-?[0-9]+)? )?(counts/s\^2|rpm/s|rev/s\^2|rad/s\^2|deg/s\^2)$"
-"""Regular expression of a unit of acceleration, with an optional factor that is not 0."""
-ObjectIndex = Annotated[str, Field(pattern="^[0-9A-F]{4}$")]
+_ACCELERATION_UNITS = ("counts/s^2", "rpm/s", "rev/s^2", "rad/s^2", "deg/s^2")
+
+
+def _acceleration_unit(text: str) -> str:
+    factor, _, unit = text.rpartition(" ")
+    try:
+        if unit in _ACCELERATION_UNITS and 0 < float(factor or 1) < math.inf:
+            return text
+    except ValueError:
+        pass
+    raise ValueError(f"{', '.join(_ACCELERATION_UNITS)}, or a factor and one of these expected, '{text}' found")
+
+
+def _object_index(text: str) -> str:
+    if len(text) != 4 or not set(text.upper()) <= set("0123456789ABCDEF"):
+        raise ValueError(f"the index of an object such as 6066 expected, '{text}' found")
+    return text.upper()
+
+
+ObjectIndex = Annotated[str, AfterValidator(_object_index)]
 """Index of an object, as printed in manuals."""
 
 
@@ -53,7 +70,7 @@ class HomedBit(ConfigSection):
 class DriveUnits(ConfigSection):
     """Units of a drive that it does not state itself (60AAh)."""
 
-    acceleration: Annotated[str, Field(pattern=ACCELERATION_UNIT)] | None = None
+    acceleration: Annotated[str, AfterValidator(_acceleration_unit)] | None = None
     """Of the quick stop deceleration (6085h): "counts/s^2" (of the motor), "rpm/s", "rev/s^2", "rad/s^2" or "deg/s^2"
     (of the motor, or of the shaft behind the gear that 6091h of the drive states); a factor may precede it, as in
     "0.001 rpm/s"."""

@@ -30,6 +30,8 @@ _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
+_BOOT_UP = b"\x00"
+"""Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
 _STILL_SPEED = 0.02
 """Joint speed below which a drive that stays in quick stop is at rest [rad/s]."""
 _STILL_TIME = 0.02
@@ -238,8 +240,9 @@ class CanopenDrives:
             self._report("warning", axis.name, f"{text}; a warning, the run goes on")
 
     def _on_heartbeat(self, axis: CanopenAxis, data: bytes) -> None:
-        axis.last_heartbeat_cycle = self._cycle
-        if self._operational and data[:1] == b"\x00":
+        if data[:1] != _BOOT_UP:
+            axis.last_heartbeat_cycle = self._cycle
+        elif self._operational:
             axis.restarted = True
             self._report("error", axis.name, "boot-up message: the drive restarted")
 
