@@ -138,8 +138,8 @@ class Stream:
                 return
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
         raise MotionFault(
-            f"not enabled within {self._rig.enable_timeout:g} s: {', '.join(late)}; check enable inputs and the supply, "
-            "or raise enable_timeout in the rig file"
+            f"not enabled within {self._rig.enable_timeout:g} s: {', '.join(late)}; check enable inputs and the "
+            "supply, or raise enable_timeout in the rig file"
         )
 
     def _approach(self, goal: Floats) -> None:
