@@ -19,7 +19,7 @@ _LOWEST = 1.0
 """Lowest frequency [Hz]."""
 _SPACING = 1.06
 """Ratio of neighbouring frequencies: a line within the width of a resonance with 3 % damping."""
-_CORNER = 5.0
+_CORNER = 2.0
 """Frequency up to which all lines have the same amplitude, and above which the same acceleration [Hz]."""
 _SHARE = 0.7
 """Largest share of the speed and acceleration limits that the motion takes."""

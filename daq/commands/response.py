@@ -19,7 +19,7 @@ _FILE = click.Path(path_type=Path)
 @click.option(
     "--amplitude",
     type=FiniteRange(0, 0.1, min_open=True),
-    default=0.01,
+    default=0.03,
     show_default=True,
     help="Largest deviation from the middle of the workspace [rad].",
 )
