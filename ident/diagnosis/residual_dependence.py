@@ -127,8 +127,10 @@ def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...
     variables: tuple[Variable, ...] = ("position", "velocity", "acceleration")
     for name in variables:
         yield from ((CurveInput(name, other_joint),) for other_joint in others)
+        yield from ((CurveInput(name, joint), CurveInput(name, other_joint)) for other_joint in others)
         if len(others) > 1:
             yield tuple(CurveInput(name, other_joint) for other_joint in others)
+            yield tuple(CurveInput(name, each) for each in (joint, *others))
 
 
 def _variable_names(joint: int, inputs: Sequence[CurveInput]) -> tuple[str, ...]:
