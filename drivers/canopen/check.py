@@ -196,6 +196,11 @@ def _units(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResu
         if scale is not None:
             text = f"{scale.per_radian:.6g} {scale.name} ({scale.source})"
             yield CheckResult(axis.name, f"1 {unit} of the joint", "as the drive understands it", text, "noted")
+    code = dictionary.value((0x60A9, 0))
+    if code and dictionary.units.velocity is None:
+        # Nothing is written in units of velocity.
+        text = f"0x{code:08X} is unknown: speeds of the drive cannot be shown"
+        yield CheckResult(axis.name, "unit of velocity (60A9h)", "a known unit", text, "noted")
 
 
 def _limits(rig: Rig, axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:

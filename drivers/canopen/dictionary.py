@@ -25,6 +25,8 @@ STANDARD: dict[Address, str] = {
 
 _LAYOUTS = {1: "b", 2: "h", 4: "i"}
 RECEIVE, TRANSMIT = 0x1400, 0x1800
+SLOW_DOWN = (1, 5)
+"""Option codes that stop on 6084 instead of 6085."""
 _PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
 _LAST_PDO = 512
 _MANY_PDOS = 8
@@ -79,7 +81,8 @@ class DriveDictionary:
     @property
     def has_ramp(self) -> bool:
         """Whether the set-up writes a deceleration, so that its unit must be known."""
-        return (0x6085, 0) in self.data
+        slow_down = self.drive.quick_stop_option in SLOW_DOWN or self.drive.fault_reaction_option in SLOW_DOWN
+        return (0x6085, 0) in self.data or (slow_down and (0x6084, 0) in self.data)
 
     @property
     def watchdog(self) -> str | None:

@@ -20,6 +20,8 @@ _RESTART_TIMEOUT = 3.0
 """Time that a drive may take to answer again after NMT "reset communication" [s]."""
 _MODE_TIMEOUT = 0.5
 """Time that a drive may take to show the mode that was written [s]."""
+_NO_MODE = 0
+"""Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
 _RESET_COMMUNICATION = 0x82
 _PERIOD = 0x60C2
 
@@ -191,11 +193,15 @@ class Preparation:
         mode = setup.MODES[self._axis.drive.mode]
         deadline = time.monotonic() + _MODE_TIMEOUT
         while (shown := self._sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
-            if time.monotonic() > deadline:
-                raise RunFailed(
-                    f"{self._axis.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check "
-                    "what it supports"
-                )
+            if time.monotonic() < deadline:
+                continue
+            if shown == _NO_MODE:
+                self._report("warning", self._axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
+                return
+            raise RunFailed(
+                f"{self._axis.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it "
+                "supports"
+            )
 
     def _check_homed(self) -> None:
         homed = self._axis.drive.homed

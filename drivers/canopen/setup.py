@@ -3,7 +3,7 @@
 import struct
 
 from drivers.canopen import dcf, pdo
-from drivers.canopen.dictionary import RECEIVE, STANDARD, Address, DriveDictionary, standard_dictionary
+from drivers.canopen.dictionary import RECEIVE, SLOW_DOWN, STANDARD, Address, DriveDictionary, standard_dictionary
 from drivers.canopen.sdo import SdoWrite
 from drivers.canopen.units import Scale
 from recordings.errors import BadInput
@@ -24,8 +24,6 @@ MODES = {"cyclic": 8, "interpolated": 7}
 """Object 6060."""
 _ROUNDING = 0.05
 """Largest relative error of the quick stop deceleration by the drive's unit."""
-_SLOW_DOWN_RAMP = (1, 5)
-"""Option codes that stop on 6084 instead of 6085."""
 
 
 def sdo_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary | None = None) -> list[SdoWrite]:
@@ -77,7 +75,7 @@ def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list
     if acceleration is not None:
         deceleration = _deceleration(rig.limits.acceleration, acceleration)
         objects.append(((0x6085, 0), deceleration))
-        if drive.quick_stop_option in _SLOW_DOWN_RAMP or drive.fault_reaction_option in _SLOW_DOWN_RAMP:
+        if drive.quick_stop_option in SLOW_DOWN or drive.fault_reaction_option in SLOW_DOWN:
             objects.append(((0x6084, 0), deceleration))
     return objects
 

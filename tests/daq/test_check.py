@@ -131,6 +131,12 @@ def test_contradiction_of_units_is_a_problem_with_both_numbers(daq: Runner, tmp_
     assert "27379.7 by units.acceleration" in text["found"]
 
 
+def test_unknown_unit_of_velocity_is_noted(daq: Runner, tmp_path: Path) -> None:
+    code, findings = check(daq, tmp_path, 'values = { "60A9" = 0x00123456 }')
+    assert code == 0
+    assert "0x00123456 is unknown" in found(findings, "unit of velocity")["found"]
+
+
 def test_refused_value_is_known_when_it_is_written(daq: Runner, tmp_path: Path) -> None:
     habits = 'allowed = { "605A" = [6] }, values = { "605A" = 6 }'
     assert check(daq, tmp_path, habits)[0] == 0
