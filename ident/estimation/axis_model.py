@@ -7,6 +7,7 @@ w_r of motor against load. A delay turns the phase in proportion to the frequenc
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -26,6 +27,12 @@ _FEWER = 0.5
 """Share of the rigid model's misfit below which an elastic model explains more than its four further parameters."""
 _MOST_DAMPED = 0.7
 """Damping ratio from which on there is no resonance."""
+
+_DELAYS = (0.0, 0.004)
+"""Initial guesses of the delay [s]: phases repeat after a turn."""
+
+_RATIO = 1.8
+"""Initial guess of resonance over antiresonance."""
 
 _Model = Callable[[Floats, Floats], Complex]
 
@@ -69,7 +76,9 @@ def fit_axis(measured: FrequencyResponse) -> AxisModel:
     omega, G = 2 * np.pi * measured.frequency[used], measured.motion[used]
     weight = 1 / np.maximum(measured.motion_deviation[used], _LEAST_DEVIATION)
     inertia = float(np.median(1 / (np.abs(G) * omega**2)))
-    rigid, rigid_cost = _fit(_rigid, [np.array([np.log(inertia), 0.0, 0.0, 0.0])], omega, G, weight)
+    rigid, rigid_cost = _fit(
+        _rigid, [np.array([np.log(inertia), 0, 0, delay]) for delay in _DELAYS], omega, G, weight
+    )
     elastic, elastic_cost = _fit(_elastic, list(_starts(inertia, omega)), omega, G, weight)
     is_elastic = elastic_cost < _FEWER * rigid_cost and _is_resonance(elastic, omega)
     model, parameters = (_elastic, elastic) if is_elastic else (_rigid, rigid)
@@ -118,9 +127,8 @@ def _is_resonance(p: Floats, omega: Floats) -> bool:
 
 
 def _starts(inertia: float, omega: Floats) -> Iterator[Floats]:
-    for antiresonance in np.geomspace(1.5 * omega[0], 0.7 * omega[-1], 6):
-        for ratio in (1.3, 2.2):
-            yield np.array([np.log(inertia), 0, 0, 0, np.log(antiresonance), np.log(ratio - 1), -3, -3])
+    for antiresonance, delay in product(np.geomspace(1.5 * omega[0], 0.7 * omega[-1], 5), _DELAYS):
+        yield np.array([np.log(inertia), 0, 0, delay, np.log(antiresonance), np.log(_RATIO - 1), -3, -3])
 
 
 def _fit(model: _Model, starts: list[Floats], omega: Floats, G: Complex, weight: Floats) -> tuple[Floats, float]:
@@ -133,6 +141,6 @@ def _fit(model: _Model, starts: list[Floats], omega: Floats, G: Complex, weight:
         finite: Floats = np.nan_to_num(weighted, nan=1e6, posinf=1e6, neginf=-1e6)
         return finite
 
-    fits = [least_squares(residuals, start, loss="soft_l1", max_nfev=400) for start in starts]
+    fits = [least_squares(residuals, start, loss="soft_l1", max_nfev=150) for start in starts]
     best = min(fits, key=lambda result: float(result.cost))
     return np.asarray(best.x), float(best.cost)
