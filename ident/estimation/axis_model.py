@@ -79,7 +79,7 @@ def fit_axis(measured: FrequencyResponse) -> AxisModel:
     rigid, rigid_cost = _fit(
         _rigid, [np.array([np.log(inertia), 0, 0, delay]) for delay in _DELAYS], omega, G, weight
     )
-    elastic, elastic_cost = _fit(_elastic, list(_starts(inertia, omega)), omega, G, weight)
+    elastic, elastic_cost = _fit(_elastic, list(_initial_guesses(inertia, omega)), omega, G, weight)
     is_elastic = elastic_cost < _FEWER * rigid_cost and _is_resonance(elastic, omega)
     model, parameters = (_elastic, elastic) if is_elastic else (_rigid, rigid)
     antiresonance, resonance = _resonances(elastic) if is_elastic else (None, None)
@@ -126,12 +126,12 @@ def _is_resonance(p: Floats, omega: Floats) -> bool:
     return bool(inside and np.exp(p[6]) < _MOST_DAMPED and np.exp(p[7]) < _MOST_DAMPED)
 
 
-def _starts(inertia: float, omega: Floats) -> Iterator[Floats]:
+def _initial_guesses(inertia: float, omega: Floats) -> Iterator[Floats]:
     for antiresonance, delay in product(np.geomspace(1.5 * omega[0], 0.7 * omega[-1], 5), _DELAYS):
         yield np.array([np.log(inertia), 0, 0, delay, np.log(antiresonance), np.log(_RATIO - 1), -3, -3])
 
 
-def _fit(model: _Model, starts: list[Floats], omega: Floats, G: Complex, weight: Floats) -> tuple[Floats, float]:
+def _fit(model: _Model, guesses: list[Floats], omega: Floats, G: Complex, weight: Floats) -> tuple[Floats, float]:
     """Least squares of the logarithmic deviations, from several initial guesses; parameters and cost."""
 
     def residuals(p: Floats) -> Floats:
@@ -141,6 +141,6 @@ def _fit(model: _Model, starts: list[Floats], omega: Floats, G: Complex, weight:
         finite: Floats = np.nan_to_num(weighted, nan=1e6, posinf=1e6, neginf=-1e6)
         return finite
 
-    fits = [least_squares(residuals, start, loss="soft_l1", max_nfev=150) for start in starts]
+    fits = [least_squares(residuals, guess, loss="soft_l1", max_nfev=150) for guess in guesses]
     best = min(fits, key=lambda result: float(result.cost))
     return np.asarray(best.x), float(best.cost)
