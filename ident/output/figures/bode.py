@@ -43,9 +43,10 @@ def bode(measured: FrequencyResponse, model: AxisModel) -> go.Figure:
         line = {"mode": "lines", "line": {"color": theme.joint_colour(measured.joint - 1)}, "name": "model"}
         for row, values in enumerate((np.abs(fitted), np.degrees(np.angle(fitted))), start=1):
             figure.add_trace(go.Scatter(x=fine, y=values, showlegend=row == 1, **line), row=row, col=column)
-    figure.update_xaxes(type="log")
+    # Ticks at powers of ten only: labels at 2 and 5 would overlap.
+    figure.update_xaxes(type="log", dtick=1)
     figure.update_xaxes(title_text="frequency [Hz]", row=3)
-    figure.update_yaxes(type="log", row=1)
+    figure.update_yaxes(type="log", dtick=1, row=1)
     figure.update_yaxes(range=[0, 1.02], row=3)
     for row, title in enumerate(("magnitude", "phase [°]", "coherence"), start=1):
         figure.update_yaxes(title_text=title, row=row, col=1)
