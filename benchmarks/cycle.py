@@ -22,7 +22,7 @@ from daq.clock import HostClock
 from daq.stream import _quiet_interpreter
 from drivers import transports
 from drivers.protocol import Amplifiers
-from drivers.simulated.node import EDS
+from drivers.simulated.mark import EDS
 from recordings.rig import Rig, load_rig
 
 _RIG = """

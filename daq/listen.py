@@ -25,6 +25,7 @@ from recordings.files import replacement
 from recordings.recording import Run
 from recordings.recovery import rewrite
 from recordings.rig import Rig
+from recordings.schemas import Level
 from recordings.writer import RecordingWriter
 from trajectories import Trajectory
 
@@ -106,9 +107,11 @@ class Listener:
             self._last_sync = time.monotonic()
         elif arbitration_id in self._emcy:
             joint, texts = self._emcy[arbitration_id]
-            code, text = emcy.decode(data)
-            text = texts.get(f"{code:04X}", text)
-            self._writer.event(stamp_ns, "error" if code else "info", f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
+            emergency = emcy.decode(data)
+            code = emergency.code
+            text = texts.get(f"{code:04X}", emergency.text) + emergency.details
+            level: Level = "error" if emergency.ends_run else "warning" if code else "info"
+            self._writer.event(stamp_ns, level, f"joint {joint}", f"EMCY 0x{code:04X}: {text}")
 
 
 def check(rig: Rig) -> None:

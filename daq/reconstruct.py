@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from daq.sync_line import fit_line, number_syncs
 from drivers import cia402
-from drivers.canopen import emcy, setup
+from drivers.canopen import emcy, pdo, setup
 from recordings.blocks import SampleTable
 from recordings.container import Batch, load
 from recordings.cycles import find_cycles
@@ -87,7 +87,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
     index = number_syncs(arrival)
     start, period = fit_line(arrival, index, 1e9 / rig.rate)
     table = _FrameTable(frames, sync_positions, index)
-    axes = [_joint_values(table, drive) for drive in rig.drives]
+    axes = [_joint_values(table, rig, joint) for joint in range(len(rig.drives))]
     joints = {name: np.column_stack([getattr(axis, name) for axis in axes]) for name in _JointValues.__annotations__}
     stamp = start + np.rint(table.sync_number * period).astype(np.int64)
     log = stamp.copy()
@@ -102,7 +102,7 @@ def reconstruct(path: Path, rig: Rig, trajectory: Trajectory | None = None) -> R
         position=joints["position"],
         command=joints["command"],
         voltage=joints["voltage"],
-        effort=joints["effort"] if any(drive.torque_actual for drive in rig.drives) else None,
+        effort=joints["effort"] if pdo.measures_effort(rig) else None,
         statusword=joints["statusword"],
         error_code=joints["error_code"],
     )
@@ -187,14 +187,27 @@ class _JointValues:
     error_code: Ints
 
 
-def _joint_values(table: _FrameTable, drive: Drive) -> _JointValues:
-    n = len(table.sync_number)
-    raw = {name: np.full(n, np.nan) for name in ("status", "position", "voltage", "torque")}
-    for pdo, fields in enumerate(setup.tpdos(drive)):
-        layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
-        rows, contents = table.answers(setup.tpdo_id(drive, pdo), layout)
-        for field in fields:
-            raw[field.name][rows] = contents[field.name]
+def _answers(table: _FrameTable, drive: Drive) -> dict[str, Floats]:
+    """Raw values (n,) in the drive's TPDOs: of the size of the voltage object with which most frames can be read."""
+    best: dict[str, Floats] = {}
+    most = -1
+    for pdos in pdo.tpdos_by_size(drive):
+        raw = {name: np.full(len(table.sync_number), np.nan) for name in ("status", "position", "voltage", "torque")}
+        count = 0
+        for number, fields in enumerate(pdos):
+            layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
+            rows, contents = table.answers(pdo.tpdo_id(drive, number), layout)
+            count += len(rows)
+            for field in fields:
+                raw[field.name][rows] = contents[field.name]
+        if count > most:
+            best, most = raw, count
+    return best
+
+
+def _joint_values(table: _FrameTable, rig: Rig, joint: int) -> _JointValues:
+    n, drive = len(table.sync_number), rig.drives[joint]
+    raw = _answers(table, drive)
     target = np.full(n, np.nan)
     rows, contents = table.commands(0x200 + drive.node_id, _TARGET)
     target[rows] = contents["counts"]
@@ -202,9 +215,9 @@ def _joint_values(table: _FrameTable, drive: Drive) -> _JointValues:
         position=drive.to_position(raw["position"]),
         command=drive.to_position(target),
         voltage=raw["voltage"] * drive.voltage.scale * drive.sign,
-        effort=raw["torque"] * drive.rated_torque / 1000 * drive.sign,
+        effort=raw["torque"] * pdo.effort_per_count(rig, joint),
         statusword=np.nan_to_num(raw["status"]).astype(np.int64),
-        error_code=table.latest(0x80 + drive.node_id, lambda data: emcy.decode(data)[0]),
+        error_code=table.latest(0x80 + drive.node_id, lambda data: emcy.decode(data).code),
     )
 
 

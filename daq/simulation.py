@@ -1,12 +1,14 @@
 """Simulated rig of `daq record` and `daq sim`: its sim file, hidden effects and sealed truth."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import cycle
 from pathlib import Path
 
 from drivers import transports
 from drivers.simulated import transports as simulations
-from drivers.simulated.config import SimConfig, load_sim
+from drivers.simulated.config import SimConfig, SimDrive, load_sim
+from drivers.simulated.habits import habits_from
 from drivers.simulated.service import Service
 from recordings.command_line import say
 from recordings.errors import BadInput
@@ -14,8 +16,18 @@ from recordings.recording import Pace
 from recordings.rig import Rig
 
 
-def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> SimConfig:
+def configured(
+    rig: Rig,
+    sim: Path | None,
+    hidden: int | None,
+    truth: Path,
+    eds: Sequence[Path] = (),
+    habits: Sequence[str] = (),
+) -> SimConfig:
     """Load the machine to simulate from the sim file, or draw its effects from the seed `hidden`.
+
+    `eds`, `habits`: dictionaries (one for all drives or one per joint) and settings KEY=VALUE of all drives; they
+    replace those of the sim file.
 
     Hidden effects are written to the sealed file `truth`.
 
@@ -27,7 +39,7 @@ def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> S
     from drivers.simulated.seal import truth as truth_about
     from drivers.simulated.sizing import resolve
 
-    config = SimConfig() if sim is None else load_sim(sim)
+    config = with_dictionaries(SimConfig() if sim is None else load_sim(sim), eds, habits)
     if hidden is not None:
         if config.effects:
             raise BadInput("either --hidden or a sim file with [[effects]] expected, both found; choose one")
@@ -41,26 +53,49 @@ def configured(rig: Rig, sim: Path | None, hidden: int | None, truth: Path) -> S
     return config
 
 
+def with_dictionaries(config: SimConfig, eds: Sequence[Path], habits: Sequence[str]) -> SimConfig:
+    """`config` with other dictionaries and habits of its drives.
+
+    Raises:
+        BadInput: neither one EDS nor one per joint, or a habit is not valid.
+    """
+    drives = list(config.drives or (SimDrive(),))
+    if eds:
+        joints = len(config.drive_of_each_joint)
+        if len(eds) not in (1, joints):
+            raise BadInput(f"--eds: one file for all joints or {joints} expected, {len(eds)} found")
+        drives = [
+            drive.model_copy(update={"eds": str(path)}) for drive, path in zip(cycle(drives), eds, strict=False)
+        ]
+    if habits:
+        drives = [drive.model_copy(update={"habits": habits_from(habits, drive.habits)}) for drive in drives]
+    return config if not (eds or habits) else config.model_copy(update={"drives": tuple(drives)})
+
+
 def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     """Serve the simulated rig on the bus or the lines of `rig`; the result is a context manager.
 
     Raises:
-        BadInput: the bus cannot be opened.
+        BadInput: the bus cannot be opened, a dictionary cannot be read, or drives on serial lines should have one.
     """
+    if config.drives and rig.bus.transport != "canopen":
+        raise BadInput("[[drives]], --eds and --habit are for drives on a CAN bus, serial lines found; drop them")
     service = simulations.of(rig).serve(rig, config, pace, seed)
     service.warn = lambda text: say(f"warning: {text}", "yellow")
     return service
 
 
 @contextmanager
-def served(rig: Rig) -> Iterator[None]:
-    """Serve the default machine during the block if the drives of `rig` are simulated inside this program.
+def served(rig: Rig, sim: Path | None = None) -> Iterator[None]:
+    """Serve the machine of the sim file, or the default one, if the drives of `rig` are simulated in this program.
 
     Raises:
-        BadInput: the bus cannot be opened.
+        BadInput: the bus cannot be opened, or the sim file is not valid or not needed.
     """
     if not transports.of(rig).simulated_here(rig):
+        if sim is not None:
+            raise BadInput("--sim is for drives simulated inside this program; give it to `daq sim`")
         yield
         return
-    with simulated(rig, SimConfig(), "lockstep", seed=0):
+    with simulated(rig, SimConfig() if sim is None else load_sim(sim), "lockstep", seed=0):
         yield

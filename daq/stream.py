@@ -24,7 +24,7 @@ from recordings.rig import Rig
 from trajectories import Trajectory, approach
 
 _POWER_TIMEOUT = 3.0
-"""Longest time that the drives may take to enable or disable [s]."""
+"""Longest time that the drives may take to answer or to disable [s]."""
 _NO_REACTION_TIMEOUT = 0.2
 """Longest time without answers, or without a reaction of an enabled drive, while disabling [s]."""
 _RAMP_TIME = 0.4
@@ -130,7 +130,7 @@ class Stream:
     def _enable(self) -> None:
         self._progress.phase = "enable"
         self._amplifiers.goal = Goal.ENABLED
-        for _ in range(self._cycle_count(_POWER_TIMEOUT)):
+        for _ in range(self._cycle_count(self._rig.enable_timeout)):
             sample = self._cycle(None, self._no_command)
             self._raise_fault(self._supervisor.drives(sample))
             if all(power is Power.ON for power in sample.power) and not sample.missing:
@@ -138,7 +138,8 @@ class Stream:
                 return
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
         raise MotionFault(
-            f"not enabled within {_POWER_TIMEOUT:g} s: {', '.join(late)}; check enable inputs and the supply"
+            f"not enabled within {self._rig.enable_timeout:g} s: {', '.join(late)}; check enable inputs and the "
+            "supply, or raise enable_timeout in the rig file"
         )
 
     def _approach(self, goal: Floats) -> None:

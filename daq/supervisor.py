@@ -100,6 +100,8 @@ class Supervisor:
     def _torque(self, j: int, sample: Sample, target: float) -> str | None:
         volts, gain, limit = sample.voltage[j], self._rig.torque.gain[j], self._limits.torque
         torque = gain * (volts * abs(volts) if self._rig.torque.map == "square" else volts)
+        if math.isnan(torque) and sample.effort is not None:
+            torque = sample.effort[j]
         history = self._joints[j]
         history.overloaded = history.overloaded + 1 if abs(torque) > limit else 0
         if history.overloaded < self._window:

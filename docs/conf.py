@@ -4,6 +4,7 @@ import importlib
 import inspect
 import json
 import re
+from collections.abc import Iterator
 from importlib.metadata import version as installed_version
 from typing import Any, Literal, get_args, get_origin
 
@@ -47,14 +48,23 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def _commands(name: str, module: str) -> str:
-    """Help of each command."""
+    """Help of each command, and of each command of a group."""
     program: click.Group = importlib.import_module(module).program
-    commands = program.list_commands(click.Context(program))
-    return "\n\n".join(f"### {name} {command}\n\n```text\n{_help(name, program, command)}```" for command in commands)
+    return "\n\n".join(
+        f"### {name} {' '.join(words)}\n\n```text\n{_help(name, program, words)}```" for words in _names(program)
+    )
 
 
-def _help(name: str, program: click.Group, command: str) -> str:
-    return CliRunner().invoke(program, [command, "--help"], prog_name=name).stdout
+def _names(group: click.Group) -> Iterator[list[str]]:
+    context = click.Context(group)
+    for name in group.list_commands(context):
+        command = group.get_command(context, name)
+        further = _names(command) if isinstance(command, click.Group) else [[]]
+        yield from ([name, *words] for words in further)
+
+
+def _help(name: str, program: click.Group, words: list[str]) -> str:
+    return CliRunner().invoke(program, [*words, "--help"], prog_name=name).stdout
 
 
 def _keys(module: str, name: str) -> str:

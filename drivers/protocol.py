@@ -16,6 +16,9 @@ SIMULATED = "delta-workbench simulated drive"
 Setpoint = Any
 """Targets of one cycle in the driver's wire format, made by `Amplifiers.encode` before the cycle starts."""
 
+Verdict = Literal["fine", "noted", "accepted", "will be written", "problem"]
+"""Result of a comparison. noted: worth knowing; accepted: a missing protection that the rig file accepts."""
+
 Report = Callable[[Level, str, str], None]
 """Callback for messages to the user: level ("info", "warning", "error"), source, message."""
 
@@ -68,7 +71,7 @@ class CheckResult:
     what: str
     expected: str
     found: str
-    verdict: Literal["fine", "will be written", "problem"]
+    verdict: Verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +84,7 @@ class Sample:
     """Signed operating voltage at the SYNC [V]."""
     statusword: tuple[int, ...]
     error_code: tuple[int, ...]
-    """Last EMCY error code; 0: none."""
+    """Last EMCY code, error or warning; 0: none."""
     power: tuple[Power, ...]
     """Latest known state, also where this cycle's answer was lost."""
     missing: int
@@ -124,6 +127,7 @@ class Amplifiers(Protocol):
 
         Raises:
             RunFailed: a drive refuses, or reads back something else.
+            BadInput: a drive does not fit the rig file.
         """
         ...
 

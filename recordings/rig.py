@@ -6,7 +6,7 @@ radians; counts appear only as scale factors of the drives.
 
 import math
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,12 +14,14 @@ from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from recordings.buses import Bus, CanBus, SerialBus
 from recordings.config import ConfigSection, Positive, read_toml, validated
+from recordings.drives import Drive as Drive
+from recordings.drives import DriveUnits as DriveUnits
+from recordings.drives import HomedBit as HomedBit
+from recordings.drives import Voltage as Voltage
 from recordings.errors import BadInput
 
-NodeId = Annotated[int, Field(ge=1, le=127)]
 MechanismName = Literal["delta", "axes"]
 JointType = Literal["revolute", "prismatic"]
-Number = TypeVar("Number", float, NDArray[np.float64])
 
 
 class Geometry(ConfigSection):
@@ -78,68 +80,6 @@ class Axis(ConfigSection):
     """True where gravity loads the joint; on a revolute joint this torque depends on the angle."""
 
 
-class Voltage(ConfigSection):
-    """The object that holds the motor's operating voltage."""
-
-    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)] = 0x2200
-    sub: Annotated[int, Field(ge=0, le=254)] = 1
-    scale: Positive = 0.0005
-    """Voltage per count [V]."""
-    kind: Literal["motor", "command", "dc_link"] = "motor"
-    """Voltage across the motor; voltage commanded to the amplifier, before dead band and saturation; or supply
-    voltage, which carries no information about the torque."""
-    transfer: Literal["pdo", "sdo"] = "pdo"
-    """Sent with SYNC (pdo), or polled where a drive cannot map the object (sdo): slower, one timestamp per value."""
-
-
-class HomedBit(ConfigSection):
-    """Object that indicates whether a drive is homed: `(object & mask) != 0`."""
-
-    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
-    sub: Annotated[int, Field(ge=0, le=254)] = 0
-    mask: Annotated[int, Field(gt=0)] = 1
-
-
-class Drive(ConfigSection):
-    """One amplifier and its joint; joints are numbered in the order of the file."""
-
-    node_id: NodeId
-    counts_per_turn: Annotated[int, Field(gt=0)] = 8192
-    """Encoder counts per turn of the motor."""
-    gear: Positive = 21.0
-    """Motor turns per turn of the joint."""
-    sign: Literal[1, -1] = 1
-    """-1 where counts decrease in the positive direction of the joint (which lifts the elbow)."""
-    zero_offset: float = 0.0
-    """Joint angle at encoder position zero [rad]."""
-    voltage: Voltage = Voltage()
-    mode: Literal["cyclic", "interpolated"] = "cyclic"
-    """Cyclic synchronous position (mode 8), or interpolated position (mode 7) for drives without mode 8."""
-    torque_actual: bool = False
-    """Whether object 6077 is recorded too, in a second TPDO."""
-    homed: HomedBit | None = None
-    """Object that indicates a valid zero; None: always valid (absolute encoder)."""
-    dcf: str | None = None
-    """Device configuration file (CiA 306), relative to the working folder; its values are written first."""
-    emcy: dict[str, str] = Field(default_factory=dict)
-    """Texts of manufacturer-specific error codes, e.g. { "FF01" = "brake resistor too hot" }."""
-    rated_torque: Positive = 20.0
-    """Joint torque at rated current [N m]; object 6077 is in thousandths of it."""
-
-    @property
-    def counts_per_radian(self) -> float:
-        """Signed encoder counts per radian of the joint."""
-        return self.sign * self.counts_per_turn * self.gear / (2 * math.pi)
-
-    def to_counts(self, position: Number) -> Number:
-        """Encoder counts, not rounded, at a joint position [rad]."""
-        return (position - self.zero_offset) * self.counts_per_radian
-
-    def to_position(self, counts: Number) -> Number:
-        """Joint position [rad] at an encoder position [counts]."""
-        return self.zero_offset + counts / self.counts_per_radian
-
-
 class Limits(ConfigSection):
     """Limits of the machine, checked before a motion starts and monitored while it runs."""
 
@@ -186,6 +126,8 @@ class Rig(ConfigSection):
     mechanism: MechanismName = "delta"
     rate: Annotated[float, Field(gt=0, le=4000)] = 500.0
     """Cycles (SYNC) per second [Hz]."""
+    enable_timeout: Positive = 3.0
+    """Longest time that the drives may take to enable [s]."""
     axes: tuple[Axis, ...] = ()
     """Joints of the mechanism "axes", in the order of the drives; empty for a delta robot."""
     geometry: Geometry = Geometry()
@@ -222,9 +164,23 @@ class Rig(ConfigSection):
             raise ValueError(f"torque.gain needs {self.dof} numbers, {len(self.torque.gain)} found")
         if len(self.torque.per_ampere) not in (0, self.dof):
             raise ValueError(f"torque.per_ampere: none or {self.dof} expected, {len(self.torque.per_ampere)} found")
+        self._check_torque_sources()
         if isinstance(self.bus, SerialBus):
             self._check_lines(self.bus)
         return self
+
+    def _check_torque_sources(self) -> None:
+        if len(sources := {drive.torque_source for drive in self.drives}) > 1:
+            raise ValueError(f"one torque_source for all drives expected, {', '.join(sorted(sources))} found")
+        if sources != {"current_actual"}:
+            return
+        for joint, drive in enumerate(self.drives, start=1):
+            if drive.rated_current is None:
+                raise ValueError(
+                    f'joint {joint}: torque_source = "current_actual" needs rated_current [A], none found'
+                )
+        if not self.torque.per_ampere:
+            raise ValueError('torque_source = "current_actual" needs torque.per_ampere [N m/A], none found')
 
     def _check_lines(self, bus: SerialBus) -> None:
         if len(bus.ports) not in (1, self.dof):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from drivers.protocol import CheckResult, Identity
+    from drivers.protocol import Amplifiers, CheckResult, Identity
 
 
 @click.command(
@@ -18,12 +18,19 @@ if TYPE_CHECKING:
 )
 @click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file (TOML). Without it: simulated.")
 @click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@click.option("--sim", "sim_file", type=click.Path(path_type=Path), help="Sim file of drives simulated here.")
+@click.option(
+    "--set-up", "set_up", is_flag=True, help="Then write the set-up, without power: are all values accepted?"
+)
 @click.option("--all", "show_all", is_flag=True, help="Show what is fine, too.")
 @click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
-def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: bool) -> None:
-    """Find the drives, compare their state, limits, watchdogs and PDO maps with the rig file, compute the bus load.
+def command(
+    rig_file: Path | None, rate: float | None, sim_file: Path | None, set_up: bool, show_all: bool, as_json: bool
+) -> None:
+    """Find the drives, compare state, units, limits, watchdogs and PDO maps with the rig file, compute the bus load.
 
-    Nothing is written and nothing moves. Exit code 1 where a problem was found that would end a recording.
+    Nothing moves, and nothing is written unless --set-up asks for it: which values a drive refuses is known only when
+    they are written. Exit code 1 where a problem was found that would end a recording.
     """
     from daq.session import rig_from
     from daq.simulation import served
@@ -33,20 +40,40 @@ def command(rig_file: Path | None, rate: float | None, show_all: bool, as_json: 
     rig = rig_from(rig_file, rate)
     transport = transports.of(rig)
     transport.check(rig)
-    with served(rig):
+    with served(rig, sim_file):
         amplifiers = transport.connect(rig, lambda *line: None, lambda *frame: None, None)
         try:
             identities = amplifiers.discover()
             findings = amplifiers.check()
+            if set_up and not _problems(findings):
+                findings = [*findings, *_set_up(amplifiers)]
         finally:
             amplifiers.close()
-    problems = [finding for finding in findings if finding.verdict == "problem"]
+    problems = _problems(findings)
     if as_json:
         _print_json(transport.describe(rig), identities, findings)
     else:
         _print_tables(transport.describe(rig), identities, findings if show_all else _noteworthy(findings))
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
+
+
+def _set_up(amplifiers: "Amplifiers") -> "list[CheckResult]":
+    """Write the set-up as a recording does; what a drive refuses is a problem."""
+    from drivers.protocol import CheckResult
+    from recordings.errors import BadInput, RunFailed
+
+    try:
+        amplifiers.configure()
+    except (BadInput, RunFailed) as error:
+        where, _, text = str(error).partition(" refuses ")
+        what = CheckResult(where, "set-up", "every value accepted", f"refuses {text}", "problem")
+        return [what if text else CheckResult("drives", "set-up", "every value accepted", str(error), "problem")]
+    return [CheckResult("drives", "set-up", "every value accepted", "written and read back", "noted")]
+
+
+def _problems(findings: "Sequence[CheckResult]") -> "list[CheckResult]":
+    return [finding for finding in findings if finding.verdict == "problem"]
 
 
 def _noteworthy(findings: "Sequence[CheckResult]") -> "Sequence[CheckResult]":
@@ -77,7 +104,7 @@ def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequenc
         console.print("all as the rig file says")
         return
     table = Table("where", "what", "rig file", "drive", "verdict", box=None)
-    colours = {"problem": "red", "will be written": "yellow"}
+    colours = {"problem": "red", "accepted": "magenta", "will be written": "yellow"}
     for values, places in _grouped(findings).items():
         table.add_row(_shortened(places), *values, style=colours.get(values[-1]))
     console.print(table)

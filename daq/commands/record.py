@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from daq.session import Display, Result, RunRequest
     from daq.status import LineSink
     from recordings.rig import Rig
+    from trajectories import Trajectory
 
 _FILE = click.Path(path_type=Path)
 
@@ -83,6 +84,7 @@ def command(
     from daq.session import check_request, rig_from
     from drivers import transports
     from recordings.errors import BadInput
+    from trajectories import load
 
     rig = rig_from(rig_file, rate)
     if (status or live or foxglove) and (listen or dry_run):
@@ -103,7 +105,7 @@ def command(
         raise BadInput("--sim and --hidden are for the simulated rig inside `daq record`; give them to `daq sim`")
     if dry_run and hidden is not None:
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
-    request = _request(rig, trajectory, cycles, out, pace, seed, simulated)
+    request = _request(rig, load(trajectory, rig, cycles), out, pace, seed, simulated)
     check_request(request)
     with viewers(request, live, foxglove, say) as sinks:
         _run_on_drives(
@@ -114,14 +116,39 @@ def command(
         )
 
 
+def record_trajectory(
+    rig: "Rig",
+    trajectory: "Trajectory",
+    out: Path | None,
+    pace: str | None,
+    seed: int,
+    sim_file: Path | None,
+    as_json: bool,
+) -> None:
+    """Record a trajectory on the drives of `rig`, or on the simulated rig, as the command does.
+
+    Raises:
+        BadInput: the trajectory exceeds a limit, the file exists, or the rig or sim file does not suit.
+        RunFailed: the motion was not completed.
+    """
+    from daq.session import check_request
+    from drivers import transports
+    from recordings.errors import BadInput
+
+    simulated = transports.of(rig).simulated_here(rig)
+    if sim_file and not simulated:
+        raise BadInput("--sim is for drives simulated inside this program; give it to `daq sim`")
+    request = _request(rig, trajectory, out, pace, seed, simulated)
+    check_request(request)
+    _run_on_drives(request, sim_file, None, lambda: _record(request, as_json, False, []))
+
+
 def _request(
-    rig: "Rig", name: str, cycles: int | None, out: Path | None, pace: str | None, seed: int, simulated: bool
+    rig: "Rig", trajectory: "Trajectory", out: Path | None, pace: str | None, seed: int, simulated: bool
 ) -> "RunRequest":
     from daq.session import RunRequest
-    from trajectories import load
     from trajectories.checks import check
 
-    trajectory = load(name, rig, cycles)
     check(trajectory, rig)
     return RunRequest(
         rig=rig,

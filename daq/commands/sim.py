@@ -17,14 +17,35 @@ _FILE = click.Path(path_type=Path)
 @click.option("--pace", type=click.Choice(["lockstep", "realtime"]), default="realtime", show_default=True)
 @click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
 @click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@click.option(
+    "--eds", type=_FILE, multiple=True, help="EDS or DCF of the drives on a CAN bus: one for all, or one per joint."
+)
+@click.option(
+    "--habit",
+    "habits",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="Habit of the drives that an EDS does not tell, e.g. fault_reset=0.1; see the sim file.",
+)
 @click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed.")
 @click.option("--truth", type=_FILE, default=Path("sim.sealed.json"), show_default=True, help="Their sealed truth.")
-def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden: int | None, truth: Path) -> None:
+def command(
+    rig_file: Path,
+    pace: str,
+    seed: int,
+    sim_file: Path | None,
+    eds: tuple[Path, ...],
+    habits: tuple[str, ...],
+    hidden: int | None,
+    truth: Path,
+) -> None:
     """Serve three simulated drives around a simulated robot, until SIGINT, SIGTERM or SIGHUP.
 
     The rig file names the bus: `udp_multicast` reaches other programs on this machine, `socketcan` a real or virtual
     CAN interface; serial ports are links to pseudo-terminals, made here and removed at the end. Record from another
     terminal with `daq record --rig` and the same file.
+
+    With --eds the drives have the object dictionary of that EDS or DCF: its objects, limits, units and default PDOs.
     """
     from daq.simulation import configured, simulated
     from drivers import transports
@@ -39,7 +60,7 @@ def command(rig_file: Path, pace: str, seed: int, sim_file: Path | None, hidden:
             "udp_multicast or socketcan, or bus.ports to names in the file system"
         )
     simulations.of(rig).check_not_in_use(rig)
-    config = configured(rig, sim_file, hidden, truth)
+    config = configured(rig, sim_file, hidden, truth, eds, habits)
     machine = simulated(rig, config, "lockstep" if pace == "lockstep" else "realtime", seed)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, lambda *_: machine.stop())

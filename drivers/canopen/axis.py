@@ -2,9 +2,11 @@
 
 import math
 import struct
+from collections import Counter
 
 from drivers import cia402
-from drivers.canopen import emcy, setup
+from drivers.canopen import emcy, pdo
+from drivers.canopen.dictionary import DriveDictionary, standard_dictionary
 from drivers.canopen.sdo import Sdo
 from drivers.protocol import Power
 from recordings.rig import Drive
@@ -13,8 +15,8 @@ from recordings.rig import Drive
 class CanopenAxis:
     """State of one drive. The raw values are the last ones received."""
 
-    def __init__(self, joint: int, drive: Drive, sdo: Sdo) -> None:
-        """`joint`: 1 ... n."""
+    def __init__(self, joint: int, drive: Drive, sdo: Sdo, effort_per_count: float = math.nan) -> None:
+        """`joint`: 1 ... n; `effort_per_count`: see `pdo.effort_per_count`."""
         self.name = f"joint {joint} (node {drive.node_id})"
         self.joint = joint
         self.drive = drive
@@ -22,8 +24,13 @@ class CanopenAxis:
         self.counts: int | None = None
         self.statusword = 0
         self.state: cia402.DriveState | None = None
+        self.last_code = 0
+        """Code of the last EMCY, errors and warnings; 0: none, or reset."""
         self.error_code = 0
+        """Code of the last EMCY that ends a run."""
         self.error_text = ""
+        self.warnings: Counter[int] = Counter()
+        """Number of EMCY of each code that do not end a run."""
         self.answers_since_emcy = 0
         """Number of answers since an EMCY that reported an error."""
         self.restarted = False
@@ -33,16 +40,32 @@ class CanopenAxis:
         """Number of consecutive answers in which the drive was enabled but did not follow its target."""
         self.voltage_stamp = 0
         """Arrival of the last polled voltage [ns]; 0: none since the last answer."""
+        self._effort_per_count = effort_per_count
+        self.still_answers = 0
+        """Number of consecutive answers in which the position changed by `still_counts` at most."""
+        self.still_counts = 1.0
+        self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
+        self.use(standard_dictionary(drive))
+        self._received: set[int] = set()
+
+    def use(self, dictionary: DriveDictionary) -> None:
+        """Set the drive's dictionary, which gives the sizes of what it sends.
+
+        Raises:
+            BadInput: a size cannot be mapped.
+        """
+        self.dictionary = dictionary
+        voltage = self.drive.voltage
+        self.voltage_size = len(dictionary.data.get((voltage.index, voltage.sub)) or bytes(2))
+        """Size of the voltage object [bytes]."""
         self._layout = {
-            setup.tpdo_id(drive, number): (
+            pdo.tpdo_id(self.drive, number): (
                 number,
                 fields,
                 struct.Struct("<" + "".join(f.layout for f in fields)),
             )
-            for number, fields in enumerate(setup.tpdos(drive))
+            for number, fields in enumerate(pdo.tpdos(self.drive, dictionary))
         }
-        self._raw = dict.fromkeys(("voltage", "torque"), math.nan)
-        self._received: set[int] = set()
 
     @property
     def answer_ids(self) -> tuple[int, ...]:
@@ -64,7 +87,10 @@ class CanopenAxis:
             return False
         values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
         if "status" in values:
+            before = self.counts
             self.statusword, self.counts = values.pop("status"), values.pop("position")
+            still = before is not None and abs(self.counts - before) <= self.still_counts
+            self.still_answers = self.still_answers + 1 if still else 0
             self.decode_status()
             self.answers_since_emcy = self.answers_since_emcy + 1 if self.error_code else 0
         self._raw |= values
@@ -106,8 +132,8 @@ class CanopenAxis:
 
     @property
     def effort(self) -> float:
-        """Torque actual [N m]; NaN where none arrived in this cycle."""
-        return self._raw["torque"] * self.drive.rated_torque / 1000 * self.drive.sign
+        """Torque [N m] by torque actual or current actual; NaN where none arrived in this cycle."""
+        return self._raw["torque"] * self._effort_per_count
 
     @property
     def power(self) -> Power:
@@ -116,11 +142,26 @@ class CanopenAxis:
 
     # Errors
 
-    def take_emcy(self, data: bytes) -> str:
-        """Store an EMCY message; returns it as text."""
-        self.error_code, text = emcy.decode(data)
-        self.error_text = self.drive.emcy.get(f"{self.error_code:04X}", text)
-        return f"EMCY 0x{self.error_code:04X}: {self.error_text}"
+    def take_emcy(self, data: bytes) -> emcy.Emergency:
+        """Store an EMCY message."""
+        message = emcy.decode(data)
+        self.last_code = message.code
+        if message.ends_run:
+            self.error_code, self.error_text = message.code, self.text_of(message.code)
+        elif message.code:
+            self.warnings[message.code] += 1
+        else:
+            self.clear_errors()
+        return message
+
+    def text_of(self, code: int) -> str:
+        """Words for an error code: those of the rig file, else of the standard."""
+        return self.drive.emcy.get(f"{code:04X}", emcy.describe(code))
+
+    def clear_errors(self) -> None:
+        """Forget the errors that were reported."""
+        self.last_code = self.error_code = self.answers_since_emcy = 0
+        self.error_text = ""
 
     def trouble(self, cycle: int, heartbeat_timeout: int, following_timeout: int) -> str | None:
         """Reason to end the run in `cycle`, or None. `heartbeat_timeout`: cycles without a heartbeat;

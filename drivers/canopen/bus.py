@@ -94,9 +94,19 @@ class Link:
         Raises:
             RunFailed: the bus does not accept it.
         """
-        message = can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False, check=False)
+        self._send(can.Message(arbitration_id=arbitration_id, data=data, is_extended_id=False, check=False))
+
+    def send_remote(self, arbitration_id: int) -> None:
+        """Send a remote frame, which asks for the frame with that id (node guarding).
+
+        Raises:
+            RunFailed: the bus does not accept it.
+        """
+        self._send(can.Message(arbitration_id=arbitration_id, dlc=1, is_remote_frame=True, is_extended_id=False))
+
+    def _send(self, message: can.Message) -> None:
         if self._expected_echoes is not None:
-            self._expected_echoes.append((arbitration_id, bytes(data)))
+            self._expected_echoes.append((message.arbitration_id, bytes(message.data)))
         if self.tap is not None:
             self.tap(self.now(), message, True)
         try:

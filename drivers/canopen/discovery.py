@@ -9,7 +9,8 @@ from drivers.canopen.bus import Link
 from drivers.protocol import SIMULATED, Identity
 from recordings.errors import RunFailed
 
-_PACE_OBJECT = 0x2F00
+_PACE, _MARK = (0x5FFF, 1), (0x5FFF, 3)
+"""Objects by which a simulated drive names itself, whatever its dictionary: the pace, and a text."""
 _LISTENING_TIME = 0.2
 """Time to listen for another master before anything is sent [s]."""
 
@@ -56,14 +57,14 @@ def identify(axis: CanopenAxis) -> Identity:
     if profile != 402:
         raise RunFailed(f"{axis.name}: a CiA 402 drive expected, device profile {profile} found; check the node id")
     device = axis.sdo.read_text(0x1008)
-    simulated = device == SIMULATED
+    simulated = SIMULATED in (device, axis.sdo.read_text(*_MARK))
     return Identity(
         joint=axis.joint,
         address=f"node {axis.drive.node_id}",
-        device=device,
-        vendor_id=axis.sdo.read(0x1018, 1, "<I"),
-        product_code=axis.sdo.read(0x1018, 2, "<I"),
-        revision=axis.sdo.read(0x1018, 3, "<I"),
+        device=device or "a device without a name",
+        vendor_id=axis.sdo.read_optional(0x1018, 1, "<I") or 0,
+        product_code=axis.sdo.read_optional(0x1018, 2, "<I") or 0,
+        revision=axis.sdo.read_optional(0x1018, 3, "<I") or 0,
         simulated=simulated,
-        lockstep=simulated and axis.sdo.read(_PACE_OBJECT, 1, "<B") == 1,
+        lockstep=simulated and axis.sdo.read(*_PACE, "<B") == 1,
     )

@@ -13,14 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import cia402
-from drivers.canopen import can_errors, check, discovery, setup
+from drivers.canopen import can_errors, check, discovery, pdo, preparation, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.kernel_sync import KernelSync
+from drivers.canopen.load import bus_load
 from drivers.canopen.poll import VoltagePoll
-from drivers.canopen.sdo import Sdo, format_address
+from drivers.canopen.sdo import Sdo
 from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
-from recordings.errors import RunFailed
+from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
 _CONTROLWORD = struct.Struct("<H")
@@ -29,8 +30,14 @@ _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
-_SDO_STOP_TIMEOUT = 0.3
-"""Time that a drive may take to stop when it is commanded by SDO [s]."""
+_BOOT_UP = b"\x00"
+"""Content of the message under the heartbeat's id after a start; a drive without heartbeat sends it, too."""
+_STILL_SPEED = 0.02
+"""Joint speed below which a drive that stays in quick stop is at rest [rad/s]."""
+_STILL_TIME = 0.02
+"""Time that it must be at rest before it is switched off [s]."""
+_STAYS_IN_QUICK_STOP = (5, 6)
+"""Quick stop options (605A) that end at rest, still powered."""
 _FOLLOWING_TIMEOUT = 0.1
 """Time that an enabled drive may take to begin to follow its target [s]."""
 
@@ -53,16 +60,25 @@ class CanopenDrives:
         link.on_error_frame = self._on_error_frame
         self._axes = [
             CanopenAxis(
-                i + 1, drive, Sdo(drive.node_id, f"joint {i + 1} (node {drive.node_id})", link, self._dispatch)
+                joint,
+                drive,
+                Sdo(drive.node_id, f"joint {joint} (node {drive.node_id})", link, self._dispatch),
+                pdo.effort_per_count(rig, joint - 1),
             )
-            for i, drive in enumerate(rig.drives)
+            for joint, drive in enumerate(rig.drives, start=1)
         ]
-        self._poll = VoltagePoll([axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"], link)
+        for axis in self._axes:
+            axis.still_counts = max(1.0, _STILL_SPEED / rig.rate * abs(axis.drive.counts_per_radian))
+        polled = [axis for axis in self._axes if axis.drive.voltage.transfer == "sdo"]
+        self._poll = VoltagePoll([axis for axis in polled if axis.drive.torque_source == "voltage"], link)
         self._handlers: dict[int, Callable[[bytes], None]] = {}
         for axis in self._axes:
             self._handlers[0x80 + axis.drive.node_id] = partial(self._on_emcy, axis)
             self._handlers[0x580 + axis.drive.node_id] = partial(self._poll.take_response, axis)
             self._handlers[0x700 + axis.drive.node_id] = partial(self._on_heartbeat, axis)
+        self._listen_to_tpdos()
+
+    def _listen_to_tpdos(self) -> None:
         self._axis_of_tpdo = {arbitration_id: axis for axis in self._axes for arbitration_id in axis.answer_ids}
 
     # Before the cycle
@@ -80,42 +96,29 @@ class CanopenDrives:
 
     def configure(self) -> None:
         """See `Amplifiers`."""
-        for axis in self._axes:
-            for write in setup.sdo_writes(self._rig, axis.drive):
-                axis.sdo.write(write.index, write.sub, write.layout, write.value, check=write.check)
-            axis.counts = axis.sdo.read(0x6064, 0, "<i")
-            self._read_state(axis)
-            if axis.state is cia402.DriveState.FAULT:
-                self._reset_fault(axis)
-            # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
-            axis.error_code, axis.error_text = 0, ""
-            self._check_homed(axis)
+        prepared = [
+            preparation.Preparation(self._rig, axis, self._report, partial(self._send_nmt, only=axis))
+            for axis in self._axes
+        ]
+        # Nothing else is written to any drive before all are off and known to fit.
+        for drive in prepared:
+            drive.switch_off()
+        for drive in prepared:
+            drive.check_fit()
+        foreign = [size for drive in prepared for size in drive.set_up()]
+        self._listen_to_tpdos()
+        self._check_load(foreign)
         self._send_nmt(0x01)
         self._operational = True
 
-    def _read_state(self, axis: CanopenAxis) -> None:
-        axis.statusword = axis.sdo.read(0x6041, 0, "<H")
-        axis.decode_status()
-
-    def _reset_fault(self, axis: CanopenAxis) -> None:
-        # Fault reset acts only on its rising edge.
-        for command in (
-            cia402.Controlword.DISABLE_VOLTAGE,
-            cia402.Controlword.FAULT_RESET,
-            cia402.Controlword.DISABLE_VOLTAGE,
-        ):
-            axis.sdo.write(0x6040, 0, "<H", command, check=False)
-        self._read_state(axis)
-        if axis.state is cia402.DriveState.FAULT:
-            code = axis.sdo.read(0x603F, 0, "<H")
-            raise RunFailed(f"{axis.name}: fault 0x{code:04X} cannot be reset; remove its cause at the drive")
-
-    def _check_homed(self, axis: CanopenAxis) -> None:
-        homed = axis.drive.homed
-        if homed is not None and not axis.sdo.read(homed.index, homed.sub, "<B") & homed.mask:
-            raise RunFailed(
-                f"{axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}); "
-                "home the drive first"
+    def _check_load(self, foreign: list[int]) -> None:
+        """Check the bus load with the sizes that the drives have, and with the PDOs that they did not let go of."""
+        dictionaries = {axis.drive.node_id: axis.dictionary for axis in self._axes}
+        load, allowed = bus_load(self._rig, self._rig.rate, dictionaries, foreign), self._rig.can.max_load
+        if load > allowed:
+            raise BadInput(
+                f"with {len(foreign)} PDO(s) that are not ours the cycle takes up to {load:.0%} of the bus, "
+                f"bus.max_load allows {allowed:.0%}; choose --rate {self._rig.rate * allowed / load:.0f} or less"
             )
 
     def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
@@ -139,7 +142,7 @@ class CanopenDrives:
             target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
             self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._controlword(axis)) + target)
         if self._cycle % self._heartbeat_interval == 0 or self._enabling:
-            self._link.send(0x700 + setup.MASTER_ID, b"\x05")
+            self._show_life()
         number = None
         if self._kernel_sync is None:
             self._link.send(setup.SYNC_ID, b"")
@@ -150,6 +153,12 @@ class CanopenDrives:
         self._collect(timeout)
         return self._sample(number)
 
+    def _show_life(self) -> None:
+        self._link.send(0x700 + setup.MASTER_ID, b"\x05")
+        for axis in self._axes:
+            if axis.dictionary.watchdog == "guarding":
+                self._link.send_remote(0x700 + axis.drive.node_id)
+
     @property
     def _enabling(self) -> bool:
         """Whether every cycle sends a heartbeat: the first one that arrives arms a drive's watchdog, and one may be
@@ -159,10 +168,18 @@ class CanopenDrives:
     def _controlword(self, axis: CanopenAxis) -> int:
         if axis.state is None:
             return cia402.Controlword.DISABLE_VOLTAGE
+        if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
+            return cia402.Controlword.DISABLE_VOLTAGE
         command = cia402.next_controlword(self.goal, axis.state)
         if axis.drive.mode == "interpolated" and command == cia402.Controlword.ENABLE:
             return command | _INTERPOLATE
         return command
+
+    def _rests_in_quick_stop(self, axis: CanopenAxis) -> bool:
+        """Whether the drive has come to rest in a quick stop that it does not leave by itself."""
+        stays = axis.drive.quick_stop_option in _STAYS_IN_QUICK_STOP
+        resting = axis.still_answers >= self._cycles(_STILL_TIME)
+        return stays and resting and axis.state is cia402.DriveState.QUICK_STOP
 
     def _drain(self) -> None:
         """Process the frames since the last exchange, so that a late answer is not taken for the next one."""
@@ -185,11 +202,11 @@ class CanopenDrives:
             position=tuple(axis.position for axis in axes),
             voltage=tuple(axis.voltage for axis in axes),
             statusword=tuple(axis.statusword if axis.answered else 0 for axis in axes),
-            error_code=tuple(axis.error_code for axis in axes),
+            error_code=tuple(axis.last_code for axis in axes),
             power=tuple(axis.power for axis in axes),
             missing=sum(not axis.answered for axis in axes),
             trouble=self._trouble(),
-            effort=tuple(axis.effort for axis in axes) if any(axis.drive.torque_actual for axis in axes) else None,
+            effort=tuple(axis.effort for axis in axes) if pdo.measures_effort(self._rig) else None,
             voltage_stamp=tuple(axis.voltage_stamp for axis in axes) if self._poll.axes else None,
             sync=sync,
         )
@@ -215,12 +232,17 @@ class CanopenDrives:
             handler(data)
 
     def _on_emcy(self, axis: CanopenAxis, data: bytes) -> None:
-        text = axis.take_emcy(data)
-        self._report("error" if axis.error_code else "info", axis.name, text)
+        message = axis.take_emcy(data)
+        text = f"EMCY 0x{message.code:04X}: {axis.text_of(message.code)}{message.details}"
+        if message.ends_run or message.code == 0:
+            self._report("error" if message.code else "info", axis.name, text)
+        elif axis.warnings[message.code] == 1:
+            self._report("warning", axis.name, f"{text}; a warning, the run goes on")
 
     def _on_heartbeat(self, axis: CanopenAxis, data: bytes) -> None:
-        axis.last_heartbeat_cycle = self._cycle
-        if self._operational and data[:1] == b"\x00":
+        if data[:1] != _BOOT_UP:
+            axis.last_heartbeat_cycle = self._cycle
+        elif self._operational:
             axis.restarted = True
             self._report("error", axis.name, "boot-up message: the drive restarted")
 
@@ -242,24 +264,17 @@ class CanopenDrives:
             self._report("error", "bus", f"while switching power off: {error}")
         for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
             for axis in self._axes:
-                self._write_controlword_by_sdo(axis, command)
+                try:
+                    preparation.command_by_sdo(axis, command)
+                except RunFailed as error:
+                    self._report("error", axis.name, f"while switching power off: {error}")
         return tuple(axis.power for axis in self._axes)
-
-    def _write_controlword_by_sdo(self, axis: CanopenAxis, command: int) -> None:
-        axis.state = None
-        deadline = time.monotonic() + _SDO_STOP_TIMEOUT
-        try:
-            axis.sdo.write(0x6040, 0, "<H", command, check=False)
-            self._read_state(axis)
-            while axis.power in (Power.ON, Power.STOPPING) and time.monotonic() < deadline:
-                self._read_state(axis)
-        except RunFailed as error:
-            self._report("error", axis.name, f"while switching power off: {error}")
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
         if self._kernel_sync is not None:
             self._kernel_sync.close()
+        self._report_warnings()
         try:
             if self._operational:
                 for axis in self._axes:
@@ -272,12 +287,19 @@ class CanopenDrives:
     def _release(self, axis: CanopenAxis) -> None:
         try:
             axis.sdo.write(0x6040, 0, "<H", cia402.Controlword.DISABLE_VOLTAGE, check=False)
-            axis.sdo.write(0x1016, 1, "<I", 0)
+            for write in setup.watchdog_off(axis.dictionary):
+                axis.sdo.apply(write)
         except RunFailed as error:
             self._report("error", axis.name, f"while closing: {error}")
 
-    def _send_nmt(self, command: int) -> None:
+    def _report_warnings(self) -> None:
         for axis in self._axes:
+            for code, count in axis.warnings.items():
+                if count > 1:
+                    self._report("info", axis.name, f"EMCY 0x{code:04X} ({axis.text_of(code)}) came {count} times")
+
+    def _send_nmt(self, command: int, only: CanopenAxis | None = None) -> None:
+        for axis in self._axes if only is None else [only]:
             self._link.send(0x000, bytes([command, axis.drive.node_id]))
 
     def _cycles(self, duration: float) -> int:

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
+from drivers.canopen.pdo import voltage_is_signed
 
 _REQUEST_TIMEOUT = 50
 """Number of cycles after which an unanswered request is dropped."""
 _UPLOAD = struct.Struct("<BHB4x")
-_RESPONSE = struct.Struct("<BHBh2x")
+_RESPONSE = struct.Struct("<BHB4s")
 
 
 class VoltagePoll:
@@ -36,9 +37,12 @@ class VoltagePoll:
         """Process an SDO response of `axis` if it answers the pending request; an abort ends the request."""
         if axis is not self._pending or len(data) != _RESPONSE.size:
             return
-        command, index, sub, raw = _RESPONSE.unpack(data)
+        command, index, sub, value = _RESPONSE.unpack(data)
         if (index, sub) != (axis.drive.voltage.index, axis.drive.voltage.sub):
             return
         self._pending = None
-        if command & 0xE0 == 0x40:
+        if command & 0xE2 == 0x42:
+            # Expedited: where the size is indicated, four bytes less the unused ones.
+            size = 4 - (command >> 2 & 3) if command & 1 else axis.voltage_size
+            raw = int.from_bytes(value[:size], "little", signed=voltage_is_signed(axis.drive))
             axis.take_polled_voltage(raw, self._link.now())

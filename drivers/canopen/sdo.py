@@ -4,6 +4,7 @@ import logging
 import struct
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 from canopen import ObjectDictionary
@@ -18,6 +19,8 @@ _SECOND_RESPONSE_TIMEOUT = 0.01
 _LOCKSTEP_RESPONSE_TIMEOUT = 2.0
 """Response timeout with simulated time, where a stall of this machine is not a silent drive [s]."""
 _ABORT_CODE = struct.Struct("<4xL")
+_NO_OBJECT = (0x0602_0000, 0x0609_0011)
+"""Abort codes: no such object, no such sub-index."""
 _ABORT_WITHOUT_ADDRESS = b"\x80\0\0\0"
 """Some drives omit the object's address in an abort."""
 
@@ -81,8 +84,26 @@ class _PollingClient(SdoClient):  # type: ignore[misc]
         return count
 
 
+@dataclass(frozen=True)
+class SdoWrite:
+    """One SDO download; `layout` is the struct format of its type."""
+
+    index: int
+    sub: int
+    layout: str
+    value: int
+    check: bool = True
+    """Whether it is read back."""
+    mask: int = -1
+    """Bits that are compared when it is read back."""
+
+
 class ObjectRefused(RunFailed):
     """The drive has no such object, refuses the request, or answers with too few bytes."""
+
+
+class ObjectMissing(ObjectRefused):
+    """The drive has no such object or sub-index."""
 
 
 class Sdo:
@@ -112,7 +133,7 @@ class Sdo:
         Raises:
             RunFailed: no answer, or the drive refuses the request.
         """
-        data = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
+        data = self.read_bytes(index, sub)
         size = struct.calcsize(layout)
         if len(data) < size:
             raise ObjectRefused(
@@ -121,6 +142,15 @@ class Sdo:
         value: int = struct.unpack(layout, data[:size])[0]
         return value
 
+    def read_bytes(self, index: int, sub: int) -> bytes:
+        """Read an object of any size.
+
+        Raises:
+            RunFailed: no answer, or the drive refuses the request.
+        """
+        data: bytes = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
+        return bytes(data)
+
     def read_optional(self, index: int, sub: int, layout: str) -> int | None:
         """As `read`, but None where the drive has no such object or refuses to read it."""
         try:
@@ -128,20 +158,37 @@ class Sdo:
         except ObjectRefused:
             return None
 
-    def read_text(self, index: int, sub: int = 0) -> str:
-        """Read a visible string."""
-        data: bytes = self._transfer("read", index, sub, lambda: self._client.upload(index, sub))
-        return data.decode("ascii", "replace").rstrip("\0")
+    def has(self, index: int, sub: int) -> bool:
+        """Whether the drive has an object, even if it refuses to read it."""
+        try:
+            self.read_bytes(index, sub)
+        except ObjectMissing:
+            return False
+        except ObjectRefused:
+            pass
+        return True
 
-    def write(self, index: int, sub: int, layout: str, value: int, *, check: bool = True) -> None:
-        """Write an integer object and, with `check`, read it back.
+    def read_text(self, index: int, sub: int = 0) -> str:
+        """Read a visible string; "" where the drive has none or refuses to read it."""
+        try:
+            return self.read_bytes(index, sub).decode("ascii", "replace").rstrip("\0")
+        except ObjectRefused:
+            return ""
+
+    def apply(self, write: SdoWrite) -> None:
+        """As `write`."""
+        self.write(write.index, write.sub, write.layout, write.value, check=write.check, mask=write.mask)
+
+    def write(self, index: int, sub: int, layout: str, value: int, *, check: bool = True, mask: int = -1) -> None:
+        """Write an integer object and, with `check`, read it back if it can be read; `mask`: bits that are compared.
 
         Raises:
             RunFailed: no answer, the drive refuses, or it reads back another value.
         """
         data = struct.pack(layout, value)
         self._transfer("write", index, sub, lambda: self._client.download(index, sub, data))
-        if check and (actual := self.read(index, sub, layout)) != value:
+        actual = self.read_optional(index, sub, layout) if check else None
+        if actual is not None and (actual ^ value) & mask:
             raise RunFailed(
                 f"{self._name}: object {format_address(index, sub)} was written {value:#x} and reads back "
                 f"{actual:#x}; check what the drive supports"
@@ -151,9 +198,8 @@ class Sdo:
         try:
             return transfer()
         except SdoAbortedError as error:
-            raise ObjectRefused(
-                f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}"
-            ) from None
+            text = f"{self._name} refuses to {verb} object {format_address(index, sub)}: {error}"
+            raise (ObjectMissing if error.code in _NO_OBJECT else ObjectRefused)(text) from None
         except SdoCommunicationError:
             raise RunFailed(
                 f"{self._name} does not answer (SDO {verb} of object {format_address(index, sub)}); "

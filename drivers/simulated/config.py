@@ -2,16 +2,18 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from drivers.simulated.habits import Habits
 from recordings.config import ConfigSection, Positive, read_toml
 
 ROBOTS = Path(__file__).with_name("robots")
 """Folder with sim files of further robots."""
 NotNegative = Annotated[float, Field(ge=0)]
 Joint = Annotated[int, Field(ge=1, le=3)]
+_JOINTS = 3
 PerJoint = tuple[NotNegative, NotNegative, NotNegative]
 
 
@@ -72,6 +74,14 @@ class EffectSpec(ConfigSection):
     """By the names in the effect's file; the others have their defaults."""
 
 
+class SimDrive(ConfigSection):
+    """One simulated CANopen drive."""
+
+    eds: str | None = None
+    """EDS or DCF file of its object dictionary, relative to the working folder; None: that of this project."""
+    habits: Habits = Habits()
+
+
 class SimConfig(ConfigSection):
     """The simulated machine."""
 
@@ -84,7 +94,21 @@ class SimConfig(ConfigSection):
     """Standard deviation of the measured voltage [V]."""
     park: tuple[float, float, float] = (0.0, 0.0, -0.75)
     """Platform position at power-on [m]."""
+    drives: tuple[SimDrive, ...] = ()
+    """Dictionaries and habits of the drives on a CAN bus: one for each joint, or one for all."""
     effects: tuple[EffectSpec, ...] = ()
+
+    @model_validator(mode="after")
+    def _check_drives(self) -> Self:
+        if len(self.drives) not in (0, 1, _JOINTS):
+            raise ValueError(f"[[drives]]: one for all joints or {_JOINTS} expected, {len(self.drives)} found")
+        return self
+
+    @property
+    def drive_of_each_joint(self) -> tuple[SimDrive, ...]:
+        """The simulated drive of each joint."""
+        drives = self.drives or (SimDrive(),)
+        return drives if len(drives) == _JOINTS else drives * _JOINTS
 
 
 def load_sim(path: Path) -> SimConfig:

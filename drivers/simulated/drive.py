@@ -1,273 +1,287 @@
-"""One simulated CiA 402 drive on CANopen: SDO server, NMT, heartbeat both ways, EMCY, PDOs on SYNC.
-
-canopen's LocalNode serves the object dictionary; PDOs, NMT states, boot-up and watchdog are implemented here.
-"""
+"""One simulated CiA 402 drive on CANopen with any object dictionary: NMT, heartbeat both ways, EMCY, SDO, PDOs."""
 
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 
+from canopen.emcy import EmcyProducer
 from canopen.sdo import SdoAbortedError
 
-from drivers import cia402
-from drivers.canopen.setup import MASTER_ID
-from drivers.cia402 import DriveState
-from drivers.simulated import drive_state_machine
-from drivers.simulated.node import Send, local_node
+from drivers.eds import Address, load_dictionary
+from drivers.simulated.drive_state_machine import PowerState
+from drivers.simulated.drive_units import UNIT_OBJECTS, encoder_resolution
+from drivers.simulated.habits import Habits, parse_address
+from drivers.simulated.mark import EDS, marked
+from drivers.simulated.master_watch import MasterWatch
+from drivers.simulated.motion_control import FOLLOWING_ERROR, MotionControl
+from drivers.simulated.objects import INVALID_VALUE, Objects, Send
+from drivers.simulated.process_data import ProcessData
 from drivers.simulated.setpoint_generator import SetpointGenerator
 from recordings.rig import Drive
 
 _BOOT_UP, _STOPPED, _OPERATIONAL, _PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
-_VOLTAGE_ENABLED, _REMOTE = 0x10, 0x200
-_NOT_MAPPABLE, _WRONG_STATE = 0x06040041, 0x08000022
-_PDO_MAPS = (0x1600, 0x1A00, 0x1A01)
-_PDO_INVALID = 0x8000_0000
-_INTERPOLATED_POSITION, _INTERPOLATE = 7, 0x10
-_UNLIMITED = 2**32 - 1
+_HEARTBEAT_LOST, _RPDO_LOST = 0x8130, 0x8250
+_WARNING = 0x80
+"""Statusword bit 7."""
+_MANUFACTURER = range(0x2000, 0x6000)
+_COB_IDS = [(index, 1) for first in (0x1400, 0x1800) for index in range(first, first + 0x200)]
+_SDO_TIME = 0.001
+"""Time that an SDO request counts as in lockstep, where only SYNC moves the machine [s]."""
+_DC_LINK = 48_000
+"""Supply [mV]."""
+_RATED_CURRENT = 5000
+"""Of a motor whose drive does not say it [mA]."""
 
 
 class SimulatedCanopenDrive:
     """One drive. `powered` and `generator` command the machine; `update` returns its state to the drive."""
 
     def __init__(
-        self, drive: Drive, dt: float, send: Send, read_voltage: Callable[[], int], *, lockstep: bool
+        self,
+        drive: Drive,
+        dt: float,
+        send: Send,
+        read_voltage: Callable[[], float],
+        *,
+        lockstep: bool,
+        eds: Path = EDS,
+        habits: Habits | None = None,
     ) -> None:
-        """`dt`: plant step [s]; `read_voltage` measures the motor voltage [counts] between two SYNCs."""
-        self.drive = drive
-        self.state = DriveState.SWITCH_ON_DISABLED
+        """`drive`: encoder, gear and sign of the machine, where neither the dictionary nor `habits` say otherwise;
+        `dt`: plant step [s]; `read_voltage` measures the motor voltage between two SYNCs [V].
+
+        Raises:
+            BadInput: the EDS or DCF cannot be read.
+        """
+        self._habits = habits or Habits()
         self._send = send
-        self._read_voltage = read_voltage
         self._lockstep = lockstep
-        self.generator = SetpointGenerator(dt)
+        self._read_voltage = read_voltage
+        dictionary = marked(load_dictionary(eds, drive.node_id), lockstep=lockstep)
+        self._objects = Objects(dictionary, self._habits, self._on_write, drive.node_id, send)
+        self.drive = self._true_drive(drive)
+        """Encoder and gear as they are."""
+        self._emcy = EmcyProducer(0x80 + drive.node_id)
+        self._emcy.network = self._objects.server.network
+        self._process_data = ProcessData(self._objects, send, self._on_rpdo)
+        self._watch = MasterWatch(self._objects)
+        self._motion = MotionControl(self._objects, self.drive, self._habits, dt, self._on_fault_reset)
+        self._objects.measured = self._measured_objects(drive)
         self._boot(0.0)
+        if self._habits.fault_at_power_on:
+            self.fail(self._habits.fault_at_power_on)
+
+    def _true_drive(self, drive: Drive) -> Drive:
+        habits = self._habits
+        counts = habits.counts_per_turn or encoder_resolution(self._objects) or drive.counts_per_turn
+        return drive.model_copy(update={"counts_per_turn": counts, "gear": habits.gear or drive.gear})
+
+    def _measured_objects(self, drive: Drive) -> dict[Address, Callable[[], int]]:
+        motion = self._motion
+        objects: dict[Address, Callable[[], int]] = {
+            (0x1001, 0): lambda: int(self._error_code != 0),
+            (0x603F, 0): lambda: self._error_code,
+            (0x6041, 0): lambda: self.statusword,
+            (0x6061, 0): lambda: motion.mode,
+            (0x6063, 0): lambda: motion.counts,
+            (0x6064, 0): lambda: round(motion.counts * motion.units.position),
+            (0x6077, 0): self._torque_per_mille,
+            # The current is proportional to the torque.
+            (0x6078, 0): self._torque_per_mille,
+            (0x6079, 0): lambda: _DC_LINK,
+            (0x60F4, 0): lambda: round(motion.following_error),
+        }
+        voltage, scale = (drive.voltage.index, drive.voltage.sub), self._habits.voltage_scale or drive.voltage.scale
+        if self._habits.voltage is not None:
+            voltage = parse_address(self._habits.voltage)
+        elif voltage[0] not in _MANUFACTURER:
+            voltage = (0, 0)
+        objects[voltage] = lambda: round(self.drive.sign * self._voltage / scale)
+        if self._habits.cob_id_bits:
+            objects |= {address: partial(self._cob_id, address) for address in _COB_IDS}
+        return objects
+
+    def _cob_id(self, address: Address) -> int:
+        return self._objects.value(*address) | self._habits.cob_id_bits
+
+    def _torque_per_mille(self) -> int:
+        # Without 6076h the rig's own value: no digit is lost.
+        rated = self._objects.value(0x6076) / 1000 * self.drive.gear or self.drive.rated_torque
+        return max(-0x8000, min(round(self.drive.sign * self._torque / rated * 1000), 0x7FFF))
 
     def _boot(self, now: float) -> None:
-        self._node = local_node(self.drive.node_id, self._send)
-        self._decoded: dict[tuple[int, int], int] = {}
-        self._node.add_read_callback(self._on_read)
-        self._node.add_write_callback(self._on_write)
-        self._node.set_data(0x2F00, 1, bytes([self._lockstep]))
-        self._nmt = _PRE_OPERATIONAL
-        self._in_rpdo = False
-        self._previous_controlword = 0
+        self._objects.restore()
+        self._set_ratings()
         self._error_code = 0
-        self._counts = 0
-        self._voltage = 0
-        self._torque = 0
-        self._last_master_heartbeat: float | None = None
+        self._warned = False
+        self._voltage = self._torque = 0.0
+        self._motion.restart(now)
+        self._begin_communication(now)
+
+    def _begin_communication(self, now: float) -> None:
+        self._nmt = _PRE_OPERATIONAL
+        self._motion.reset_blocked = False
+        self._process_data.restart()
+        self._watch.restart()
         self._heartbeat_due = now
-        self._following_error_since: float | None = None
-        self._after_stop = DriveState.SWITCH_ON_DISABLED
-        self._disable(DriveState.SWITCH_ON_DISABLED)
         self._send(0x700 + self.drive.node_id, bytes([_BOOT_UP]))
 
-    # Command to the machine
+    def _set_ratings(self) -> None:
+        """Give the motor's ratings, as a drive that was put into service has them, where the file gives none."""
+        if not self._objects.value(0x6076):
+            self._objects.set(0x6076, 0, round(1000 * self.drive.rated_torque / self.drive.gear))
+        if not self._objects.value(0x6075):
+            self._objects.set(0x6075, 0, _RATED_CURRENT)
+
+    # Command to the machine, and what it became
 
     @property
     def powered(self) -> bool:
         """True while the position loop is closed."""
-        return self.state in (DriveState.ENABLED, DriveState.QUICK_STOP, DriveState.FAULT_REACTION)
+        return self._motion.powered
+
+    @property
+    def generator(self) -> SetpointGenerator:
+        """Setpoints of the position loop."""
+        return self._motion.generator
+
+    @property
+    def state(self) -> PowerState:
+        """Power state."""
+        return self._motion.state
+
+    @property
+    def statusword(self) -> int:
+        """Object 6041."""
+        return self._motion.statusword | (_WARNING if self._warned else 0)
 
     # Frames from the bus
 
     def receive(self, arbitration_id: int, data: bytes, now: float) -> None:
-        """Process one frame; SYNC is processed by `synchronise`."""
+        """Process one data frame; SYNC is processed by `synchronise`."""
+        self._motion.now = now
         node_id = self.drive.node_id
         if arbitration_id == 0x000 and len(data) >= 2 and data[1] in (0, node_id):
             self._on_nmt(data[0], now)
         elif arbitration_id == 0x600 + node_id and len(data) == 8:
             if self._nmt != _STOPPED:
                 self._voltage = self._read_voltage()
-                self._node.sdo.on_request(arbitration_id, data, now)
-        elif arbitration_id == 0x700 + MASTER_ID:
-            self._last_master_heartbeat = now
-        elif arbitration_id == self._object(0x1400, 1) and self._nmt == _OPERATIONAL:
-            self._on_rpdo(data)
+                self._objects.server.on_request(arbitration_id, data, now)
+                if self._lockstep:
+                    self._motion.pass_time(_SDO_TIME)
+        elif arbitration_id & 0x780 == 0x700:
+            self._watch.hear(arbitration_id & 0x7F, now)
+        elif self._nmt == _OPERATIONAL:
+            self._process_data.receive(arbitration_id, data, now)
 
-    def synchronise(self, counts: int, voltage: int, torque: float) -> None:
-        """Process SYNC: send the values measured now (torque in N m), apply the target received before."""
-        self._counts, self._voltage = counts, voltage
-        self._torque = round(self.drive.sign * torque / self.drive.rated_torque * 1000)
+    def receive_remote(self, arbitration_id: int, now: float) -> None:
+        """Process one remote frame: a guarding request."""
+        if arbitration_id == 0x700 + self.drive.node_id and (0x100C, 0) in self._objects:
+            self._send(arbitration_id, bytes([self._watch.guard(now) | self._nmt]))
+
+    def synchronise(self, counts: int, voltage: float, torque: float, now: float | None = None) -> None:
+        """Process SYNC at the time `now` [s], or the last known one: send the values measured now (encoder
+        increments, V, N m), apply the target received before."""
+        now = self._motion.now if now is None else now
+        self._motion.counts, self._voltage, self._torque = counts, voltage, torque
+        self._motion.synchronise(now)
         if self._nmt != _OPERATIONAL:
             return
-        self._apply_controlword(self._object(0x6040))
-        for number in (0, 1):
-            cob_id = self._object(0x1800 + number, 1)
-            if not cob_id & _PDO_INVALID:
-                self._send(cob_id, self._pack_tpdo(0x1A00 + number))
-        if self.state is DriveState.ENABLED and self._follows:
-            counts = min(max(self._object(*self._target), self._object(0x607D, 1)), self._object(0x607D, 2))
-            target = self.drive.to_position(counts)
-            period = self._object(0x60C2, 1) * 10.0 ** self._object(0x60C2, 2)
-            self.generator.interpolate(target, period)
-
-    @property
-    def _target(self) -> tuple[int, int]:
-        return (0x60C1, 1) if self._object(0x6060) == _INTERPOLATED_POSITION else (0x607A, 0)
-
-    @property
-    def _follows(self) -> bool:
-        """Whether the target is followed: in interpolated position mode the controlword must enable it."""
-        return self._object(0x6060) != _INTERPOLATED_POSITION or bool(self._object(0x6040) & _INTERPOLATE)
+        self._process_data.take_pending()
+        self._motion.apply_controlword(self._objects.value(0x6040))
+        self._process_data.answer_sync(now)
+        self._motion.follow_target()
 
     def _on_nmt(self, command: int, now: float) -> None:
-        if command in (0x81, 0x82):
+        if command == 0x81:
             self._boot(now)
-        else:
-            before = self._nmt
-            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, before)
-            if before == _OPERATIONAL != self._nmt:
-                self._lose_connection()
-
-    def _on_rpdo(self, data: bytes) -> None:
-        """Store the values; the controlword takes effect at the next SYNC."""
-        self._in_rpdo = True
-        offset = 0
-        for index, sub, size in self._mapping(0x1600):
-            field = data[offset : offset + size]
-            if len(field) == size:
-                self._node.set_data(index, sub, field)
-            offset += size
-        self._in_rpdo = False
-
-    def _pack_tpdo(self, mapping: int) -> bytes:
-        return b"".join(self._node.get_data(index, sub) for index, sub, _ in self._mapping(mapping))
-
-    def _mapping(self, index: int) -> list[tuple[int, int, int]]:
-        entries = (self._object(index, i + 1) for i in range(self._object(index, 0)))
-        return [(entry >> 16, entry >> 8 & 0xFF, (entry & 0xFF) // 8) for entry in entries]
-
-    # The object dictionary
-
-    def _object(self, index: int, sub: int = 0) -> int:
-        """Value of a stored object. Decoding takes microseconds, so the value is cached until the next write."""
-        value = self._decoded.get((index, sub))
-        if value is None:
-            variable = self._node.object_dictionary.get_variable(index, sub)
-            value = self._decoded[index, sub] = int(variable.decode_raw(self._node.get_data(index, sub)))
-        return value
-
-    def _on_read(self, index: int, subindex: int, **_: object) -> int | None:
-        match index, subindex:
-            case 0x603F, _:
-                return self._error_code
-            case 0x6041, _:
-                return self.statusword
-            case 0x6061, _:
-                return self._object(0x6060)
-            case 0x6064, _:
-                return self._counts
-            case 0x6077, _:
-                return max(-0x8000, min(self._torque, 0x7FFF))
-            case 0x2200, 1:
-                return self._voltage
-        return None
-
-    def _on_write(self, index: int, subindex: int, data: bytes, **_: object) -> None:
-        self._decoded.pop((index, subindex), None)
-        if index in _PDO_MAPS:
-            if self._nmt == _OPERATIONAL:
-                raise SdoAbortedError(_WRONG_STATE)
-            entry = int.from_bytes(data, "little")
-            if subindex and entry:
-                variable = self._node.object_dictionary.get_variable(entry >> 16, entry >> 8 & 0xFF)
-                if variable is None or not variable.pdo_mappable or len(variable) != entry & 0xFF:
-                    raise SdoAbortedError(_NOT_MAPPABLE)
-        elif index == 0x1016:
-            # The watchdog is armed by the first heartbeat after this write.
-            self._last_master_heartbeat = None
-        elif index == 0x6040 and not self._in_rpdo:
-            self._apply_controlword(int.from_bytes(data, "little"))
-
-    @property
-    def statusword(self) -> int:
-        """Object 6041."""
-        word = cia402.STATUS_BITS[self.state] | _REMOTE
-        if self.state is not DriveState.SWITCH_ON_DISABLED:
-            word |= _VOLTAGE_ENABLED
-        if self.state is DriveState.ENABLED and self._follows:
-            word |= cia402.TARGET_FOLLOWED
-        if self._following_error_since is not None:
-            word |= cia402.FOLLOWING_ERROR
-        return word
-
-    # The power state machine
-
-    def _apply_controlword(self, controlword: int) -> None:
-        state = drive_state_machine.next_state(self.state, controlword, self._previous_controlword)
-        self._previous_controlword = controlword
-        if state is self.state:
             return
-        if state is DriveState.ENABLED:
-            # A target received before power-on must not move the axis.
-            self.generator.hold(self.drive.to_position(self._counts))
-        if state is DriveState.QUICK_STOP:
-            self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
-        elif self.state is DriveState.FAULT:
-            self._error_code = 0
-            self._node.emcy.reset()
-            self._disable(state)
-        elif self.powered:
-            self._disable(state)
+        before = self._nmt
+        if command == 0x82:
+            self._objects.restore(communication_only=True)
+            self._begin_communication(now)
         else:
-            self.state = state
+            self._nmt = {0x01: _OPERATIONAL, 0x02: _STOPPED, 0x80: _PRE_OPERATIONAL}.get(command, before)
+            if before != _OPERATIONAL == self._nmt:
+                self._process_data.restart()
+        if before == _OPERATIONAL != self._nmt:
+            self._lose_connection()
 
-    def _begin_stop(self, during: DriveState, afterwards: DriveState) -> None:
-        self.state = during
-        self._after_stop = afterwards
-        self.generator.stop(self._object(0x6085) / abs(self.drive.counts_per_radian))
+    def _on_rpdo(self, addresses: list[Address]) -> None:
+        if (0x6040, 0) in addresses:
+            self._motion.apply_controlword(self._objects.value(0x6040))
 
-    def _disable(self, state: DriveState) -> None:
-        self.state = state
-        self.generator.hold(self.generator.position)
+    def _on_write(self, address: Address, value: int) -> None:
+        """Check a write by SDO, and act on it."""
+        index = address[0]
+        self._process_data.check_write(address, value, operational=self._nmt == _OPERATIONAL)
+        self._watch.set_up(index)
+        if index == 0x6060:
+            self._check_mode(value)
+        elif index in UNIT_OBJECTS:
+            self._objects.set(*address, value)
+            self._motion.units.refresh()
+        elif index == 0x6040:
+            self._motion.apply_controlword(value)
+
+    def _check_mode(self, mode: int) -> None:
+        supported = self._objects.value(0x6502)
+        if mode > 0 and supported and not supported >> mode - 1 & 1:
+            raise SdoAbortedError(INVALID_VALUE)
+
+    # Faults
 
     def fail(self, code: int) -> None:
-        """Enter a fault: EMCY, stop on the quick stop ramp (object 605E = 2), then Fault."""
-        if self.state in (DriveState.FAULT, DriveState.FAULT_REACTION):
-            return
+        """Enter a fault: EMCY, stop as object 605Eh says, then Fault."""
+        if not self._motion.failed:
+            self._report(code, 0x01)
+            self._motion.enter_fault()
+
+    def warn(self, code: int) -> None:
+        """Send an EMCY that is no fault, and set the warning bit of the statusword."""
+        self._warned = True
+        self._emcy.send(code, 0x00)
+
+    def _report(self, code: int, register: int) -> None:
         self._error_code = code
-        self._node.emcy.send(code, 0x01)
-        if self.powered:
-            self._begin_stop(DriveState.FAULT_REACTION, DriveState.FAULT)
-        else:
-            self._disable(DriveState.FAULT)
+        self._emcy.send(code, register)
+
+    def _on_fault_reset(self) -> None:
+        self._error_code = 0
+        self._emcy.reset()
 
     # Simulated time
 
     def update(self, counts: int, now: float) -> None:
-        """Update encoder and clock [s] after the machine has moved: supervision, heartbeat, end of a stop."""
-        self._counts = counts
-        if self.state in (DriveState.QUICK_STOP, DriveState.FAULT_REACTION) and self.generator.at_rest:
-            self._disable(self._after_stop)
-        self._watch_following_error(now)
+        """Update encoder [increments] and clock [s] after the machine has moved: supervision, heartbeat, events."""
+        if self._motion.update(counts, now):
+            self.fail(FOLLOWING_ERROR)
         self._watch_master(now)
-        interval = self._object(0x1017) / 1000
+        if self._nmt == _OPERATIONAL:
+            self._process_data.pass_time(now)
+        interval = self._objects.value(0x1017) / 1000
         if interval and now >= self._heartbeat_due:
             self._heartbeat_due += interval
             self._send(0x700 + self.drive.node_id, bytes([self._nmt]))
 
-    def _watch_following_error(self, now: float) -> None:
-        window = self._object(0x6065)
-        error = abs(self.generator.position - self.drive.to_position(self._counts)) * abs(
-            self.drive.counts_per_radian
-        )
-        if not self.powered or window == _UNLIMITED or error <= window:
-            self._following_error_since = None
-            return
-        if self._following_error_since is None:
-            self._following_error_since = now
-        if (now - self._following_error_since) * 1000 >= self._object(0x6066):
-            self.fail(0x8611)
-
     def _watch_master(self, now: float) -> None:
-        timeout = (self._object(0x1016, 1) & 0xFFFF) / 1000
-        if not timeout or self._last_master_heartbeat is None or now - self._last_master_heartbeat <= timeout:
-            return
-        self._last_master_heartbeat = None
-        self._error_code = 0x8130
-        self._node.emcy.send(0x8130, 0x11)
-        self._nmt = _PRE_OPERATIONAL
-        self._lose_connection()
+        if self._watch.is_lost(now):
+            self._report(_HEARTBEAT_LOST, 0x11)
+            self._motion.reset_blocked = not self._habits.reset_after_heartbeat_loss
+            self._nmt = _PRE_OPERATIONAL
+            self._lose_connection(is_fault=self._habits.fault_on_heartbeat_loss)
+        elif self._nmt == _OPERATIONAL and self._process_data.lost_rpdo(now):
+            self._report(_RPDO_LOST, 0x11)
+            self._lose_connection()
 
-    def _lose_connection(self) -> None:
-        """Process the end of the process data: object 6007 = 3 means quick stop."""
-        if self.state is DriveState.ENABLED and self._object(0x6007) == 3:
-            self._begin_stop(DriveState.QUICK_STOP, DriveState.SWITCH_ON_DISABLED)
+    def _lose_connection(self, *, is_fault: bool = False) -> None:
+        """Process the end of the process data as object 6007h says; without it nothing happens."""
+        option = self._objects.value(0x6007)
+        if is_fault or option == 1:
+            if not self._motion.failed:
+                self._error_code = self._error_code or _HEARTBEAT_LOST
+                self._motion.enter_fault()
+        elif self.state is PowerState.ENABLED and option == 2:
+            self._motion.disable()
+        elif self.state is PowerState.ENABLED and option == 3:
+            self._motion.quick_stop()

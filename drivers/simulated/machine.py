@@ -112,9 +112,13 @@ class Machine:
 
     def voltage_counts(self) -> Counts:
         """Operating voltages reported by the drives, with new noise and the rig's sign, scale and 16 bits."""
-        speeds, noise = self.plant.motor_speeds(), self._noise()
-        first, second, third = (self._voltage_count(i, speeds[i], noise[i]) for i in range(3))
+        first, second, third = (self._voltage_count(i, volts) for i, volts in enumerate(self.voltages()))
         return first, second, third
+
+    def voltages(self) -> list[float]:
+        """Measured operating voltages, with new noise [V]."""
+        speeds, noise = self.plant.motor_speeds(), self._noise()
+        return [joint.voltage(v) + error for joint, v, error in zip(self._joints, speeds, noise, strict=True)]
 
     def _readings(self) -> list[tuple[float, float]]:
         plant = self.plant
@@ -172,10 +176,9 @@ class Machine:
         volts: list[float] = self._rng.normal(0.0, self._config.voltage_noise, 3).tolist()
         return volts
 
-    def _voltage_count(self, joint: int, speed: float, noise: float) -> int:
-        volts = self._joints[joint].voltage(speed)
+    def _voltage_count(self, joint: int, volts: float) -> int:
         drive = self._rig.drives[joint]
-        count = round(drive.sign * (volts + noise) / drive.voltage.scale)
+        count = round(drive.sign * volts / drive.voltage.scale)
         return min(max(count, -0x8000), 0x7FFF)
 
 

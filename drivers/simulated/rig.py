@@ -6,31 +6,47 @@ the same frames in the same order. Real time: the machine follows the host's clo
 
 import time
 from functools import partial
+from pathlib import Path
 
 import can
 
 from drivers.canopen.bus import Link
-from drivers.canopen.setup import SYNC_ID
 from drivers.simulated.config import SimConfig
 from drivers.simulated.drive import SimulatedCanopenDrive
+from drivers.simulated.machine import plant_step
+from drivers.simulated.mark import EDS
 from drivers.simulated.service import CHUNK, Service, advance_machine
 from recordings.recording import Pace
 from recordings.rig import Rig
 
+_SYNC = 0x80
+
 
 class SimulatedRig(Service):
-    """Three CiA 402 drives around one machine on one CAN bus."""
+    """Three CiA 402 drives around one machine on one CAN bus.
+
+    The drives have the dictionaries and habits of the sim file; the machine has their encoders and gears.
+    """
 
     def __init__(self, rig: Rig, config: SimConfig, bus: can.BusABC, *, pace: Pace, seed: int) -> None:
-        super().__init__(rig, config, pace, seed)
-        self._link = Link(bus)
+        """`bus` stays open if this raises BadInput: a dictionary cannot be read."""
         self._outbox: list[tuple[int, bytes]] = []
         self.drives = [
             SimulatedCanopenDrive(
-                drive, self.machine.dt, self._send, partial(self._measure_voltage, j), lockstep=self._lockstep
+                drive,
+                plant_step(rig.rate),
+                self._send,
+                partial(self._measure_voltage, j),
+                lockstep=pace == "lockstep",
+                eds=EDS if simulated.eds is None else Path(simulated.eds),
+                habits=simulated.habits,
             )
-            for j, drive in enumerate(rig.drives)
+            for j, (drive, simulated) in enumerate(zip(rig.drives, config.drive_of_each_joint, strict=True))
         ]
+        true = rig.model_copy(update={"drives": tuple(drive.drive for drive in self.drives)})
+        super().__init__(true, config, pace, seed)
+        self._link = Link(bus)
+        self._link.tap = self._on_any_frame
         self._last_sync: float | None = None
         self._update()
 
@@ -61,8 +77,14 @@ class SimulatedRig(Service):
             self._link.send(arbitration_id, data)
         self._outbox.clear()
 
+    def _on_any_frame(self, _: int, message: can.Message, sent: bool) -> None:
+        """Guarding requests are remote frames, which the link does not return."""
+        if message.is_remote_frame and not sent:
+            for drive in self.drives:
+                drive.receive_remote(message.arbitration_id, self.machine.time)
+
     def _handle(self, arbitration_id: int, data: bytes) -> None:
-        if arbitration_id == SYNC_ID:
+        if arbitration_id == _SYNC:
             self._synchronise()
         else:
             for drive in self.drives:
@@ -73,17 +95,17 @@ class SimulatedRig(Service):
         if not self._lockstep:
             self._lock_to_sync()
         machine = self.machine
-        measured = zip(machine.encoder_counts(), machine.voltage_counts(), machine.torque(), strict=True)
+        measured = zip(machine.encoder_counts(), machine.voltages(), machine.torque(), strict=True)
         for drive, (counts, voltage, torque) in zip(self.drives, measured, strict=True):
-            drive.synchronise(counts, voltage, torque)
+            drive.synchronise(counts, voltage, torque, machine.time)
         self._flush()
         if self._lockstep:
             # Events before the next SYNC are sent with the next answer, so that the order of frames does not depend
             # on thread scheduling.
             self._advance(self._period)
 
-    def _measure_voltage(self, joint: int) -> int:
-        return self.machine.voltage_counts()[joint]
+    def _measure_voltage(self, joint: int) -> float:
+        return self.machine.voltages()[joint]
 
     # Simulated time
 

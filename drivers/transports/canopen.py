@@ -1,29 +1,14 @@
 """CANopen: CiA 402 drives on a CAN bus."""
 
 from drivers.canopen import setup
-from drivers.canopen.bus import Link, Tap, frame_bits, open_bus
+from drivers.canopen.bus import Link, Tap, open_bus
 from drivers.canopen.drive import CanopenDrives
 from drivers.canopen.kernel_sync import LEAD, KernelSync
-from drivers.canopen.setup import pdo_sizes
+from drivers.canopen.load import bus_load, highest_rate
 from drivers.protocol import Amplifiers, Report
 from drivers.transports import SimulatedTime
 from recordings.errors import BadInput
 from recordings.rig import Rig
-
-
-def bus_load(rig: Rig, rate: float) -> float:
-    """Worst-case bus load (0 ... 1) of the cycle at `rate` [Hz]: SYNC, the drives' PDOs, and one SDO request
-    with its response if voltages are polled."""
-    sizes = [0, *(size for drive in rig.drives for size in pdo_sizes(drive))]
-    if any(drive.voltage.transfer == "sdo" for drive in rig.drives):
-        sizes += [8, 8]
-    bits = sum(frame_bits(size) for size in sizes)
-    return bits * rate / rig.can.bitrate
-
-
-def highest_rate(rig: Rig) -> float:
-    """The rate [Hz] at which the bus load reaches the limit in the rig file."""
-    return rig.can.max_load / bus_load(rig, 1.0)
 
 
 def check(rig: Rig) -> None:

@@ -14,6 +14,12 @@ from drivers.transports import SimulatedTime
 from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
+_CANOPEN_OPTIONS = (
+    *("mode", "torque_actual", "torque_source", "rated_current", "homed", "dcf", "units", "accept_missing"),
+    *("assume_mode", "quick_stop_option", "fault_reaction_option", "abort_option", "halt_option"),
+    "fault_reset_timeout",
+)
+"""Keys of [[drives]] that are for CANopen drives only."""
 _ANY_STATUS = 2**32 - 1
 _LONGEST_VOLTAGE = "-32768"
 _LOCKSTEP_REPLY_TIMEOUT = 2.0
@@ -86,7 +92,7 @@ def check(rig: Rig) -> None:
 
 
 def _check_no_canopen_options(joint: int, drive: Drive) -> None:
-    for name in ("mode", "torque_actual", "homed", "dcf"):
+    for name in _CANOPEN_OPTIONS:
         if getattr(drive, name) != Drive.model_fields[name].default:
             raise BadInput(
                 f"'{name}' of joint {joint} is for CANopen drives and has no effect on a serial line; remove it"

@@ -145,6 +145,21 @@ def test_torque_and_emergency_codes_are_reconstructed(tmp_path: Path) -> None:
     assert np.isnan(samples.command).all()
 
 
+def test_voltage_of_32_bits_is_known_by_the_length_of_its_frames(tmp_path: Path) -> None:
+    drive = {"node_id": 5, "voltage": {"index": 0x2030, "sub": 0, "scale": 0.001}}
+    text = {"name": "one", "mechanism": "axes", "axes": [{}], "rate": 500.0, "drives": [drive]}
+    rig = Rig.model_validate(text, strict=False)
+    with RecordingWriter(tmp_path / "r.mcap", rig, read(SAMPLE).run) as writer:
+        for k in range(6):
+            now = START + k * 2_000_000
+            writer.can(now, now, 0x80, b"", sent=False)
+            writer.can(now + 1000, now + 1000, 0x185, bytes.fromhex("3712e8030000"), sent=False)
+            writer.can(now + 2000, now + 2000, 0x285, (70_000).to_bytes(4, "little"), sent=False)
+    reconstructed = reconstruct(tmp_path / "r.mcap", rig)
+    assert reconstructed is not None
+    np.testing.assert_allclose(reconstructed.samples.voltage, np.full((6, 1), 70.0))
+
+
 def test_frames_without_sync_give_no_samples(tmp_path: Path, sample: Recording, frames: CanFrames) -> None:
     write(tmp_path / "r.mcap", sample.rig, frames, arrivals(frames, PERIOD, 0), frames.id != 0x80)
     assert reconstruct(tmp_path / "r.mcap", sample.rig) is None

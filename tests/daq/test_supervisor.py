@@ -91,3 +91,12 @@ def test_joint_outside_its_range_is_reported_at_standstill() -> None:
     supervisor = Supervisor(RIG)
     assert supervisor.standstill((0.2, 0.2, 0.2)) is None
     assert "joint 2 stands at 1.900 rad, -1.2 to 1.4 rad expected" in str(supervisor.standstill((0.2, 1.9, 0.2)))
+
+
+@pytest.mark.parametrize(("effort", "stopped"), [(59.0, False), (61.0, True), (-61.0, True), (math.nan, False)])
+def test_measured_torque_is_supervised_where_no_voltage_is_measured(effort: float, stopped: bool) -> None:
+    supervisor = Supervisor(RIG)
+    sample = replace(GOOD, voltage=(math.nan,) * 3, effort=(effort, 0.0, 0.0))
+    reasons = [supervisor.motion(sample, sample.position) for _ in range(5)]
+    assert reasons[:4] == [None] * 4
+    assert (reasons[4] is not None and "torque" in reasons[4]) == stopped

@@ -6,7 +6,7 @@
 import sys
 from collections.abc import Callable
 
-from tests.faults import campaign, canopen, processes, serial, table
+from tests.faults import campaign, canopen, habits, processes, serial, table
 from tests.faults.campaign import Outcome
 
 words = sys.argv[1:]
@@ -27,6 +27,9 @@ def run_and_print(run: Callable[[], Outcome]) -> Outcome:
 canopen_outcomes = [
     run_and_print(lambda fault=fault: campaign.run(fault)) for fault in canopen.FAULTS if is_selected(fault.name)
 ]
+habit_outcomes = [
+    run_and_print(lambda fault=fault: campaign.run(fault)) for fault in habits.FAULTS if is_selected(fault.name)
+]
 serial_outcomes = [
     run_and_print(lambda fault=fault: serial.run(fault)) for fault in serial.FAULTS if is_selected(fault.name)
 ]
@@ -36,6 +39,9 @@ process_outcomes = [
 if is_selected("disk full"):
     process_outcomes.append(run_and_print(processes.full_disk))
 table.show("CANopen: bus, drives, machine, host (simulated time)", canopen_outcomes)
+table.show("CANopen: habits and dictionaries of drives, warnings (simulated time)", habit_outcomes)
 table.show("serial lines (simulated time)", serial_outcomes)
 table.show("programs: signals, death, disk (real time, two processes)", process_outcomes)
-sys.exit(any(not outcome.passed for outcome in canopen_outcomes + serial_outcomes + process_outcomes))
+sys.exit(
+    any(not outcome.passed for outcome in canopen_outcomes + habit_outcomes + serial_outcomes + process_outcomes)
+)

@@ -1,13 +1,14 @@
 """Run one fault during a recording in lockstep and judge its outcome."""
 
 import itertools
+import json
 import os
 import re
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -17,6 +18,7 @@ import numpy as np
 from daq.session import RunRequest, Session
 from daq.watched import CycleProgress
 from drivers.simulated.config import SimConfig
+from drivers.simulated.mark import EDS
 from drivers.simulated.rig import SimulatedRig
 from drivers.simulated.service import SimulatedDrive
 from recordings.errors import BadInput, RunFailed
@@ -46,6 +48,16 @@ class Fault:
     """Called in the rig's thread before each SYNC, with the number of earlier SYNCs."""
     host: Callable[[Session], None] = lambda session: None
     """Called before the run."""
+    enable: float = 3.0
+    """enable_timeout of the rig file [s]."""
+    drive: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of every drive in the rig file that differ from the default."""
+    habits: Mapping[str, Any] = field(default_factory=dict)
+    """Habits of every simulated drive."""
+    before: Callable[["SabotagedRig"], object] = lambda rig: None
+    """Called before the recorder starts."""
+    eds: Callable[[str], str] | None = None
+    """Changes the dictionary (the text of its EDS) of every simulated drive."""
     pace: Literal["lockstep", "realtime"] = "lockstep"
     limit: float = 1500.0
     """Longest time from the fault until the drives are disabled [ms]."""
@@ -116,12 +128,13 @@ def run(fault: Fault) -> Outcome:
     """Record one cycle of fig5b with the fault in mid-motion."""
     number = next(_numbers)
     master, far = f"master-{os.getpid()}-{number}", f"rig-{os.getpid()}-{number}"
-    rig = _rig(master, fault.pace)
+    rig = _rig(master, fault)
     with tempfile.TemporaryDirectory() as folder:
         request = RunRequest(rig, load("fig5b", rig, cycles=1), Path(folder) / "fault.mcap", fault.pace, 0)
         bus = can.Bus(interface="virtual", channel=far)
-        machine = SabotagedRig(rig, SimConfig(), bus, pace=fault.pace, seed=0)
+        machine = SabotagedRig(rig, _config(fault, Path(folder)), bus, pace=fault.pace, seed=0)
         machine.sabotage(fault.rig)
+        fault.before(machine)
         with Bridge(master, far, fault.cable()) as bridge, machine:
             progress = WatchedProgress()
             code, reason = record(request, fault, progress)
@@ -132,10 +145,20 @@ def run(fault: Fault) -> Outcome:
         return judge(fault, code, reason, powered, request.out, progress, START, RATE, bridge.syncs, disabled)
 
 
-def _rig(channel: str, pace: str) -> Rig:
+def _config(fault: Fault, folder: Path) -> SimConfig:
+    drive: dict[str, Any] = {"habits": dict(fault.habits)}
+    if fault.eds is not None:
+        drive["eds"] = str(folder / "drive.eds")
+        (folder / "drive.eds").write_text(fault.eds(EDS.read_text()))
+    return SimConfig.model_validate_json(json.dumps({"drives": [drive]}))
+
+
+def _rig(channel: str, fault: Fault) -> Rig:
     rig = simulated_rig().at_rate(RATE)
-    changed = {"bus": rig.bus.model_copy(update={"channel": channel})}
-    if pace == "realtime":
+    drives = [drive.model_dump(mode="json") | dict(fault.drive) for drive in rig.drives]
+    rig = Rig.model_validate_json(json.dumps(rig.model_dump(mode="json") | {"drives": drives}))
+    changed: dict[str, Any] = {"bus": rig.bus.model_copy(update={"channel": channel}), "enable_timeout": fault.enable}
+    if fault.pace == "realtime":
         # A busy computer must not cause a fault of its own.
         changed["limits"] = rig.limits.model_copy(update={"host_stall": 10.0})
     return rig.model_copy(update=changed)

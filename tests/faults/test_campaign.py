@@ -3,7 +3,7 @@
 import pytest
 
 from tests import timekeeping
-from tests.faults import campaign, canopen, processes
+from tests.faults import campaign, canopen, habits, processes
 
 _TESTED = (
     "one answer dropped",
@@ -19,17 +19,28 @@ _TESTED = (
     "bus-off",
     "joint blocked (collision)",
     "host stalls for 200 ms",
+    "storm of warnings",
+    "slow fault reset",
+    "fault reset ignored until NMT reset communication",
+    "drive left enabled by another program",
+    "foreign PDOs from power-up",
+    "unit of acceleration against the rig file",
+    "drive fault in mid-motion, quick stop in rpm/s",
+    "drive fault in mid-motion, others stay in quick stop",
+    "polled voltage of 32 bits",
+    "guarding requests lost on the bus",
 )
 
 
 def test_campaign_has_at_least_forty_faults_with_unique_names() -> None:
-    names = [fault.name for fault in (*canopen.FAULTS, *processes.FAULTS)]
+    names = [fault.name for fault in (*canopen.FAULTS, *habits.FAULTS, *processes.FAULTS)]
     assert len(set(names)) == len(names) >= 40
     assert set(_TESTED) <= set(names)
 
 
 def _tested_at(pace: str) -> list[campaign.Fault]:
-    return [fault for fault in canopen.FAULTS if fault.name in _TESTED and fault.pace == pace]
+    faults = (*canopen.FAULTS, *habits.FAULTS)
+    return [fault for fault in faults if fault.name in _TESTED and fault.pace == pace]
 
 
 @pytest.mark.slow

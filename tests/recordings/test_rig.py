@@ -98,3 +98,41 @@ def test_axes_rig_loads_without_drives_unless_driven(tmp_path: Path) -> None:
     assert Rig.model_validate_json(rig.model_dump_json()) == rig
     with pytest.raises(BadInput, match="for each of 2 joints expected, none found"):
         load_rig(path)
+
+
+@pytest.mark.parametrize("unit", ["counts/s^2", "rpm/s", "0.001 rpm/s", "1e-3 rad/s^2", "1000 counts/s^2"])
+def test_units_of_acceleration(unit: str, tmp_path: Path) -> None:
+    rig = load(tmp_path, 'name = "r"\n' + DRIVES + f'units = {{ acceleration = "{unit}" }}\n')
+    assert rig.drives[2].units.acceleration == unit
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        ('units = { acceleration = "rpm" }', r"units.acceleration: counts/s\^2, rpm/s.*'rpm' found"),
+        ('units = { acceleration = "0 rpm/s" }', "'0 rpm/s' found"),
+        ('units = { acceleration = "nan rpm/s" }', "'nan rpm/s' found"),
+        ('accept_missing = ["606"]', "such as 6066 expected, '606' found"),
+        ("homed = { index = 0x6041, mask = 0x10000 }", "16-bit statusword.*0x10000 found"),
+        ("quick_stop_option = 3", "quick_stop_option.*1, 2, 5 or 6"),
+        ('torque_source = "current_actual"', "one torque_source for all drives expected"),
+    ],
+)
+def test_invalid_key_of_a_drive_is_explained(line: str, reason: str, tmp_path: Path) -> None:
+    with pytest.raises(BadInput, match=reason):
+        load(tmp_path, 'name = "r"\n' + DRIVES + line + "\n")
+
+
+def test_current_as_torque_source_needs_its_scale(tmp_path: Path) -> None:
+    text = AXES + '{}\n[[axes]]\n[[drives]]\nnode_id = 1\ntorque_source = "current_actual"\n{}\n'
+    with pytest.raises(BadInput, match="needs rated_current"):
+        load(tmp_path, text.format("", ""))
+    with pytest.raises(BadInput, match=r"needs torque\.per_ampere"):
+        load(tmp_path, text.format("", "rated_current = 4.2"))
+    rig = load(tmp_path, text.format("torque = { per_ampere = [2.4] }", "rated_current = 4.2"))
+    assert rig.drives[0].rated_current == 4.2
+
+
+def test_index_of_an_object_is_read_in_lower_case(tmp_path: Path) -> None:
+    rig = load(tmp_path, 'name = "r"\n' + DRIVES + 'accept_missing = ["605a"]\n')
+    assert rig.drives[2].accept_missing == ("605A",)

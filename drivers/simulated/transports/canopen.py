@@ -18,7 +18,12 @@ _RESPONSE_TIMEOUT = 0.3
 
 def serve(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     """See `Simulation`."""
-    return SimulatedRig(rig, config, open_bus(rig.can), pace=pace, seed=seed)
+    bus = open_bus(rig.can)
+    try:
+        return SimulatedRig(rig, config, bus, pace=pace, seed=seed)
+    except BadInput:
+        bus.shutdown()
+        raise
 
 
 def check_not_in_use(rig: Rig) -> None:

@@ -5,12 +5,15 @@
 
 from collections import Counter, deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import can
 
-from drivers.cia402 import DriveState
 from drivers.simulated.drive import SimulatedCanopenDrive
+from drivers.simulated.drive_state_machine import PowerState as DriveState
+from drivers.simulated.habits import Habits
+from drivers.simulated.mark import EDS
 from recordings.rig import Rig
 
 DT = 2.5e-3
@@ -38,7 +41,7 @@ def kind_of(arbitration_id: int) -> str:
 class LossyBus(can.BusABC):
     """The master's end; the motors follow their setpoints without delay."""
 
-    def __init__(self, rig: Rig) -> None:
+    def __init__(self, rig: Rig, eds: Path = EDS, habits: Habits | None = None) -> None:
         super().__init__("lossy")
         self._is_shutdown = True  # holds no resource that python-can would warn about
         self.now = self._moved = 0.0
@@ -52,8 +55,13 @@ class LossyBus(can.BusABC):
         """Called with each frame that the master sends, including lost ones."""
         self._period = 1 / rig.rate
         self._inbox: deque[tuple[int, bytes]] = deque()
+        self.volts = self.torque = 0.0
+        """What the drives measure [V], [N m]."""
         self.drives = [
-            SimulatedCanopenDrive(drive, DT, self._answer, lambda: 0, lockstep=True) for drive in rig.drives
+            SimulatedCanopenDrive(
+                drive, DT, self._answer, lambda: self.volts, lockstep=True, eds=eds, habits=habits or Habits()
+            )
+            for drive in rig.drives
         ]
 
     @property
@@ -65,6 +73,11 @@ class LossyBus(can.BusABC):
 
     def send(self, msg: can.Message, timeout: float | None = None) -> None:
         arbitration_id, data = msg.arbitration_id, bytes(msg.data)
+        if msg.is_remote_frame:
+            for _ in range(self._copies(arbitration_id)):
+                for drive in self.drives:
+                    drive.receive_remote(arbitration_id, self.now)
+            return
         self.witness(arbitration_id, data)
         for _ in range(self._copies(arbitration_id)):
             self.to_drives(arbitration_id, data)
@@ -89,7 +102,7 @@ class LossyBus(can.BusABC):
         """Deliver a frame of any sender to the drives."""
         for drive in self.drives:
             if arbitration_id == 0x080:
-                drive.synchronise(self._counts(drive), 0, 0.0)
+                drive.synchronise(self._counts(drive), self.volts, self.torque)
             else:
                 drive.receive(arbitration_id, data, self.now)
 

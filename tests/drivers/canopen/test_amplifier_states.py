@@ -1,5 +1,8 @@
 """With any commands and any lost or doubled frames, a stop ends without power and never enables a drive."""
 
+import tempfile
+from pathlib import Path
+
 import numpy as np
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -13,9 +16,11 @@ from drivers.canopen.bus import Link
 from drivers.canopen.drive import CanopenDrives
 from drivers.cia402 import Controlword
 from drivers.protocol import Goal
+from drivers.simulated.mark import EDS
 from recordings.errors import RunFailed
 from recordings.rig import Axis, Drive, Rig
 from tests.drivers.canopen.lossy_bus import KINDS, LossyBus, kind_of
+from tests.faults.habits import with_guarding
 
 RIG = Rig(
     name="two axes",
@@ -48,9 +53,11 @@ def controlword(arbitration_id: int, data: bytes) -> int | None:
 class AnyRun(RuleBasedStateMachine):
     """The real driver and the real end of a run; `bus.drives` have the true states."""
 
+    rig, eds = RIG, EDS
+
     @initialize(cycles=st.sampled_from([0, 2, 5]))
     def begin(self, cycles: int) -> None:
-        self.bus = LossyBus(RIG)
+        self.bus = LossyBus(self.rig, self.eds)
         self.bus.witness = self.judge
         self.driver: CanopenDrives | None = None
         self.connect(repaired=True)
@@ -73,7 +80,7 @@ class AnyRun(RuleBasedStateMachine):
         self.heartbeats = HEARTBEATS
         link = Link(self.bus)
         link.clock = self.bus.now_ns
-        self.driver = CanopenDrives(RIG, link, lambda *line: None)
+        self.driver = CanopenDrives(self.rig, link, lambda *line: None)
         try:
             self.driver.discover()
             self.driver.configure()
@@ -111,8 +118,8 @@ class AnyRun(RuleBasedStateMachine):
             self.stream(cycles, None)
         self.disturb(kinds, count, doubled)
         self.stopping = True
-        clock = LockstepClock(RIG.rate)
-        left_on = Stream(RIG, self.driver, clock, NullRecorder(), StopRequest(), CycleProgress())._disable()
+        clock = LockstepClock(self.rig.rate)
+        left_on = Stream(self.rig, self.driver, clock, NullRecorder(), StopRequest(), CycleProgress())._disable()
         for joint in self.bus.enabled:
             assert f"joint {joint}" in left_on, f"joint {joint} is enabled; reported as left on: {left_on!r}"
         self.leave(confirmed=not left_on)
@@ -160,6 +167,26 @@ class AnyRun(RuleBasedStateMachine):
     def nobody_is_enabled_without_a_master(self) -> None:
         assert self.driver is not None or not self.bus.enabled
 
+
+class AnyRunOfGuardedDrives(AnyRun):
+    """Drives with node guarding; one of them stays in quick stop until it is switched off."""
+
+    rig = RIG.model_copy(update={"drives": (Drive(node_id=1), Drive(node_id=2, quick_stop_option=6))})
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._folder = tempfile.TemporaryDirectory()
+        self.eds = Path(self._folder.name) / "guarded.eds"
+        self.eds.write_text(with_guarding(EDS.read_text()))
+
+    def teardown(self) -> None:
+        self._folder.cleanup()
+
+
+AnyRunOfGuardedDrives.TestCase.settings = settings(
+    max_examples=60, stateful_step_count=15, deadline=None, derandomize=True
+)
+test_any_run_of_guarded_drives = AnyRunOfGuardedDrives.TestCase
 
 AnyRun.TestCase.settings = settings(max_examples=300, stateful_step_count=15, deadline=None, derandomize=True)
 test_any_run = AnyRun.TestCase

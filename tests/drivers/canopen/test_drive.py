@@ -211,6 +211,12 @@ def test_lost_heartbeat_ends_the_run() -> None:
     assert "joint 1 (node 1): heartbeat lost" in str(troubles[180])
 
 
+def test_boot_up_message_before_the_cycle_is_no_heartbeat_that_could_be_lost() -> None:
+    amplifiers, bus, _ = drives(_enabled(400, lambda k: answered(DISABLED)))
+    bus.receive_first((0x701, "00"))
+    assert set(_exchanges(amplifiers, 400)) == {None}
+
+
 def test_restarted_drive_ends_the_run() -> None:
     amplifiers, _, log = drives(_enabled(1, lambda k: [(0x703, "00"), *answered(DISABLED)]))
     amplifiers._operational = True

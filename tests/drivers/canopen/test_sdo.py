@@ -108,3 +108,44 @@ def test_abort_without_an_address_is_accepted() -> None:
     client, _ = sdo([((0x602, "40 00 22 01 00 00 00 00"), [(0x582, "80 00 00 00 00 00 02 06")])])
     with pytest.raises(RunFailed, match="does not exist"):
         client.read(0x2200, 1, "<h")
+
+
+@pytest.mark.parametrize(
+    ("answer", "exists"),
+    [
+        ("4f 60 60 00 08 00 00 00", True),
+        ("80 60 60 00 01 00 01 06", True),  # write only
+        ("80 60 60 00 00 00 02 06", False),  # no such object
+        ("80 60 60 00 11 00 09 06", False),  # no such sub-index
+    ],
+)
+def test_object_that_cannot_be_read_is_not_a_missing_one(answer: str, exists: bool) -> None:
+    client, _ = sdo([((0x602, "40 60 60 00 00 00 00 00"), [(0x582, answer)])])
+    assert client.has(0x6060, 0) is exists
+
+
+def test_write_only_object_is_not_read_back() -> None:
+    client, bus = sdo(
+        [
+            ((0x602, "2f 60 60 00 08 00 00 00"), [(0x582, "60 60 60 00 00 00 00 00")]),
+            ((0x602, "40 60 60 00 00 00 00 00"), [(0x582, "80 60 60 00 01 00 01 06")]),
+        ]
+    )
+    client.write(0x6060, 0, "<b", 8)
+    bus.assert_finished()
+
+
+def test_bits_outside_the_mask_are_not_compared() -> None:
+    client, bus = sdo(
+        [
+            ((0x602, "23 00 18 01 82 01 00 00"), [(0x582, "60 00 18 01 00 00 00 00")]),
+            ((0x602, "40 00 18 01 00 00 00 00"), [(0x582, "43 00 18 01 82 01 00 40")]),
+        ]
+    )
+    client.write(0x1800, 1, "<I", 0x182, mask=0xA000_07FF)
+    bus.assert_finished()
+
+
+def test_object_of_any_size_is_read() -> None:
+    client, _ = sdo([((0x602, "40 30 20 00 00 00 00 00"), [(0x582, "43 30 20 00 70 11 01 00")])])
+    assert client.read_bytes(0x2030, 0) == (70_000).to_bytes(4, "little")

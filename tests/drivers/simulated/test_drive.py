@@ -5,12 +5,15 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from drivers.cia402 import Controlword, DriveState, decode
+from drivers.cia402 import Controlword, decode
 from drivers.simulated.drive import SimulatedCanopenDrive
+from drivers.simulated.drive_state_machine import PowerState
 from recordings.rig import Drive
 
 DT = 2e-4
 NODE = 3
+SCALE = 0.0005
+"""Voltage per count [V]."""
 START = bytes([0x01, NODE])
 
 
@@ -23,7 +26,7 @@ class Bench:
             Drive(node_id=NODE, counts_per_turn=10000, gear=1.0),
             DT,
             lambda i, d: self.sent.append((i, d)),
-            lambda: 77,
+            lambda: 77 * SCALE,
             lockstep=True,
         )
         self.now = 0.0
@@ -33,7 +36,7 @@ class Bench:
         self.drive.receive(0x200 + NODE, struct.pack("<Hi", controlword, target), self.now)
 
     def sync(self) -> None:
-        self.drive.synchronise(self.counts, 123, 1.5)
+        self.drive.synchronise(self.counts, 123 * SCALE, 1.5)
 
     @property
     def counts(self) -> int:
@@ -60,10 +63,11 @@ class Bench:
         return self.sent[0][1].hex(" ")
 
     def enable(self) -> None:
+        self.sdo("2f 60 60 00 08 00 00 00")
         self.drive.receive(0x000, START, self.now)
         for word in (Controlword.SHUTDOWN, Controlword.SWITCH_ON, Controlword.ENABLE):
             self.cycle(word, self.counts)
-        assert self.drive.state is DriveState.ENABLED
+        assert self.drive.state is PowerState.ENABLED
 
 
 def test_boots_up_and_serves_its_dictionary() -> None:
@@ -80,11 +84,24 @@ def test_boots_up_and_serves_its_dictionary() -> None:
         ("2b 41 60 00 00 00 00 00", "80 41 60 00 02 00 01 06"),  # read only
         ("2b 60 60 00 08 00 00 00", "80 60 60 00 10 00 07 06"),  # wrong length
         ("23 01 16 01 20 00 00 50", "80 01 16 01 00 00 02 06"),  # no such object to write
-        ("23 00 16 01 10 00 41 20", "80 00 16 01 41 00 04 06"),  # not mappable
+        ("23 00 16 01 10 00 41 60", "80 00 16 01 22 00 00 08"),  # while the PDO is valid
+        ("23 00 14 01 04 02 00 00", "80 00 14 01 30 00 09 06"),  # likewise, another COB-ID
     ],
 )
 def test_refused_sdo_requests(request_: str, abort: str) -> None:
     assert Bench().sdo(request_) == abort
+
+
+def test_only_mappable_objects_of_the_right_length_are_mapped() -> None:
+    bench = Bench()
+    assert bench.sdo("23 00 14 01 03 02 00 80").startswith("60")
+    assert bench.sdo("2f 00 16 00 00 00 00 00").startswith("60")
+    assert bench.sdo("23 00 16 01 10 00 40 60").startswith("60")
+    assert bench.sdo("23 00 16 02 20 00 40 60") == "80 00 16 02 41 00 04 06"  # 32 bits of 16
+    assert bench.sdo("23 00 16 02 20 00 85 60") == "80 00 16 02 41 00 04 06"  # not mappable
+    assert bench.sdo("23 00 16 02 20 00 7a 60").startswith("60")
+    assert bench.sdo("23 00 16 03 20 01 c1 60").startswith("60")
+    assert bench.sdo("2f 00 16 00 03 00 00 00") == "80 00 16 00 42 00 04 06"  # ten bytes
 
 
 def test_answers_sync_only_when_operational() -> None:
@@ -122,7 +139,7 @@ def test_enabling_does_not_move_to_an_old_target() -> None:
     bench.cycle(Controlword.SWITCH_ON, 5000)
     bench.command(Controlword.ENABLE, 0)
     bench.sync()
-    assert bench.drive.state is DriveState.ENABLED
+    assert bench.drive.state is PowerState.ENABLED
     assert bench.drive.generator.position == 0.0
 
 
@@ -135,10 +152,10 @@ def test_quick_stop_decelerates_on_its_ramp_and_switches_power_off() -> None:
         bench.cycle(Controlword.ENABLE, 20 * k)  # 10,000 counts/s
     start = bench.counts
     bench.cycle(Controlword.QUICK_STOP, 0)
-    assert bench.drive.state is DriveState.QUICK_STOP
+    assert bench.drive.state is PowerState.QUICK_STOP
     assert bench.drive.powered
     bench.run(0.12)
-    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
+    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
     assert not bench.drive.powered
     assert bench.counts - start == pytest.approx(10_000**2 / 2 / 100_000, rel=0.05)
 
@@ -153,20 +170,20 @@ def test_following_error_is_a_fault_with_emcy() -> None:
         bench.cycle(Controlword.ENABLE, 50 * k)
     assert (0x80 + NODE, bytes.fromhex("1186010000000000")) in bench.sent
     bench.run(0.5)
-    assert bench.drive.state is DriveState.FAULT
-    assert decode(bench.drive.statusword) is DriveState.FAULT
+    assert bench.drive.state is PowerState.FAULT
+    assert decode(bench.drive.statusword).name == "FAULT"
 
 
 def test_fault_is_reset_by_the_rising_edge() -> None:
     bench = Bench()
     bench.drive.receive(0x000, START, 0.0)
     bench.drive.fail(0x2310)
-    assert bench.drive.state is DriveState.FAULT
+    assert bench.drive.state is PowerState.FAULT
     bench.cycle(Controlword.ENABLE)
-    assert bench.drive.state is DriveState.FAULT
+    assert bench.drive.state is PowerState.FAULT
     bench.sent.clear()
     bench.cycle(Controlword.FAULT_RESET)
-    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
+    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
     assert (0x80 + NODE, bytes(8)) in bench.sent
 
 
@@ -177,10 +194,10 @@ def test_lost_master_stops_the_drive() -> None:
     bench.drive.receive(0x77F, b"\x05", bench.now)
     bench.enable()
     bench.run(0.2)
-    assert bench.drive.state is DriveState.ENABLED
+    assert bench.drive.state is PowerState.ENABLED
     bench.sent.clear()
     bench.run(0.3)
-    assert bench.drive.state is DriveState.SWITCH_ON_DISABLED
+    assert bench.drive.state is PowerState.SWITCH_ON_DISABLED
     assert (0x80 + NODE, bytes.fromhex("3081110000000000")) in bench.sent
 
 
@@ -221,8 +238,8 @@ class AnyTraffic(RuleBasedStateMachine):
     def cycle(self, word: int, goal: int) -> None:
         before = self.bench.drive.state
         self.bench.cycle(word, goal)
-        if self.bench.drive.state is DriveState.ENABLED:
-            assert before in (DriveState.SWITCHED_ON, DriveState.ENABLED)
+        if self.bench.drive.state is PowerState.ENABLED:
+            assert before in (PowerState.SWITCHED_ON, PowerState.ENABLED)
 
     @rule(data=st.binary(min_size=0, max_size=8))
     def garbled(self, data: bytes) -> None:
@@ -232,7 +249,7 @@ class AnyTraffic(RuleBasedStateMachine):
     @rule()
     def fault(self) -> None:
         self.bench.drive.fail(0x4310)
-        assert self.bench.drive.state in (DriveState.FAULT, DriveState.FAULT_REACTION)
+        assert self.bench.drive.state in (PowerState.FAULT, PowerState.FAULT_REACTION)
 
     @rule()
     def pass_time(self) -> None:
@@ -240,7 +257,7 @@ class AnyTraffic(RuleBasedStateMachine):
 
     @invariant()
     def statusword_tells_the_truth(self) -> None:
-        assert decode(self.bench.drive.statusword) is self.bench.drive.state
+        assert decode(self.bench.drive.statusword).name == self.bench.drive.state.name
 
 
 AnyTraffic.TestCase.settings = settings(max_examples=40, stateful_step_count=25, deadline=None)

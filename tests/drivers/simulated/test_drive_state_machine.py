@@ -2,47 +2,48 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.cia402 import Controlword, DriveState
+from drivers.cia402 import Controlword
 from drivers.simulated import drive_state_machine
+from drivers.simulated.drive_state_machine import PowerState
 
 TRANSITIONS = [
-    (DriveState.SWITCH_ON_DISABLED, Controlword.SHUTDOWN, DriveState.READY),
-    (DriveState.SWITCH_ON_DISABLED, Controlword.ENABLE, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.SWITCH_ON_DISABLED, Controlword.SWITCH_ON, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.READY, Controlword.SWITCH_ON, DriveState.SWITCHED_ON),
-    (DriveState.READY, Controlword.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.READY, Controlword.QUICK_STOP, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.SWITCHED_ON, Controlword.ENABLE, DriveState.ENABLED),
-    (DriveState.SWITCHED_ON, Controlword.SHUTDOWN, DriveState.READY),
-    (DriveState.SWITCHED_ON, Controlword.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.SWITCHED_ON, Controlword.QUICK_STOP, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.ENABLED, Controlword.SWITCH_ON, DriveState.SWITCHED_ON),
-    (DriveState.ENABLED, Controlword.SHUTDOWN, DriveState.READY),
-    (DriveState.ENABLED, Controlword.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.ENABLED, Controlword.QUICK_STOP, DriveState.QUICK_STOP),
-    (DriveState.ENABLED, Controlword.ENABLE, DriveState.ENABLED),
-    (DriveState.QUICK_STOP, Controlword.ENABLE, DriveState.QUICK_STOP),
-    (DriveState.QUICK_STOP, Controlword.QUICK_STOP, DriveState.QUICK_STOP),
-    (DriveState.QUICK_STOP, Controlword.DISABLE_VOLTAGE, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.FAULT, Controlword.ENABLE, DriveState.FAULT),
-    (DriveState.FAULT, Controlword.FAULT_RESET, DriveState.SWITCH_ON_DISABLED),
-    (DriveState.FAULT_REACTION, Controlword.DISABLE_VOLTAGE, DriveState.FAULT_REACTION),
+    (PowerState.SWITCH_ON_DISABLED, Controlword.SHUTDOWN, PowerState.READY),
+    (PowerState.SWITCH_ON_DISABLED, Controlword.ENABLE, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.SWITCH_ON_DISABLED, Controlword.SWITCH_ON, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.READY, Controlword.SWITCH_ON, PowerState.SWITCHED_ON),
+    (PowerState.READY, Controlword.DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.READY, Controlword.QUICK_STOP, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.SWITCHED_ON, Controlword.ENABLE, PowerState.ENABLED),
+    (PowerState.SWITCHED_ON, Controlword.SHUTDOWN, PowerState.READY),
+    (PowerState.SWITCHED_ON, Controlword.DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.SWITCHED_ON, Controlword.QUICK_STOP, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.ENABLED, Controlword.SWITCH_ON, PowerState.SWITCHED_ON),
+    (PowerState.ENABLED, Controlword.SHUTDOWN, PowerState.READY),
+    (PowerState.ENABLED, Controlword.DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.ENABLED, Controlword.QUICK_STOP, PowerState.QUICK_STOP),
+    (PowerState.ENABLED, Controlword.ENABLE, PowerState.ENABLED),
+    (PowerState.QUICK_STOP, Controlword.ENABLE, PowerState.QUICK_STOP),
+    (PowerState.QUICK_STOP, Controlword.QUICK_STOP, PowerState.QUICK_STOP),
+    (PowerState.QUICK_STOP, Controlword.DISABLE_VOLTAGE, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.FAULT, Controlword.ENABLE, PowerState.FAULT),
+    (PowerState.FAULT, Controlword.FAULT_RESET, PowerState.SWITCH_ON_DISABLED),
+    (PowerState.FAULT_REACTION, Controlword.DISABLE_VOLTAGE, PowerState.FAULT_REACTION),
 ]
 
 
 @pytest.mark.parametrize(("state", "controlword", "expected"), TRANSITIONS)
-def test_transition(state: DriveState, controlword: int, expected: DriveState) -> None:
+def test_transition(state: PowerState, controlword: int, expected: PowerState) -> None:
     assert drive_state_machine.next_state(state, controlword, previous=0) is expected
 
 
 def test_fault_reset_acts_on_the_rising_edge_only() -> None:
     assert (
-        drive_state_machine.next_state(DriveState.FAULT, Controlword.FAULT_RESET, previous=Controlword.FAULT_RESET)
-        is DriveState.FAULT
+        drive_state_machine.next_state(PowerState.FAULT, Controlword.FAULT_RESET, previous=Controlword.FAULT_RESET)
+        is PowerState.FAULT
     )
 
 
-@given(st.sampled_from(DriveState), st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))
-def test_enabled_is_entered_only_from_switched_on(state: DriveState, controlword: int, previous: int) -> None:
-    if drive_state_machine.next_state(state, controlword, previous) is DriveState.ENABLED:
-        assert state in (DriveState.SWITCHED_ON, DriveState.ENABLED)
+@given(st.sampled_from(PowerState), st.integers(0, 0xFFFF), st.integers(0, 0xFFFF))
+def test_enabled_is_entered_only_from_switched_on(state: PowerState, controlword: int, previous: int) -> None:
+    if drive_state_machine.next_state(state, controlword, previous) is PowerState.ENABLED:
+        assert state in (PowerState.SWITCHED_ON, PowerState.ENABLED)

@@ -1,0 +1,114 @@
+"""Choices of a proposal: mode of operation, what the torque is found from, rate."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from daq.proposal.facts import DriveFacts
+from drivers.canopen.setup import interpolation_period
+from drivers.eds import Address
+from recordings.errors import BadInput
+
+Mode = Literal["cyclic", "interpolated"]
+TorqueSource = Literal["voltage", "torque_actual", "current_actual"]
+
+MODES: tuple[tuple[Mode, int, Address], ...] = (("cyclic", 8, (0x607A, 0)), ("interpolated", 7, (0x60C1, 1)))
+"""Modes that follow targets, the preferred one first, with their numbers and targets."""
+_RATES = (500.0, 1000.0, 250.0, 200.0, 125.0, 100.0, 50.0)
+_MOTOR = re.compile(r"\b(motor|output|terminal|phase|winding)\b", re.IGNORECASE)
+_LIMIT = re.compile(r"\b(threshold|limit|level|protect|under|over|max|min\b|minimum|nominal|rated)", re.IGNORECASE)
+_UNIT = re.compile(r"\b(?P<factor>0?\.\d+|1) ?(?P<unit>m?V)\b|\[(?P<plain>m?V)\]|\b(?P<bare>mV)\b")
+
+
+@dataclass(frozen=True)
+class VoltageObject:
+    """An object whose name says that it holds the motor's voltage."""
+
+    address: Address
+    name: str
+    scale: float | None
+    """Voltage per count [V]; None: the name does not say it."""
+    mappable: bool
+
+
+def mode_of(facts: DriveFacts) -> tuple[Mode, str]:
+    """Mode of operation, and why.
+
+    Raises:
+        BadInput: the drive has neither mode, with the reason.
+    """
+    modes = facts.value(0x6502)
+    listed = {mode: not modes or bool(modes >> number - 1 & 1) for mode, number, _ in MODES}
+    said = "6502h does not say which modes the drive has" if not modes else f"6502h = {modes:X}h"
+    for mode, number, target in MODES:
+        if listed[mode] and facts.can_map(target):
+            return mode, f"{said}: mode {number}, its target {_name(target)} can be mapped"
+    if not any(listed.values()):
+        raise BadInput(
+            f"{facts.origin}: {said}: neither mode 8 (cyclic synchronous position) nor mode 7 (interpolated "
+            "position) is there; this drive cannot follow a motion that is streamed to it"
+        )
+    targets = " and ".join(_name(target) for mode, _, target in MODES if listed[mode])
+    raise BadInput(f"{facts.origin}: {targets} cannot be mapped into a PDO; this drive cannot follow targets in time")
+
+
+def torque_sources(facts: DriveFacts) -> list[TorqueSource]:
+    """What the torque of a drive can be found from, the best first: known gains come before unknown ones."""
+    sources: list[TorqueSource] = ["voltage"] if motor_voltage(facts) else []
+    rated_torque, rated_current = facts.value(0x6076), facts.value(0x6075)
+    torque: list[TorqueSource] = ["torque_actual"] if facts.can_map((0x6077, 0)) else []
+    current: list[TorqueSource] = ["current_actual"] if facts.can_map((0x6078, 0)) else []
+    return sources + (current + torque if rated_torque and rated_current and not torque else torque + current)
+
+
+def common_torque_source(drives: Sequence[DriveFacts]) -> TorqueSource | None:
+    """The best torque source that all drives have; None: there is none."""
+    sources = [torque_sources(facts) for facts in drives]
+    return next((source for source in sources[0] if all(source in others for others in sources)), None)
+
+
+def motor_voltage(facts: DriveFacts) -> VoltageObject | None:
+    """The manufacturer's object of the motor voltage, by its name; a drive that is read does not tell names."""
+    for address, item in sorted(facts.descriptions.items()):
+        name = item.name
+        is_voltage = "voltage" in name.lower() and _MOTOR.search(name) and not _LIMIT.search(name)
+        if 0x2000 <= address[0] < 0x6000 and item.size in (1, 2, 4) and item.is_readable and is_voltage:
+            return VoltageObject(address, name, _scale(name), item.mappable)
+    return None
+
+
+def _scale(name: str) -> float | None:
+    match = _UNIT.search(name)
+    if match is None:
+        return None
+    unit = match["unit"] or match["plain"] or match["bare"]
+    return float(match["factor"] or 1) * (1e-3 if unit == "mV" else 1.0)
+
+
+def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
+    """Cycle rate [Hz] that all drives accept in 60C2h, and why.
+
+    Raises:
+        BadInput: there is none.
+    """
+    for rate in _RATES:
+        period = interpolation_period(rate)
+        if all(facts.accepts(0x60C2, sub, value) for facts in drives for sub, value in enumerate(period, start=1)):
+            reason = "the usual rate" if rate == _RATES[0] else "60C2h accepts no period of 2 ms"
+            return rate, reason
+    raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
+
+
+def too_few_entries(facts: DriveFacts, counts: Sequence[int]) -> list[str]:
+    """What is wrong with the drive's mappings for this number of objects in RPDO 1 and in each TPDO."""
+    problems = []
+    for index, count in zip((0x1600, *range(0x1A00, 0x1A08)), counts, strict=False):
+        entries = sum(1 for i, sub in facts.descriptions if i == index and sub > 0)
+        if facts.descriptions and entries < count:
+            problems.append(f"{facts.origin}: {index:04X}h maps at most {entries} object(s), {count} needed")
+    return problems
+
+
+def _name(address: Address) -> str:
+    return f"{address[0]:04X}h" + (f":{address[1]:02X}" if address[1] else "")

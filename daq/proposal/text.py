@@ -1,0 +1,33 @@
+"""Lines of a TOML file with comments."""
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+CHECK = "CHECK: "
+"""Begins the comment of a value that no drive states."""
+_WIDTH, _COLUMN = 110, 36
+
+
+@dataclass(frozen=True)
+class Key:
+    """One key; not `active`: commented out."""
+
+    name: str
+    value: str
+    comment: str = ""
+    active: bool = True
+
+    def lines(self) -> Iterator[str]:
+        """The key with its comment behind it, or above it where it is long."""
+        line = f"{'' if self.active else '# '}{self.name} = {self.value}"
+        beside = f"{line.ljust(_COLUMN - 2)}  # {self.comment}" if self.comment else line
+        if len(beside) > _WIDTH:
+            yield from comment(self.comment)
+            beside = line
+        yield beside
+
+
+def comment(text: str) -> Iterator[str]:
+    """Comment lines."""
+    yield from textwrap.wrap(text, _WIDTH, initial_indent="# ", subsequent_indent="# ")

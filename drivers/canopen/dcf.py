@@ -1,0 +1,87 @@
+"""Values of a drive's DCF (CiA 306), as SDO downloads."""
+
+import logging
+import struct
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+from drivers.canopen.sdo import SdoWrite
+from recordings.errors import BadInput
+from recordings.rig import Drive
+
+_COMMANDS = {0x6040, 0x6060, 0x607A, 0x60C1, 0x60FE, 0x60FF, 0x6071, 0x6042, 0x60B0, 0x60B1, 0x60B2}
+"""Controlword, mode, targets and outputs: they act at once, and are the cycle's business."""
+_ACTIONS = {0x1010, 0x1011, 0x1023, 0x1024, 0x1025, 0x1F50, 0x1F51}
+"""Store, restore, operating system commands, program download."""
+_PDO = range(0x1400, 0x1C00)
+_INVALID = 0x8000_0000
+_LAYOUTS = {1: "<B", 2: "<H", 4: "<I", 8: "<Q"}
+
+
+def configuration(drive: Drive) -> list[SdoWrite]:
+    """Parameter values of the drive's DCF: objects by address, then each PDO in the order that CiA 301 requires.
+
+    PDOs are left switched off; the set-up enables those that it needs.
+
+    Raises:
+        BadInput: the file is missing, is no DCF, or holds no values (an EDS).
+    """
+    if drive.dcf is None:
+        return []
+    variables = [variable for variable in _variables(drive) if variable.value is not None]
+    if not variables:
+        raise BadInput(
+            f"DCF {drive.dcf} of node {drive.node_id}: values (ParameterValue) expected, none found; it is an EDS, "
+            "which describes a type of drive and configures none: remove dcf or name a DCF"
+        )
+    writes = [write for variable in variables if (write := _write(variable)) is not None]
+    return [*(write for write in writes if write.index not in _PDO), *_pdo_writes(writes)]
+
+
+def _variables(drive: Drive) -> Iterator[Any]:
+    from canopen.objectdictionary import ODVariable, import_od
+
+    if not Path(str(drive.dcf)).is_file():
+        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} does not exist; check the rig file")
+    # canopen logs every data type that it does not know; their values are skipped.
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)
+    try:
+        dictionary = import_od(drive.dcf, drive.node_id)
+    except Exception as error:  # the library passes on any exception of its parsers
+        raise BadInput(f"DCF {drive.dcf} of node {drive.node_id} cannot be read: {error}") from None
+    for item in dictionary.values():
+        yield from [item] if isinstance(item, ODVariable) else item.values()
+
+
+def _write(variable: Any) -> SdoWrite | None:
+    if variable.index in _COMMANDS | _ACTIONS or not (variable.writable and variable.readable):
+        return None
+    try:
+        data = variable.encode_raw(variable.value)
+    except (ValueError, TypeError, struct.error):
+        return None
+    layout = _LAYOUTS.get(len(data))
+    if layout is None:
+        return None
+    # What can be mapped is process data, which the drive may change before it is read back.
+    value = int(struct.unpack(layout, data)[0])
+    return SdoWrite(variable.index, variable.subindex, layout, value, check=not variable.pdo_mappable)
+
+
+def _pdo_writes(writes: Iterable[SdoWrite]) -> Iterator[SdoWrite]:
+    values = {(write.index, write.sub): write for write in writes if write.index in _PDO}
+    for parameters in sorted({index for index, _ in values if not index & 0x200}):
+        mapping = parameters + 0x200
+        cob_id = values.get((parameters, 1))
+        if cob_id is None:
+            continue
+        yield SdoWrite(parameters, 1, "<I", cob_id.value | _INVALID, check=False)
+        yield from (values[a] for a in sorted(values) if a[0] == parameters and a[1] > 1)
+        entries = [values[a] for a in sorted(values) if a[0] == mapping and a[1] > 0]
+        count = values.get((mapping, 0))
+        if count is None:
+            continue
+        yield SdoWrite(mapping, 0, "<B", 0, check=False)
+        yield from entries[: count.value]
+        yield count

@@ -1,0 +1,244 @@
+"""Preparation of a drive for the cycle: power off, fault reset, DCF, set-up, and what must be true before power."""
+
+import time
+from collections.abc import Callable
+
+from drivers import cia402
+from drivers.canopen import dcf, readiness, setup
+from drivers.canopen.axis import CanopenAxis
+from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary, standard_dictionary
+from drivers.canopen.pdo import is_foreign
+from drivers.canopen.roles import ROLES, role_of
+from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
+from drivers.protocol import Power, Report
+from recordings.errors import BadInput, RunFailed
+from recordings.rig import Rig
+
+STOP_TIMEOUT = 0.3
+"""Time that a drive may take to stop when it is commanded by SDO [s]."""
+_RESTART_TIMEOUT = 3.0
+"""Time that a drive may take to answer again after NMT "reset communication" [s]."""
+_MODE_TIMEOUT = 0.5
+"""Time that a drive may take to show the mode that was written [s]."""
+_NO_MODE = 0
+"""Object 6061 of drives that take over a mode only when they are enabled; whether they follow is supervised then."""
+_RESET_COMMUNICATION = 0x82
+_PERIOD = 0x60C2
+
+
+class Preparation:
+    """Preparation of one drive; `send_nmt(command)` addresses this drive only."""
+
+    def __init__(self, rig: Rig, axis: CanopenAxis, report: Report, send_nmt: Callable[[int], None]) -> None:
+        self._rig = rig
+        self._axis = axis
+        self._sdo = axis.sdo
+        self._report = report
+        self._send_nmt = send_nmt
+        self._dictionary = standard_dictionary(axis.drive)
+        """Objects and values of the drive before the writes that follow."""
+
+    def switch_off(self) -> None:
+        """Switch off a drive that another program left with power.
+
+        Raises:
+            RunFailed: it stays powered.
+        """
+        read_state(self._axis)
+        if self._axis.power not in (Power.ON, Power.STOPPING):
+            return
+        self._report("warning", self._axis.name, f"found in '{self._state}'; it is stopped and switched off first")
+        for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
+            command_by_sdo(self._axis, command)
+        if self._axis.power in (Power.ON, Power.STOPPING):
+            raise RunFailed(f"{self._axis.name} stays in '{self._state}'; cut its power by hand")
+
+    def check_fit(self) -> None:
+        """Read the drive's dictionary and compare it, with the values of the DCF, with the rig file.
+
+        Raises:
+            BadInput: the drive does not fit, or lacks what the rig file does not accept as missing.
+        """
+        self._dictionary = read_dictionary(self._axis.drive, self._sdo)
+        self._refuse_misfit(self._dictionary.after(dcf.configuration(self._axis.drive)))
+
+    def _refuse_misfit(self, dictionary: DriveDictionary) -> None:
+        reasons = readiness.problems(dictionary)
+        if reasons:
+            further = f" (and {len(reasons) - 1} more: daq check shows all)" if len(reasons) > 1 else ""
+            raise BadInput(f"{self._axis.name}: {reasons[0]}{further}")
+
+    def set_up(self) -> list[int]:
+        """Reset a fault and write the set-up; returns the data bytes of the PDOs that the drive did not let go of.
+
+        Raises:
+            BadInput: as `check_fit`.
+            RunFailed: the drive refuses a value, keeps its fault, or has no zero reference.
+        """
+        axis, drive = self._axis, self._axis.drive
+        self._reset_fault()
+        for write in dcf.configuration(drive):
+            self._apply(write)
+        # Again: a reset of the communication and the DCF have changed values.
+        self._dictionary = dictionary = read_dictionary(drive, self._sdo)
+        self._refuse_misfit(dictionary)
+        axis.use(dictionary)
+        for index in readiness.missing_for_safety(dictionary):
+            role = ROLES[index]
+            text = f"driven without {index:04X}h ({role.meaning}): {role.loss}; {role.instead}"
+            self._report("warning", axis.name, text)
+        kept = [size for write in setup.own_writes(self._rig, drive, dictionary) for size in self._apply(write)]
+        self._check_mode()
+        axis.counts = self._sdo.read(0x6064, 0, "<i")
+        read_state(axis)
+        if axis.state is cia402.DriveState.FAULT:
+            raise RunFailed(f"{axis.name}: {self._fault()} came back after the reset; remove its cause at the drive")
+        # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
+        axis.clear_errors()
+        self._check_homed()
+        return kept
+
+    @property
+    def _state(self) -> str:
+        return "an unknown state" if self._axis.state is None else self._axis.state.value
+
+    # Faults
+
+    def _reset_fault(self) -> None:
+        axis = self._axis
+        if axis.state is not cia402.DriveState.FAULT:
+            return
+        fault = self._fault()
+        if self._try_reset():
+            self._report("info", axis.name, f"{fault}: reset by the controlword")
+            return
+        self._send_nmt(_RESET_COMMUNICATION)
+        self._wait_for_restart()
+        read_state(axis)
+        step = 'NMT "reset communication"'
+        if axis.state is cia402.DriveState.FAULT:
+            step += " and the controlword"
+            if not self._try_reset():
+                raise RunFailed(
+                    f"{axis.name}: {self._fault()} is not reset within {axis.drive.fault_reset_timeout:g} s, by the "
+                    f"controlword or by {step}; remove its cause at the drive, or raise fault_reset_timeout"
+                )
+        self._report("info", axis.name, f"{fault}: reset by {step}; the controlword alone did not help")
+
+    def _try_reset(self) -> bool:
+        """Command a fault reset, which acts only on its rising edge, and wait for it."""
+        sdo = self._sdo
+        for command in (cia402.Controlword.DISABLE_VOLTAGE, cia402.Controlword.FAULT_RESET):
+            sdo.write(0x6040, 0, "<H", command, check=False)
+        deadline = time.monotonic() + self._axis.drive.fault_reset_timeout
+        read_state(self._axis)
+        while self._axis.power is Power.FAULT and time.monotonic() < deadline:
+            read_state(self._axis)
+        sdo.write(0x6040, 0, "<H", cia402.Controlword.DISABLE_VOLTAGE, check=False)
+        return self._axis.power is not Power.FAULT
+
+    def _wait_for_restart(self) -> None:
+        deadline = time.monotonic() + _RESTART_TIMEOUT
+        while not self._sdo.count_answers():
+            if time.monotonic() > deadline:
+                raise RunFailed(
+                    f"{self._axis.name} does not answer within {_RESTART_TIMEOUT:g} s after NMT "
+                    '"reset communication"; switch its supply off and on'
+                )
+
+    def _fault(self) -> str:
+        code = self._sdo.read_optional(0x603F, 0, "<H") or self._axis.error_code
+        return f"fault 0x{code:04X} ({self._axis.text_of(code)})" if code else "a fault without a code"
+
+    # The set-up
+
+    def _apply(self, write: SdoWrite) -> list[int]:
+        """Write one object; returns the size of a PDO that the drive does not let go of."""
+        role = role_of(write.index, write.sub)
+        address = format_address(write.index, write.sub)
+        try:
+            self._sdo.apply(write)
+        except ObjectRefused as refusal:
+            present = self._present(write)
+            if self._was_so(write, present):
+                return []
+            if is_foreign(write):
+                self._report(
+                    "warning", self._axis.name, f"a PDO ({address}) cannot be switched off: counted in the bus load"
+                )
+                return [8]
+            accepted = f"{write.index:04X}" in self._axis.drive.accept_missing
+            if role.role == "convenience" or accepted:
+                level, loss = ("warning", f": {role.loss}, {role.instead}") if accepted else ("info", "")
+                self._report(level, self._axis.name, f"object {address} ({role.meaning}) left as it is{loss}")  # type: ignore[arg-type]
+                return []
+            has = "" if present is None else f"; the drive has {present}"
+            raise RunFailed(f"{refusal} (value {write.value}){has}; {_advice(write, present)}") from None
+        return []
+
+    def _was_so(self, write: SdoWrite, present: int | None) -> bool:
+        """Whether the object had the value before it was refused; of the objects of a DCF, whether it has it now."""
+        before = self._dictionary.value((write.index, write.sub), write.layout)
+        value = present if before is None else before
+        return value is not None and not (value ^ write.value) & write.mask
+
+    def _present(self, write: SdoWrite) -> int | None:
+        try:
+            return self._sdo.read(write.index, write.sub, write.layout)
+        except ObjectRefused:
+            return None
+
+    def _check_mode(self) -> None:
+        """Compare the mode that the drive shows (6061h) with the one that was written."""
+        mode = setup.MODES[self._axis.drive.mode]
+        deadline = time.monotonic() + _MODE_TIMEOUT
+        while (shown := self._sdo.read_optional(0x6061, 0, "<b")) not in (None, mode):
+            if time.monotonic() < deadline:
+                continue
+            if shown == _NO_MODE:
+                self._report("warning", self._axis.name, f"shows no mode yet (6061h) after mode {mode} was written")
+                return
+            raise RunFailed(
+                f"{self._axis.name}: mode {mode} was written, the drive shows mode {shown} (6061h); check what it "
+                "supports"
+            )
+
+    def _check_homed(self) -> None:
+        homed = self._axis.drive.homed
+        if homed is not None and not integer_at(self._sdo, homed.index, homed.sub) & homed.mask:
+            raise RunFailed(
+                f"{self._axis.name} has no zero reference (object {format_address(homed.index, homed.sub)}, mask "
+                f"0x{homed.mask:X}); home the drive first"
+            )
+
+
+def _advice(write: SdoWrite, present: int | None) -> str:
+    role = role_of(write.index, write.sub)
+    if write.index == _PERIOD:
+        rates = "1000 Hz" if present == 1 else "one that it accepts"
+        return f"it interpolates over another period: choose another --rate, e.g. {rates}"
+    if role.key:
+        return f"set {role.key} of this drive in the rig file to what its manual allows"
+    if role.role == "safety":
+        return f'{role.loss}; accept_missing = ["{write.index:04X}"] drives without it ({role.instead})'
+    return "check what the drive supports"
+
+
+def read_state(axis: CanopenAxis) -> None:
+    """Read the statusword of a drive by SDO."""
+    axis.statusword = axis.sdo.read(0x6041, 0, "<H")
+    axis.decode_status()
+
+
+def command_by_sdo(axis: CanopenAxis, command: int) -> None:
+    """Write a controlword by SDO; wait until the drive is off, for at most STOP_TIMEOUT.
+
+    Raises:
+        RunFailed: the drive does not answer.
+    """
+    axis.state = None
+    deadline = time.monotonic() + STOP_TIMEOUT
+    axis.sdo.write(0x6040, 0, "<H", command, check=False)
+    read_state(axis)
+    while axis.power in (Power.ON, Power.STOPPING) and time.monotonic() < deadline:
+        read_state(axis)

@@ -1,0 +1,76 @@
+"""What keeps a drive from being driven by this rig file, from its dictionary alone: no bus, nothing is written."""
+
+from collections.abc import Iterator
+
+from drivers.canopen.dictionary import DriveDictionary
+from drivers.canopen.roles import ROLES
+from drivers.canopen.setup import MODES
+from recordings.drives import STATUSWORD
+
+_TARGETS = {"cyclic": (0x607A, 0), "interpolated": (0x60C1, 1)}
+_MODE_BITS = {"cyclic": 7, "interpolated": 6}
+"""Bits of object 6502 (supported drive modes)."""
+_GUARDS = {0x1016: ("guarding", "rpdo")}
+"""Other ways to notice a lost master than 1016h."""
+
+
+def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
+    """Objects without which the drive cannot follow targets of the rig's mode."""
+    for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), _TARGETS[dictionary.drive.mode]):
+        if (index, sub) not in dictionary:
+            yield f"{index:04X}:{sub:02X} {ROLES[index].meaning}: no such object"
+    for address in ((0x6064, 0), _TARGETS[dictionary.drive.mode]):
+        data = dictionary.data.get(address)
+        if data and len(data) != 4:
+            yield f"{address[0]:04X}:{address[1]:02X}: 4 bytes expected, {len(data)} found"
+
+
+def missing_for_safety(dictionary: DriveDictionary) -> list[int]:
+    """Objects of safety that the drive lacks, and for which it has no other means."""
+    indices = {index for index, _ in dictionary.data}
+    return [
+        index
+        for index, role in ROLES.items()
+        if role.role == "safety" and index not in indices and dictionary.watchdog not in _GUARDS.get(index, ())
+    ]
+
+
+def not_accepted(dictionary: DriveDictionary) -> list[int]:
+    """Objects of safety that the drive lacks and the rig file does not accept as missing."""
+    accepted = {int(index, 16) for index in dictionary.drive.accept_missing}
+    return [index for index in missing_for_safety(dictionary) if index not in accepted]
+
+
+def unit_problems(dictionary: DriveDictionary) -> list[str]:
+    """Contradictions and gaps in the units of the drive and of the rig file."""
+    units = dictionary.units
+    question = [units.question] if units.question and dictionary.has_ramp else []
+    return [*units.problems, *question]
+
+
+def mode_problem(dictionary: DriveDictionary) -> str | None:
+    """Why the drive may not have the rig's mode (6502h); None: it has it, or the rig file assumes it."""
+    drive, modes = dictionary.drive, dictionary.value((0x6502, 0))
+    bit = _MODE_BITS[drive.mode]
+    name = f"mode {MODES[drive.mode]} ({drive.mode})"
+    if modes:
+        if modes >> bit & 1:
+            return None
+        others = [mode for mode, other in _MODE_BITS.items() if modes >> other & 1]
+        advice = f'mode = "{others[0]}" is there' if others else "neither mode 7 nor 8 is there"
+        return f"6502h = 0x{modes:X}: {name} not supported; {advice}"
+    if drive.assume_mode:
+        return None
+    absent = "is 0" if modes == 0 else "is absent"
+    return f"6502h {absent}, so the drive does not say whether it has {name}; assume_mode = true tries it"
+
+
+def problems(dictionary: DriveDictionary) -> list[str]:
+    """Everything that keeps a run from starting."""
+    safety = [
+        f'{index:04X}h ({ROLES[index].meaning}) is missing: {ROLES[index].loss}; accept_missing = ["{index:04X}"] in '
+        f"[[drives]] drives without it ({ROLES[index].instead})"
+        for index in not_accepted(dictionary)
+    ]
+    mode = mode_problem(dictionary)
+    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *([mode] if mode else []), *safety]

@@ -1,0 +1,196 @@
+"""Object dictionaries of drives in EDS and DCF files (CiA 306).
+
+canopen parses the file. Its known limitations are mended here: it opens files only in the locale's encoding, leaves a
+signed default in hexadecimal unsigned, needs a section of device information, drops the number of entries of a
+compact array, and answers every sub-index of a variable and of an array.
+"""
+
+import io
+import logging
+import struct
+from collections.abc import Iterator, Mapping
+from configparser import Error, RawConfigParser
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from canopen.objectdictionary import ODVariable, datatypes
+from canopen.objectdictionary.eds import import_eds
+
+from recordings.errors import BadInput
+
+Address = tuple[int, int]
+"""Index and sub-index of an object."""
+
+_LARGEST_FILE = 5_000_000
+"""Size limit [bytes]."""
+
+
+@dataclass(frozen=True)
+class ObjectDescription:
+    """One object: its type, access, limits, and its value when the drive is switched on."""
+
+    data_type: int
+    access: str
+    value: bytes | None
+    """ParameterValue of a DCF, else the default value; None: the file gives none."""
+    low: int | None = None
+    high: int | None = None
+    mappable: bool = False
+    name: str = ""
+
+    @property
+    def size(self) -> int | None:
+        """Length [bytes]; None where it varies."""
+        layout = ODVariable.STRUCT_TYPES.get(self.data_type)
+        return None if layout is None else layout.size
+
+    @property
+    def is_integer(self) -> bool:
+        """Whether the value is an integer."""
+        return self.data_type in datatypes.INTEGER_TYPES
+
+    @property
+    def is_readable(self) -> bool:
+        """Whether SDO may read the object."""
+        return "r" in self.access or self.access == "const"
+
+    @property
+    def is_writable(self) -> bool:
+        """Whether SDO may write the object."""
+        return "w" in self.access
+
+    def decode(self, data: bytes) -> int:
+        """Integer of the object's bytes."""
+        return int.from_bytes(data, "little", signed=self.data_type in datatypes.SIGNED_TYPES)
+
+    def encode(self, value: int) -> bytes:
+        """Bytes of an integer; one that does not fit the type becomes the nearest that does."""
+        signed = self.data_type in datatypes.SIGNED_TYPES
+        bits = 8 * (self.size or 4)
+        low, high = (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+        return min(max(value, low), high).to_bytes(bits // 8, "little", signed=signed)
+
+
+@dataclass(frozen=True)
+class Dictionary(Mapping[Address, ObjectDescription]):
+    """All objects of one drive, by address."""
+
+    entries: Mapping[Address, ObjectDescription]
+    name: str
+    """Product name of the file's device information."""
+    indices: frozenset[int]
+    bit_rates: frozenset[int] = frozenset()
+    """Bit rates of the file's device information [bit/s]."""
+    has_parameters: bool = False
+    """Whether the file is a DCF: it gives values of its own, not only defaults."""
+
+    def __getitem__(self, address: Address) -> ObjectDescription:
+        return self.entries[address]
+
+    def __iter__(self) -> Iterator[Address]:
+        return iter(self.entries)
+
+    def __len__(self) -> int:
+        return len(self.entries)
+
+
+def load_dictionary(path: Path, node_id: int) -> Dictionary:
+    """Read an EDS or DCF file; `node_id` replaces $NODEID.
+
+    Raises:
+        BadInput: the file is missing, or is no EDS or DCF.
+    """
+    try:
+        dictionary = _parse(_text(path), node_id)
+    except (Error, KeyError, ValueError, TypeError) as error:
+        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {_reason(error)}; check the file") from None
+    if not any(index >= 0x1000 for index in dictionary.indices):
+        raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, no object in it; check the file")
+    return dictionary if dictionary.name else replace(dictionary, name=path.stem)
+
+
+@lru_cache(maxsize=16)
+def _parse(text: str, node_id: int) -> Dictionary:
+    """The dictionary in the text of a file, kept because parsing takes long and drives are often of one type."""
+    if "[DeviceInfo]" not in text:
+        # canopen warns of its absence through a deprecated function.
+        text += "\n[DeviceInfo]\n"
+    # canopen logs data types that it does not know and serves their bytes as they are, which is what a drive does.
+    logging.getLogger("canopen").setLevel(logging.CRITICAL)
+    parsed: Any = import_eds(io.StringIO(text), node_id)
+    entries = dict(_entries(parsed, _compact_arrays(text)))
+    return Dictionary(
+        entries,
+        parsed.device_information.product_name or "",
+        frozenset(index for index, _ in entries),
+        frozenset(parsed.device_information.allowed_baudrates),
+        any(variable.value is not None for variable in _variables(parsed)),
+    )
+
+
+def _text(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            content = stream.read(_LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise BadInput(f"EDS or DCF {path} does not exist; check the path") from None
+    except OSError as error:
+        raise BadInput(f"EDS or DCF {path} cannot be read: {error.strerror}") from None
+    if len(content) > _LARGEST_FILE:
+        raise BadInput(f"{path}: an EDS or DCF of at most {_LARGEST_FILE // 10**6} MB expected; check that it is one")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split()) or type(error).__name__
+
+
+def _compact_arrays(text: str) -> dict[int, int]:
+    """Number of entries of the arrays whose file gives one description for all."""
+    file = RawConfigParser(inline_comment_prefixes=(";",))
+    file.read_string(text)
+    return {
+        int(section, 16): int(file.get(section, "CompactSubObj"), 0)
+        for section in file.sections()
+        if file.has_option(section, "CompactSubObj")
+    }
+
+
+def _entries(parsed: Any, compact: Mapping[int, int]) -> Iterator[tuple[Address, ObjectDescription]]:
+    for variable in _variables(parsed):
+        yield (variable.index, variable.subindex), _description(variable)
+    for index, count in compact.items():
+        for sub in range(2, count + 1):
+            yield (index, sub), _description(parsed[index][sub])
+
+
+def _variables(parsed: Any) -> Iterator[Any]:
+    for item in parsed.values():
+        yield from [item] if isinstance(item, ODVariable) else item.values()
+
+
+def _description(variable: Any) -> ObjectDescription:
+    value = variable.default if variable.value is None else variable.value
+    return ObjectDescription(
+        variable.data_type,
+        variable.access_type,
+        None if value is None else _encoded(variable, value),
+        variable.min,
+        variable.max,
+        variable.pdo_mappable,
+        variable.name,
+    )
+
+
+def _encoded(variable: Any, value: Any) -> bytes | None:
+    if variable.data_type in datatypes.SIGNED_TYPES and value >= 1 << len(variable) - 1:
+        value -= 1 << len(variable)
+    try:
+        return bytes(variable.encode_raw(value))
+    except (ValueError, TypeError, struct.error):
+        return None

@@ -1,0 +1,137 @@
+"""The section [[drives]] of the rig description: one amplifier and its joint."""
+
+import math
+from typing import Annotated, Literal, Self, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, Field, model_validator
+
+from recordings.config import ConfigSection, Positive
+
+NodeId = Annotated[int, Field(ge=1, le=127)]
+Number = TypeVar("Number", float, NDArray[np.float64])
+STATUSWORD = 0x6041
+_ACCELERATION_UNITS = ("counts/s^2", "rpm/s", "rev/s^2", "rad/s^2", "deg/s^2")
+
+
+def _acceleration_unit(text: str) -> str:
+    factor, _, unit = text.rpartition(" ")
+    try:
+        if unit in _ACCELERATION_UNITS and 0 < float(factor or 1) < math.inf:
+            return text
+    except ValueError:
+        pass
+    raise ValueError(f"{', '.join(_ACCELERATION_UNITS)}, or a factor and one of these expected, '{text}' found")
+
+
+def _object_index(text: str) -> str:
+    if len(text) != 4 or not set(text.upper()) <= set("0123456789ABCDEF"):
+        raise ValueError(f"the index of an object such as 6066 expected, '{text}' found")
+    return text.upper()
+
+
+ObjectIndex = Annotated[str, AfterValidator(_object_index)]
+"""Index of an object, as printed in manuals."""
+
+
+class Voltage(ConfigSection):
+    """The object that holds the motor's operating voltage."""
+
+    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)] = 0x2200
+    sub: Annotated[int, Field(ge=0, le=254)] = 1
+    scale: Positive = 0.0005
+    """Voltage per count [V]."""
+    signed: bool | None = None
+    """Whether the object is signed; None: by the standard where that defines it, otherwise yes. Its size is read from
+    the drive."""
+    kind: Literal["motor", "command", "dc_link"] = "motor"
+    """Voltage across the motor; voltage commanded to the amplifier, before dead band and saturation; or supply
+    voltage, which carries no information about the torque."""
+    transfer: Literal["pdo", "sdo"] = "pdo"
+    """Sent with SYNC (pdo), or polled where a drive cannot map the object (sdo): slower, one timestamp per value."""
+
+
+class HomedBit(ConfigSection):
+    """Object that indicates whether a drive is homed: `(object & mask) != 0`."""
+
+    index: Annotated[int, Field(ge=0x2000, le=0x9FFF)]
+    """0x6041 for bits of the statusword, e.g. with mask = 0x8000."""
+    sub: Annotated[int, Field(ge=0, le=254)] = 0
+    mask: Annotated[int, Field(gt=0, lt=2**32)] = 1
+
+    @model_validator(mode="after")
+    def _check_mask(self) -> Self:
+        if self.index == STATUSWORD and self.mask >= 2**16:
+            raise ValueError(f"a mask of the 16-bit statusword (1 to 0xFFFF) expected, 0x{self.mask:X} found")
+        return self
+
+
+class DriveUnits(ConfigSection):
+    """Units of a drive that it does not state itself (60AAh)."""
+
+    acceleration: Annotated[str, AfterValidator(_acceleration_unit)] | None = None
+    """Of the quick stop deceleration (6085h): "counts/s^2" (of the motor), "rpm/s", "rev/s^2", "rad/s^2" or "deg/s^2"
+    (of the motor, or of the shaft behind the gear that 6091h of the drive states); a factor may precede it, as in
+    "0.001 rpm/s"."""
+
+
+class Drive(ConfigSection):
+    """One amplifier and its joint; joints are numbered in the order of the file."""
+
+    node_id: NodeId
+    counts_per_turn: Annotated[int, Field(gt=0)] = 8192
+    """Encoder counts per turn of the motor."""
+    gear: Positive = 21.0
+    """Motor turns per turn of the joint."""
+    sign: Literal[1, -1] = 1
+    """-1 where counts decrease in the positive direction of the joint (which lifts the elbow)."""
+    zero_offset: float = 0.0
+    """Joint angle at encoder position zero [rad]."""
+    voltage: Voltage = Voltage()
+    mode: Literal["cyclic", "interpolated"] = "cyclic"
+    """Cyclic synchronous position (mode 8), or interpolated position (mode 7) for drives without mode 8."""
+    torque_actual: bool = False
+    """Whether object 6077 is recorded too, in a second TPDO."""
+    homed: HomedBit | None = None
+    """Object that indicates a valid zero; None: always valid (absolute encoder)."""
+    dcf: str | None = None
+    """Device configuration file (CiA 306), relative to the working folder; its values are written first."""
+    emcy: dict[str, str] = Field(default_factory=dict)
+    """Texts of manufacturer-specific error codes, e.g. { "FF01" = "brake resistor too hot" }."""
+    rated_torque: Positive = 20.0
+    """Joint torque at rated current [N m]; object 6077 is in thousandths of it."""
+    rated_current: Positive | None = None
+    """Rated current of the motor [A]; object 6078 is in thousandths of it."""
+    torque_source: Literal["voltage", "torque_actual", "current_actual"] = "voltage"
+    """What the torque is found from: the motor's voltage by the torque map; torque actual (6077) times rated_torque;
+    or current actual (6078) times rated_current and torque.per_ampere. The last two are recorded as effort."""
+    units: DriveUnits = DriveUnits()
+    accept_missing: tuple[ObjectIndex, ...] = ()
+    """Objects of safety that this drive lacks and the rig is driven without, e.g. ["6066"]; see `daq check`."""
+    assume_mode: bool = False
+    """Whether to try `mode` on a drive that does not list its modes (6502h absent or 0)."""
+    quick_stop_option: Literal[1, 2, 5, 6] = 2
+    """Object 605A: stop on the slow down ramp (1, 5) or the quick stop ramp (2, 6); 5 and 6 stay powered at rest, and
+    are then switched off by the host."""
+    fault_reaction_option: Literal[0, 1, 2] = 2
+    """Object 605E: power off at once (0), or stop on the slow down ramp (1) or the quick stop ramp (2)."""
+    abort_option: Literal[1, 2, 3] = 3
+    """Object 6007, the reaction to a lost master: fault (1), power off (2) or quick stop (3)."""
+    halt_option: Literal[1, 2, 3, 4] = 2
+    """Object 605D."""
+    fault_reset_timeout: Positive = 1.0
+    """Longest time that the drive may take to reset a fault [s]."""
+
+    @property
+    def counts_per_radian(self) -> float:
+        """Signed encoder counts per radian of the joint."""
+        return self.sign * self.counts_per_turn * self.gear / (2 * math.pi)
+
+    def to_counts(self, position: Number) -> Number:
+        """Encoder counts, not rounded, at a joint position [rad]."""
+        return (position - self.zero_offset) * self.counts_per_radian
+
+    def to_position(self, counts: Number) -> Number:
+        """Joint position [rad] at an encoder position [counts]."""
+        return self.zero_offset + counts / self.counts_per_radian

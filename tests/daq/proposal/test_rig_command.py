@@ -1,0 +1,145 @@
+"""`daq rig propose` as a user runs it, and the way from a dictionary to a model on the simulated rig."""
+
+import json
+import os
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Finished, Runner, launcher
+from tests.drivers.simulated.dictionaries import MADE_UP
+from tests.running import free_port
+
+SHARED = Path(os.environ.get("REAL_DATA", Path(__file__).parents[3].parent / "shared" / "data")) / "eds"
+REAL = ("ipos.eds", "isd860.eds", "PRL120.eds", "elmo_whistle.dcf", "prbt_0_1.dcf")
+CANNOT_FOLLOW = {"profile_only": "neither mode 8"}
+NOTHING_TO_IDENTIFY = {"isd860.eds": "nothing to find the torque from"}
+REFUSES = {"wilful": "6066"}
+"""An object that the drive refuses although its EDS has it: the first run says so, and how to accept it."""
+PLATFORM = 2.74
+"""Mass m_p of the simulated robot as it is identified [kg]."""
+
+
+def decide(rig: Path) -> None:
+    """Take the decisions that a proposal leaves to its user."""
+    rig.write_text(re.sub(r"(?m)^# (accept_missing|assume_mode|units) =", r"\1 =", rig.read_text()))
+
+
+def accept(rig: Path, index: str) -> None:
+    """Accept that all drives lack one object more."""
+    rig.write_text(rig.read_text().replace("[[drives]]", f'[[drives]]\naccept_missing = ["{index}"]'))
+
+
+def dictionary(name: str, folder: Path) -> tuple[Path, Path]:
+    """EDS and sim file of a drive."""
+    if name in MADE_UP:
+        return MADE_UP[name].write(folder)
+    if not (SHARED / name).exists():
+        pytest.skip(f"{name} is not here; set REAL_DATA")
+    sim = folder / "drive.sim.toml"
+    sim.write_text(f"[[drives]]\neds = {str(SHARED / name)!r}\n")
+    return SHARED / name, sim
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*MADE_UP, *REAL])
+def test_from_a_dictionary_to_a_model(name: str, daq: Runner, ident: Runner, tmp_path: Path) -> None:
+    eds, sim = dictionary(name, tmp_path)
+    proposed = daq("rig", "propose", "--eds", eds, "--bus", f"virtual:{name}")
+    if name in CANNOT_FOLLOW:
+        assert proposed.code == 2
+        assert CANNOT_FOLLOW[name] in proposed.err
+        return
+    assert proposed.code == 0, proposed.err
+    decide(tmp_path / "rig.toml")
+    checked = daq("check", "--rig", "rig.toml", "--sim", sim)
+    if name in NOTHING_TO_IDENTIFY:
+        assert NOTHING_TO_IDENTIFY[name] in proposed.err
+        assert checked.code == 1
+        return
+    assert checked.code == 0, checked.out
+    record = ("record", "--rig", "rig.toml", "--sim", sim, "--traj", "fig5a", "--cycles", 2, "--out")
+    if name in REFUSES:
+        refused = daq(*record, "refused.mcap")
+        assert refused.code == 1
+        assert f'accept_missing = ["{REFUSES[name]}"]' in refused.err
+        accept(tmp_path / "rig.toml", REFUSES[name])
+    recorded = daq(*record, "run.mcap")
+    assert recorded.code == 0, recorded.err
+    assert "SIMULATED" in recorded.err
+    model = ident("fit", "run.mcap", "--json")
+    assert model.code == 0, model.err
+    values = {parameter["name"]: parameter["value"] for parameter in json.loads(model.out)["parameters"]}
+    assert values["m_p"] == pytest.approx(PLATFORM, rel=0.02)
+
+
+def test_drives_on_the_bus_are_read(daq: Runner, tmp_path: Path) -> None:
+    eds, _ = MADE_UP["one_millisecond"].write(tmp_path)
+    bus = f"udp_multicast:239.74.163.33:{free_port()}"
+    assert daq("rig", "propose", "--eds", eds, "--bus", bus, "--nodes", "5,9,12").code == 0
+    with served(tmp_path, "--rig", "rig.toml", "--eds", eds):
+        scanned = daq("rig", "propose", "--scan", "--bus", bus, "--out", "scanned.toml")
+    assert scanned.code == 0, scanned.err
+    text = (tmp_path / "scanned.toml").read_text()
+    assert "values: as read from the drive" in text
+    assert [line for line in text.splitlines() if line.startswith("node_id")] == [
+        f"node_id = {n}" for n in (5, 9, 12)
+    ]
+    assert 'torque_source = "current_actual"' in text
+
+
+def served(folder: Path, *arguments: object) -> "subprocess.Popen[str]":
+    """`daq sim`, ready; it ends with its block."""
+
+    class Served(subprocess.Popen[str]):
+        def __exit__(self, *_: object) -> None:
+            self.terminate()
+            self.communicate(timeout=120)
+
+    process = Served(
+        [*launcher("daq"), "sim", *map(str, arguments)],
+        cwd=folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    assert "simulated drives" in process.stdout.readline()
+    return process
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        ((), "either --eds FILE or --scan expected"),
+        (("--scan", "--eds", "drive.eds"), "either --eds FILE or --scan expected"),
+        (("--eds", "missing.eds"), "missing.eds does not exist"),
+        (("--eds", "drive.eds", "--bus", "can0"), "INTERFACE:CHANNEL expected"),
+        (("--eds", "drive.eds", "--bus", "usb:0"), "'interface'"),
+        (("--eds", "drive.eds", "--nodes", "1,1,2"), "different node ids"),
+        (("--eds", "drive.eds", "--nodes", "a"), "node ids such as 1,2,3"),
+        (("--eds", "drive.eds", "--eds", "drive.eds"), "one file for all joints or 3"),
+        (("--eds", "drive.sim.toml"), "an EDS or DCF file"),
+        (("--eds", "drive.eds", "--out", "drive.eds", "--force"), "one of the inputs"),
+    ],
+)
+def test_bad_input_is_explained(arguments: tuple[str, ...], reason: str, daq: Runner, tmp_path: Path) -> None:
+    MADE_UP["slow"].write(tmp_path)
+    done = daq("rig", "propose", *arguments)
+    assert_refused(done, reason)
+    assert not (tmp_path / "rig.toml").exists()
+
+
+def test_a_rig_file_is_not_replaced(daq: Runner, tmp_path: Path) -> None:
+    MADE_UP["slow"].write(tmp_path)
+    (tmp_path / "rig.toml").write_text("mine")
+    assert_refused(daq("rig", "propose", "--eds", "drive.eds"), "rig.toml should not exist yet")
+    assert (tmp_path / "rig.toml").read_text() == "mine"
+
+
+def assert_refused(done: Finished, reason: str) -> None:
+    assert done.code == 2
+    assert reason in done.err
+    assert len(done.err.splitlines()) <= 2

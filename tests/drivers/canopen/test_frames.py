@@ -1,0 +1,99 @@
+"""Every frame of set-up, first cycle and shut-down, per dictionary: what is sent, and what comes back.
+
+`python -m tests.drivers.canopen.test_frames` writes the files anew: look at their differences.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import can
+import pytest
+
+from drivers.canopen.bus import Link
+from drivers.canopen.drive import CanopenDrives
+from drivers.protocol import Goal, Power
+from recordings.errors import BadInput, RunFailed
+from tests.drivers.canopen.test_any_dictionary import bus_of, rig_of
+from tests.drivers.simulated.dictionaries import MADE_UP
+
+FRAMES = Path(__file__).with_name("frames")
+RIGS: dict[str, tuple[float, dict[str, Any]]] = {
+    "wilful": (500.0, {"accept_missing": ["6066"], "homed": {"index": 0x6041, "mask": 0x8000}}),
+    "wide_voltage": (500.0, {}),
+    "one_millisecond": (1000.0, {"counts_per_turn": 360_000}),
+    "profile_only": (500.0, {}),
+    "slow": (500.0, {}),
+}
+"""Rate and keys of the rig file for each dictionary."""
+
+
+def frames_of(name: str) -> list[str]:
+    """Lines "sent > received received ..."; a drive's frames stand behind the one that they follow."""
+    rate, keys = RIGS[name]
+    rig = rig_of(MADE_UP[name], rate, **keys)
+    bus = bus_of(MADE_UP[name], rig)
+    link = Link(bus)
+    link.clock = bus.now_ns
+    lines: list[str] = []
+
+    def note(_: int, message: can.Message, sent: bool) -> None:
+        text = f"{message.arbitration_id:03X} {bytes(message.data).hex(' ')}".strip()
+        if sent:
+            lines.append(f"{text} >")
+        elif lines:
+            lines[-1] += f" {text}"
+
+    link.tap = note
+    driver = CanopenDrives(rig, link, lambda *line: None)
+    try:
+        driver.discover()
+        driver.configure()
+        for goal, power in ((Goal.ENABLED, Power.ON), (Goal.STOPPED, Power.OFF)):
+            driver.goal = goal
+            while driver.exchange(None, 0.01).power != (power,):
+                assert len(lines) < 5000, "no reaction"
+    except (BadInput, RunFailed) as error:
+        lines.append(str(error))
+    driver.close()
+    assert not bus.enabled
+    return lines
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_every_frame_is_the_kept_one(name: str) -> None:
+    assert set(RIGS) == set(MADE_UP)
+    assert frames_of(name) == (FRAMES / f"{name}.txt").read_text().splitlines()
+
+
+@pytest.mark.parametrize("name", sorted(set(RIGS) - {"profile_only"}))
+def test_order_of_the_set_up(name: str) -> None:
+    lines = frames_of(name)
+    sent = [line.split(" >")[0] for line in lines]
+    first_write = next(k for k, text in enumerate(sent) if _download(text))
+    started = sent.index("000 01 01")
+    powered = next(k for k, text in enumerate(sent) if text.startswith("201 06 00"))
+    assert sent[0] == "000 80 01"
+    assert all(text[:3] in ("601", "000") for text in sent[:started])
+    assert 0 < first_write < started < powered
+    # Each PDO is off while it is mapped, and on at the end.
+    for parameters in ("00 14", "00 18"):
+        cob_ids = [text for text in sent if text.startswith(f"601 23 {parameters} 01")]
+        assert cob_ids[0].endswith(("80", "c0"))
+        assert not cob_ids[-1].endswith(("80", "c0"))
+        mapped = [k for k, text in enumerate(sent) if text.startswith(f"601 23 {parameters[:3]}{_map(parameters)} ")]
+        assert sent.index(cob_ids[0]) < min(mapped) <= max(mapped) < len(sent) - 1 - sent[::-1].index(cob_ids[-1])
+    assert sent[-1] == "000 80 01"
+    assert any(text.startswith("601 2b 40 60 00 00 00") for text in sent[powered:])
+
+
+def _download(text: str) -> bool:
+    return text.startswith(("601 23", "601 27", "601 2b", "601 2f"))
+
+
+def _map(parameters: str) -> str:
+    return {"14": "16", "18": "1a"}[parameters[3:]]
+
+
+if __name__ == "__main__":
+    for dictionary in RIGS:
+        (FRAMES / f"{dictionary}.txt").write_text("\n".join(frames_of(dictionary)) + "\n")

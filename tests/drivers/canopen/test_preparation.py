@@ -1,0 +1,113 @@
+"""Preparation of one drive: mode, faults, power, and the order of the steps."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from drivers.canopen.bus import Link
+from drivers.canopen.drive import CanopenDrives
+from drivers.simulated.drive_state_machine import PowerState
+from recordings.errors import BadInput, RunFailed
+from tests.drivers.canopen.lossy_bus import LossyBus
+from tests.drivers.canopen.test_any_dictionary import bus_of, rig_of
+from tests.drivers.simulated.dictionaries import MADE_UP, MadeUpDrive
+
+WIDE = MADE_UP["wide_voltage"]
+
+
+class Bench:
+    """One simulated drive, the driver, and what it reports and sends."""
+
+    def __init__(self, habits: dict[str, Any] | None = None, **keys: Any) -> None:
+        made_up = MadeUpDrive(WIDE.items, {**WIDE.habits, **(habits or {})})
+        rig = rig_of(made_up, **keys)
+        self.bus: LossyBus = bus_of(made_up, rig)
+        self.reports: list[tuple[str, str]] = []
+        self.sent: list[str] = []
+        link = Link(self.bus)
+        link.clock = self.bus.now_ns
+        link.tap = self._note
+        self.driver = CanopenDrives(rig, link, lambda level, source, text: self.reports.append((level, text)))
+
+    def _note(self, _: int, message: Any, sent: bool) -> None:
+        if sent:
+            self.sent.append(f"{message.arbitration_id:03X} {bytes(message.data).hex(' ')}")
+
+    def configure(self, before: Callable[[Any], object] = lambda drive: None) -> None:
+        self.driver.discover()
+        before(self.bus.drives[0])
+        self.driver.configure()
+
+    def controlwords(self) -> list[str]:
+        """Controlwords written by SDO, and NMT commands, in their order."""
+        return [text[16:21] if text.startswith("601") else text for text in self.sent if _is_command(text)]
+
+
+def _is_command(text: str) -> bool:
+    return text.startswith(("601 2b 40 60", "000 "))
+
+
+def test_mode_that_the_drive_shows_must_be_the_one_written() -> None:
+    bench = Bench()
+    with pytest.raises(RunFailed, match=r"mode 8 was written, the drive shows mode 1 \(6061h\)"):
+        bench.configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 1}))
+
+
+def test_drive_that_shows_no_mode_before_power_is_said() -> None:
+    bench = Bench()
+    bench.configure(lambda drive: drive._objects.measured.update({(0x6061, 0): lambda: 0}))
+    assert bench.reports == [("warning", "shows no mode yet (6061h) after mode 8 was written")]
+
+
+def test_fault_reset_is_one_rising_edge() -> None:
+    bench = Bench({"fault_at_power_on": 0x3220, "fault_reset": 0.05})
+    bench.configure()
+    assert bench.controlwords() == ["000 80 01", "00 00", "80 00", "00 00", "000 01 01"]
+    assert ("info", "fault 0x3220 (DC link under-voltage): reset by the controlword") in bench.reports
+
+
+def test_ignored_fault_reset_is_tried_with_reset_communication() -> None:
+    def lose_master(drive: Any) -> None:
+        drive.fail(0x8130)
+        drive._motion.reset_blocked = True
+
+    bench = Bench({"reset_after_heartbeat_loss": False}, fault_reset_timeout=0.05)
+    bench.configure(lose_master)
+    reset = ["00 00", "80 00", "00 00"]
+    assert bench.controlwords() == ["000 80 01", *reset, "000 82 01", *reset, "000 01 01"]
+    (text,) = [text for level, text in bench.reports if level == "info" and "reset by" in text]
+    assert text.startswith(
+        'fault 0x8130 (master heartbeat lost): reset by NMT "reset communication" and the controlword'
+    )
+
+
+def test_fault_that_stays_is_named_with_what_was_tried() -> None:
+    bench = Bench({"fault_at_power_on": 0x3220, "fault_reset": 1e6}, fault_reset_timeout=0.05)
+    with pytest.raises(
+        RunFailed, match=r"fault 0x3220 \(DC link under-voltage\) is not reset within 0.05 s.*remove its cause"
+    ):
+        bench.configure()
+
+
+def test_drive_with_power_is_stopped_before_anything_is_written() -> None:
+    def leave_enabled(drive: Any) -> None:
+        drive._motion.state = PowerState.ENABLED
+
+    bench = Bench()
+    bench.configure(leave_enabled)
+    assert bench.controlwords() == ["000 80 01", "02 00", "00 00", "000 01 01"]
+    writes = [text for text in bench.sent if text.startswith(("601 2", "601 3"))]
+    assert writes[0].startswith("601 2b 40 60 00 02 00")
+    assert not bench.bus.enabled
+    assert bench.reports[0][0] == "warning"
+
+
+def test_drive_that_does_not_fit_is_switched_off_all_the_same() -> None:
+    bench = Bench(units={"acceleration": "rpm/s"}, counts_per_turn=4096, mode="cyclic")
+    bench.bus.drives[0]._objects.set(0x6502, 0, 0x25)
+    bench.driver.discover()
+    bench.bus.drives[0]._motion.state = PowerState.ENABLED
+    with pytest.raises(BadInput, match="neither mode 7 nor 8"):
+        bench.driver.configure()
+    assert not bench.bus.enabled

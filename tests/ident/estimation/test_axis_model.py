@@ -1,0 +1,66 @@
+"""The model of an axis against responses that are known."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ident.data.frequency_response import Complex, FrequencyResponse
+from ident.estimation.axis_model import fit_axis
+from recordings.errors import BadInput
+from recordings.recording import Floats
+
+FREQUENCY = np.geomspace(1, 200, 90)
+
+
+def measured(motion: Complex, deviation: float = 0.02, seed: int = 0) -> FrequencyResponse:
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(0, deviation, (2, len(motion))) / np.sqrt(2)
+    ones = np.ones(len(motion))
+    return FrequencyResponse(
+        joint=1,
+        rate=500.0,
+        frequency=FREQUENCY,
+        loop=ones + 0j,
+        motion=motion * (1 + noise[0] + 1j * noise[1]),
+        loop_coherence=ones,
+        motion_coherence=ones,
+        motion_deviation=deviation * ones,
+    )
+
+
+def two_masses(frequency: Floats, motor: float, load: float, stiffness: float, delay: float) -> Complex:
+    """Motor angle over torque of a motor and a load on a spring, written as a 2 x 2 system."""
+    s = 2j * np.pi * frequency
+    damping = 0.03 * 2 * np.sqrt(stiffness * load)
+    spring = stiffness + damping * s
+    response: Complex = (load * s**2 + spring) / ((motor * s**2 + spring) * (load * s**2 + spring) - spring**2)
+    return response * np.exp(-s * delay)
+
+
+@settings(max_examples=4)
+@given(delay=st.floats(0, 0.004), resonance=st.floats(25, 120), ratio=st.floats(1.5, 8), seed=st.integers(0, 99))
+def test_resonance_and_delay_are_told_apart(delay: float, resonance: float, ratio: float, seed: int) -> None:
+    motor = 0.1
+    load = ratio * motor
+    stiffness = (2 * np.pi * resonance) ** 2 / (1 / motor + 1 / load)
+    model = fit_axis(measured(two_masses(FREQUENCY, motor, load, stiffness, delay), seed=seed))
+    assert model.resonance == pytest.approx(resonance, rel=0.03)
+    assert model.antiresonance == pytest.approx(np.sqrt(stiffness / load) / (2 * np.pi), rel=0.03)
+    assert model.inertia == pytest.approx(motor + load, rel=0.05)
+    assert model.delay == pytest.approx(delay, abs=2e-4)
+
+
+@settings(max_examples=4)
+@given(delay=st.floats(0, 0.005), inertia=st.floats(0.05, 5), seed=st.integers(0, 99))
+def test_a_rigid_axis_has_no_resonance(delay: float, inertia: float, seed: int) -> None:
+    s = 2j * np.pi * FREQUENCY
+    model = fit_axis(measured(np.exp(-s * delay) / (inertia * s**2 + 5 * inertia * s), 0.1, seed))
+    assert model.resonance is None
+    assert model.delay == pytest.approx(delay, abs=2e-4)
+    assert model.inertia == pytest.approx(inertia, rel=0.05)
+
+
+def test_noise_alone_is_refused() -> None:
+    with pytest.raises(BadInput, match="12 or more lines above noise and friction expected, 0 found"):
+        fit_axis(measured(np.ones(len(FREQUENCY), complex), deviation=0.8))

@@ -1,0 +1,96 @@
+"""A small multisine on one joint while the others hold, to measure the frequency response of an axis."""
+
+import math
+
+import numpy as np
+
+from recordings.errors import BadInput
+from recordings.recording import Floats
+from recordings.rig import Limits, Rig
+from trajectories import kinematics
+from trajectories.motion import PlannedMotion
+
+PERIOD = 20.0
+"""Duration of one repetition [s]. Long against the distance of the lines: what noise, quantisation and friction add
+between the lines shows how much of it is on them."""
+HIGHEST = 0.4
+"""Highest frequency over the cycle rate."""
+_LOWEST = 1.0
+"""Lowest frequency [Hz]."""
+_SPACING = 1.06
+"""Ratio of neighbouring frequencies: a line within the width of a resonance with 3 % damping."""
+_CORNER = 2.0
+"""Frequency up to which all lines have the same amplitude, and above which the same acceleration [Hz]."""
+_SHARE = 0.7
+"""Largest share of the speed and acceleration limits that the motion takes."""
+_CENTRE = (0.0, 0.0)
+_MAX_POINTS = 4000
+
+
+def multisine(rig: Rig, joint: int, amplitude: float, rate: float | None = None) -> PlannedMotion:
+    """A multisine of `joint` (1 ... n) about the middle of the workspace, or about zero on single axes.
+
+    `amplitude`: largest deviation [rad or m]; it is smaller where speed or acceleration would be large. Schroeder's
+    phases make the lines add up to a small peak.
+
+    Raises:
+        BadInput: there is no such joint.
+    """
+    if not 1 <= joint <= rig.dof:
+        raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
+    frequencies = lines(rig.rate if rate is None else rate)
+    shape = np.minimum(1.0, (_CORNER / frequencies) ** 2)
+    number = np.arange(1, len(frequencies) + 1)
+    phases = -np.pi * number * (number - 1) / len(frequencies)
+    shape *= _scale(frequencies, shape, phases, amplitude, rig.limits)
+    pose = _pose(rig)
+
+    def sample(time: Floats) -> tuple[Floats, Floats, Floats]:
+        position, velocity, acceleration = (np.tile(row, (len(time), 1)) for row in (pose, 0 * pose, 0 * pose))
+        for target, derivative in zip((position, velocity, acceleration), range(3), strict=True):
+            target[:, joint - 1] += _sum(time, frequencies, shape, phases, derivative)
+        return position, velocity, acceleration
+
+    return PlannedMotion(
+        name=f"response-{joint}",
+        description=f"multisine on joint {joint}, {frequencies[0]:g} to {frequencies[-1]:g} Hz",
+        space="joint",
+        duration=PERIOD,
+        periodic=True,
+        definition=repr((joint, pose.tolist(), frequencies.tolist(), shape.tolist())),
+        sample=sample,
+    )
+
+
+def lines(rate: float) -> Floats:
+    """Frequencies of the lines at a cycle rate [Hz]: whole multiples of 1 / PERIOD, evenly spaced on a log scale."""
+    count = math.floor(math.log(HIGHEST * rate / _LOWEST) / math.log(_SPACING)) + 1
+    multiples: Floats = np.rint(_LOWEST * PERIOD * _SPACING ** np.arange(count))
+    return np.unique(multiples) / PERIOD
+
+
+def _pose(rig: Rig) -> Floats:
+    if rig.mechanism == "delta":
+        middle = [*_CENTRE, sum(rig.limits.workspace_z) / 2]
+        pose: Floats = kinematics.inverse(rig.geometry, np.array([middle]))[0]
+        return pose
+    return np.full(rig.dof, min(max(0.0, rig.limits.joint_min), rig.limits.joint_max))
+
+
+def _sum(time: Floats, frequencies: Floats, shape: Floats, phases: Floats, derivative: int) -> Floats:
+    """Derivative of the sum of the sines at `time`, (n,)."""
+    omega = 2 * np.pi * frequencies
+    total = np.zeros(len(time))
+    for begin in range(0, len(time), _MAX_POINTS):
+        rows = slice(begin, begin + _MAX_POINTS)
+        angle = np.outer(time[rows], omega) + phases + derivative * np.pi / 2
+        total[rows] = np.sin(angle) @ (shape * omega**derivative)
+    return total
+
+
+def _scale(frequencies: Floats, shape: Floats, phases: Floats, amplitude: float, limits: Limits) -> float:
+    """Factor of `shape` that keeps deviation, speed and acceleration within their limits."""
+    time = np.arange(0.0, PERIOD, 1 / (10 * frequencies[-1]))
+    largest = (amplitude, _SHARE * limits.speed, _SHARE * limits.acceleration)
+    peaks = [np.max(np.abs(_sum(time, frequencies, shape, phases, derivative))) for derivative in range(3)]
+    return float(min(limit / peak for limit, peak in zip(largest, peaks, strict=True)))
