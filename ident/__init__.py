@@ -125,11 +125,13 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     Raises:
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
+    from ident.diagnosis.residual_test import scored_predictions
     from ident.identification.prediction import predict
     from ident.residuals.analysis import analyse
 
     _check_model(model)
-    return analyse(model.file, predict(model.file, _paths(files), model.library))
+    predictions = predict(model.file, _paths(files), model.library)
+    return analyse(model.file, *scored_predictions(model.file, predictions, model.library))
 
 
 def diagnose(

@@ -22,11 +22,18 @@ class ParameterValue(ConfigSection):
     value: float
     unit: str
     ci95: tuple[float, float] | None
-    """None if the parameter is not identifiable."""
+    """None if the parameter is not identifiable; with the gain's uncertainty if the parameters are absolute."""
+    shape_ci95: tuple[float, float] | None = None
+    """The same for an exactly known gain, whose error all torques share; None: equal to `ci95`."""
     meaning: str
     lower: float | None
     """Physical limits; None: unbounded."""
     upper: float | None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """The interval that tables show: for an exactly known gain."""
+        return self.shape_ci95 or self.ci95
 
     @property
     def infinite(self) -> bool:
@@ -167,6 +174,10 @@ class Document(ConfigSection):
     torque_rms: Numbers
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
+    relative: bool = False
+    """Whether the torque gain is assumed: the parameters are then known up to one common factor."""
+    scale_uncertainty: float = 0.0
+    """Relative standard uncertainty of that factor, the torque gain; 0 for measured torque."""
     simulated: bool
     """Whether any of the recordings is of a simulated machine."""
     held_out: str

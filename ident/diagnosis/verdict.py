@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.data.samples import holds_torque
 from ident.diagnosis.advice import fit_command, next_motion
 from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.diagnosis import Diagnosis
@@ -21,7 +20,7 @@ from ident.diagnosis.document import (
     Verdict,
 )
 from ident.diagnosis.estimate_consistency import consistency_warnings
-from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.parameter_intervals import with_gain
 from ident.diagnosis.physical_limits import sign_warnings
 from ident.diagnosis.rejections import rejected_effects
 from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
@@ -29,6 +28,8 @@ from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
 from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import effect_file_text
+from ident.identification.identify import is_relative
+from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
 _UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
@@ -50,6 +51,8 @@ def to_document(diagnosis: Diagnosis) -> Document:
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
+        relative=is_relative(split.recordings[0].recording),
+        scale_uncertainty=gain_uncertainty(split.recordings[0].recording),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
         rungs=(*rungs, *ripple_step(ripple, rungs[-1])),
@@ -215,19 +218,19 @@ def step_entry(
 def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterValue]:
     solution = step.model.solution
     recording = split.recordings[0].recording
-    gain_uncertainty = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
-    entries = solution.structure.parameters
-    limits = confidence_intervals(split, solution, gain_uncertainty)
+    entries, shapes = solution.structure.parameters, step.model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, solution, gain_uncertainty(recording))
     return {
         entry.name: ParameterValue(
             value=float(value),
             unit=entry.unit,
-            ci95=(float(low), float(high)) if np.isfinite([low, high]).all() else None,
+            ci95=interval_or_none(total),
+            shape_ci95=interval_or_none(shape),
             meaning=entry.meaning,
             lower=entry.lower if np.isfinite(entry.lower) else None,
             upper=entry.upper if np.isfinite(entry.upper) else None,
         )
-        for entry, value, (low, high) in zip(entries, solution.x, limits, strict=True)
+        for entry, value, total, shape in zip(entries, solution.x, totals, shapes, strict=True)
         if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
     }
 

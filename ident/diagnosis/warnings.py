@@ -87,6 +87,6 @@ def _assumed_gain(split: SplitData) -> Iterator[str]:
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty
         yield (
-            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike, and the "
-            "intervals of parameters that are proportional to the torque include it."
+            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike. Parameters "
+            "that are proportional to the torque are RELATIVE, and their intervals leave this common factor out."
         )

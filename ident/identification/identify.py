@@ -29,14 +29,14 @@ from ident.identification.model_file import (
     Preprocessing,
     recording_source,
 )
-from ident.identification.prediction import effect_terms
-from ident.uncertainty.assessment import ParameterUncertainty, assess
+from ident.identification.prediction import effect_terms, searched_parameters
+from ident.uncertainty.assessment import Assessment, ParameterUncertainty, assess
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Floats
+from recordings.recording import Floats, Recording
 
 
 @dataclass(frozen=True)
@@ -104,47 +104,78 @@ def identify(
     result = fit(
         train, structure.linear_parameters, options.method, options.settings, generator, progress, options.physical
     )
-    relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    effects = effect_terms(structure, x)
     assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
         changes = Sensitivity(None, ()) if structure.terms else _parameter_changes(train, options)
         assessment, uncertainties = assess(
-            train, result, structure, options.method, changes, relative, options.intervals
+            train, result, structure, options.method, changes, is_relative(recordings[0]), options.intervals
         )
-    cutoff = train[0].prepared.cutoff
-    model = ModelFile(
+    method = FitMethod(
+        name=options.method,
+        settings=asdict(options.settings),
+        seed=options.seed,
+        objective=result.estimate.objective,
+        rows=result.rows,
+        certified=_certified(result),
+        diagnostics=dict(result.estimate.diagnostics),
+    )
+    model = model_of(
+        train,
+        structure,
+        x,
+        result,
+        method,
+        options.preprocessing,
+        (assessment, uncertainties),
+        (_agreement(train, result), _agreement([validation], result) if validation else None),
+    ).model_copy(update={"form": form})
+    return Identification(model, structure, x, result, train, validation)
+
+
+def is_relative(recording: Recording) -> bool:
+    """Return whether parameters fitted to `recording` are known only up to one common factor."""
+    return recording.rig.torque.gain_source == "assumed" and not holds_torque(recording)
+
+
+def model_of(
+    train: Sequence[Regression],
+    structure: ModelStructure,
+    x: Floats,
+    result: Fit,
+    method: FitMethod,
+    preprocessing: str,
+    assessed: tuple[Assessment | None, Sequence[ParameterUncertainty]],
+    agreements: tuple[Agreement, Agreement | None],
+) -> ModelFile:
+    """Describe a fitted model as a file.
+
+    assessed: of the whole and of each linear parameter. agreements: with training and validation data.
+    """
+    rig, prepared = train[0].prepared.recording.rig, train[0].prepared
+    effects, cutoff = effect_terms(structure, x), prepared.cutoff
+    return ModelFile(
         mechanism=rig.mechanism,
-        form=form,
         effects=tuple(term.name for term in effects),
         terms=effects,
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
-        relative=relative,
-        parameters=_parameters(structure, result, uncertainties),
-        method=FitMethod(
-            name=options.method,
-            settings=asdict(options.settings),
-            seed=options.seed,
-            objective=result.estimate.objective,
-            rows=result.rows,
-            certified=_certified(result),
-            diagnostics=dict(result.estimate.diagnostics),
-        ),
+        relative=is_relative(prepared.recording),
+        parameters=_parameters(structure, result, assessed[1]),
+        searched=searched_parameters(structure, x, np.full((len(x), 2), np.nan)),
+        method=method,
         preprocessing=Preprocessing(
-            name=options.preprocessing,
-            bandwidth=train[0].prepared.bandwidth,
-            rate=train[0].prepared.rate,
+            name=preprocessing,
+            bandwidth=prepared.bandwidth,
+            rate=prepared.rate,
             cutoff=cutoff.sentence() if cutoff else None,
-            delays=delays(train, result.parameters) if form is None else None,
+            delays=delays(train, result.parameters) if assessed[0] else None,
         ),
-        train=_agreement(train, result),
-        validate=_agreement([validation], result) if validation else None,
-        trust=assessment,
+        train=agreements[0],
+        validate=agreements[1],
+        trust=assessed[0],
     )
-    return Identification(model, structure, x, result, train, validation)
 
 
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
@@ -195,12 +226,22 @@ def _certified(result: Fit) -> CertifiedMinimum | None:
 
 
 def _agreement(regressions: Sequence[Regression], result: Fit) -> Agreement:
-    measured = np.concatenate([regression.torque for regression in regressions])
-    computed = np.concatenate([regression.predicted_torque(result.parameters) for regression in regressions])
-    prepared = [regression.prepared for regression in regressions]
-    nominal = [each.nominal for each in prepared if each.nominal is not None]
+    return agreement(
+        [regression.prepared for regression in regressions],
+        [regression.torque for regression in regressions],
+        [regression.predicted_torque(result.parameters) for regression in regressions],
+    )
+
+
+def agreement(
+    recordings: Sequence[PreparedRecording], measured: Sequence[Floats], computed: Sequence[Floats]
+) -> Agreement:
+    """Agreement of the torques `measured` and `computed` (m, dof) of all `recordings`; NaN is skipped."""
+    torque = np.concatenate(measured)
+    nominal = [each.nominal for each in recordings if each.nominal is not None]
+    paths = {each.recording.path: each.recording for each in recordings}
     return Agreement(
-        recordings=tuple(recording_source(each.recording) for each in prepared),
-        fitted=goodness_of_fit(measured, computed),
-        nominal=goodness_of_fit(measured, np.concatenate(nominal)) if nominal else None,
+        recordings=tuple(map(recording_source, paths.values())),
+        fitted=goodness_of_fit(torque, np.concatenate(computed)),
+        nominal=goodness_of_fit(torque, np.concatenate(nominal)) if nominal else None,
     )

@@ -21,10 +21,15 @@ def remaining(result: DiagnosisResult) -> ReportSection:
     diagnosis, document = result.diagnosis, result.document
     analysis = unexplained_residual.last_residual(diagnosis)
     summary = document.remaining
+    open_ = document.verdict in ("unknown-structure", "undetermined")
     rest = "the rest is noise" if document.noise_source == "repetition" else "whether the rest is noise is not known"
     sentences = [
         f"{summary.why[0].upper()}{summary.why[1:]}",
-        f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}.",
+        *(
+            [f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}."]
+            if open_
+            else []
+        ),
         *([document.above_low_pass.why] if document.above_low_pass else []),
     ]
     blocks: list[ReportBlock] = [
