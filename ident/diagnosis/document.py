@@ -86,6 +86,9 @@ class FindingEntry(ConfigSection):
     confusable_with: tuple[str, ...]
     gain: float
     gain_ci95: tuple[float, float]
+    share: float | None = None
+    """Its part of the held-out error above the noise floor of the first model: the parts of all findings add up to
+    the fall to the last model. None if the first model has it, or above the low-pass."""
     why: str
     sentence: str
     looks: str

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ident.diagnosis.diagnosed_model import model_file, with_errors
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document import Document, FindingEntry, Verdict
-from ident.diagnosis.diagnosed_model import model_file, with_errors
 from ident.diagnosis.ripple_model import with_ripple_terms
 from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library

@@ -238,10 +238,15 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
 def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    low, high = improvement.interval
     known = diagnosis.selection.model.noise_floor.known
     excess = "error above the noise floor" if known else "mean square above what may be noise"
-    why = f"It removes {improvement.share:.0%} of the {excess} on held-out data"
+    share, interval = _part(diagnosis, finding)
+    if share is None:
+        low, high = improvement.interval
+        why = f"Leaving it out would add {improvement.share:.0%} of the {excess} on held-out data"
+    else:
+        low, high = interval or (share, share)
+        why = f"It accounts for {share:.0%} of the {excess} that the first model leaves on held-out data"
     if finding.compared > 1:
         why += (
             f" ({low:.0%} to {high:.0%}: no fit used these data, but they chose among {finding.compared} models, "
@@ -257,6 +262,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
         confusable_with=finding.alternatives,
         gain=improvement.share,
         gain_ci95=improvement.interval,
+        share=share,
         status=_status(diagnosis, finding),
         in_model=finding.term.name in _initial_effects(diagnosis),
         why=f"On {where}. {why}.",
@@ -265,6 +271,25 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
         causes=effect.causes,
         remedy=effect.remedy,
     )
+
+
+def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float | None, tuple[float, float] | None]:
+    """Part of a finding in the fall of the held-out excess from the first model to the last, and its interval.
+
+    The fall is divided in proportion to what leaving out each effect alone would add to the mean square.
+    """
+    selection, initial = diagnosis.selection, _initial_effects(diagnosis)
+    if finding.term.name in initial or len(selection.steps) < 2:
+        return None, None
+    added: dict[str, float] = {}
+    for each in selection.findings:
+        if each.term.name not in initial:
+            added[each.term.name] = added.get(each.term.name, 0.0) + max(each.improvement.reduction, 0.0)
+    total = sum(added.values())
+    fall = selection.model.improvement_over(selection.steps[0].model, compared=finding.compared)
+    part = added[finding.term.name] / total if total else 0.0
+    low, high = fall.interval
+    return part * fall.share, (part * low, part * high)
 
 
 def _status(diagnosis: Diagnosis, finding: Finding) -> FindingStatus:

@@ -1,7 +1,7 @@
 """Identify a model from recordings: read, preprocess, fit, and assess on training and validation data."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,13 @@ from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
-from ident.dynamics.structure import ModelStructure
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
-from ident.identification.chosen_effects import parse_terms
+from ident.identification.chosen_effects import mandatory_terms, parse_terms
 from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model_file import (
     Agreement,
@@ -29,7 +29,7 @@ from ident.identification.model_file import (
     Preprocessing,
     recording_source,
 )
-from ident.identification.prediction import effect_terms, searched_parameters
+from ident.identification.prediction import Prediction, effect_terms, searched_parameters
 from ident.uncertainty.assessment import Assessment, ParameterUncertainty, assess
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
@@ -55,6 +55,10 @@ class FitOptions:
     """Effects added to the mechanism: NAME, or NAME:1,3 for some joints."""
     library: Mapping[str, Effect] = field(default_factory=load_library)
     """Effects by name, in which `effects` are looked up."""
+    base_effects: bool = False
+    """Whether the base model includes what every real machine of this kind has, the mandatory effects."""
+    without: tuple[str, ...] = ()
+    """Mandatory effects that are left out nevertheless."""
     physical: bool = False
     """Constrain friction to oppose motion."""
     intervals: IntervalMethod = "stationary"
@@ -73,6 +77,19 @@ class Identification:
     train: tuple[Regression, ...]
     validation: Regression | None
 
+    @property
+    def parameters(self) -> Floats:
+        """(K,) all fitted parameters."""
+        x = self.x.copy()
+        x[self.structure.linear] = self.fit.parameters
+        return x
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """The training recordings, and then the validation recording if there is one."""
+        regressions = [*self.train, *([self.validation] if self.validation else [])]
+        return tuple(Prediction(each.prepared, each.predicted_torque(self.fit.parameters)) for each in regressions)
+
 
 def identify(
     files: Sequence[Path],
@@ -90,7 +107,6 @@ def identify(
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
-    rig = recordings[0].rig
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
@@ -106,7 +122,7 @@ def identify(
     )
     assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
-        changes = Sensitivity(None, ()) if structure.terms else _parameter_changes(train, options)
+        changes = _parameter_changes(train, structure, options.preprocessing)
         assessment, uncertainties = assess(
             train, result, structure, options.method, changes, is_relative(recordings[0]), options.intervals
         )
@@ -180,17 +196,25 @@ def model_of(
 
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
     """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
-    if options.effects:
-        return fit_shape_parameters(train, parse_terms(options.effects, options.library, train[0].recording))
-    bare = train[0].base_structure
-    return bare, np.zeros(len(bare.parameters))
+    recording = train[0].recording
+    chosen = parse_terms(options.effects, options.library, recording)
+    base: tuple[Term, ...] = ()
+    if options.base_effects and estimators.form(options.method) is None:
+        base = mandatory_terms(options.library, recording, options.without)
+    terms = (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
+    if chosen:
+        return fit_shape_parameters(train, terms)
+    structure = replace(train[0].base_structure, terms=terms)
+    return structure, np.zeros(len(structure.parameters))
 
 
-def _parameter_changes(train: Sequence[Regression], options: FitOptions) -> Sensitivity:
-    """Changes without effects; with effects, shape parameters would have to be fitted again for each change."""
+def _parameter_changes(train: Sequence[Regression], structure: ModelStructure, preprocessing: str) -> Sensitivity:
+    """Changes of the parameters; none for effects whose shapes would have to be fitted again for each change."""
+    if not all(term.effect.mandatory for term in structure.terms):
+        return Sensitivity(None, ())
     cutoff = train[0].prepared.cutoff
     recordings = [regression.prepared.recording for regression in train]
-    return sensitivity(recordings, options.preprocessing, cutoff.hz if cutoff else None)
+    return sensitivity(recordings, preprocessing, cutoff.hz if cutoff else None, structure.terms)
 
 
 def _parameters(

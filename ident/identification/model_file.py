@@ -131,7 +131,7 @@ class ResidualTest(ConfigSection):
         """The verdict in words."""
         return {
             "within-noise": "Within the noise: nothing structured is left above the noise floor.",
-            "above-noise": f"Above the noise: {self.structured_share:.0%} of the residual's mean square is structured.",
+            "above-noise": f"Above the noise: {self.structured_share:.0%} of the mean square is structured.",
             "unknown": "The noise floor is unknown, because nothing repeats: whether an effect is missing is open.",
         }[self.verdict]
 

@@ -94,6 +94,7 @@ def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats)
             lower=entry.lower if np.isfinite(entry.lower) else -SEARCH_FACTOR * abs(float(value)),
             upper=entry.upper if np.isfinite(entry.upper) else SEARCH_FACTOR * abs(float(value)),
             at_bound=False,
+            status="identifiable" if np.isfinite(limits).all() else None,
             paper_value=float(value),
             ci95=interval_or_none(limits),
             shape_ci95=interval_or_none(limits),

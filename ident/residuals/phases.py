@@ -17,7 +17,7 @@ PHASES = ("standstill", "reversal", "acceleration", "cruise")
 HINTS = {
     "standstill": "look at friction at rest and at constant torques (gravity, offset)",
     "reversal": "look at friction near standstill, and at play",
-    "acceleration": "look at inertia, elasticity, and a delay between voltage and position",
+    "acceleration": "look at inertia, elasticity, and a delay between torque and position",
     "cruise": "look at friction over speed, and at what depends on position",
 }
 

@@ -1,7 +1,7 @@
 """Assessment of a fit: all that is known about its errors, as stored in the model file."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from ident.data import cycle_statistics, noise
 from ident.data.samples import holds_torque
 from ident.data.trends import Trend
+from ident.dynamics.inverse_dynamics import InverseDynamics
+from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
@@ -32,7 +34,7 @@ class ParameterUncertainty(ConfigSection):
     ci95: tuple[float, float] | None = None
     """95 % confidence interval; with the gain's uncertainty if the parameter is absolute, see `Assessment`."""
     shape_ci95: tuple[float, float] | None = None
-    """The same for an exactly known gain: all torques share its error, so that ratios of parameters have none of it."""
+    """The same for an exactly known gain, whose error all torques share: ratios of parameters have none of it."""
     degrees_of_freedom: OptionalFloat = None
     """Of the standard error; None where they are infinite."""
     status: Status | None = None
@@ -136,13 +138,23 @@ def assess(
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         doubts=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
-        coupling=physical_consistency.coupling(
-            structure.mechanism, prepared[0].motion, structure.mechanism_values(fit.parameters)
-        ),
+        coupling=physical_consistency.coupling(*_rigid_body(structure, prepared[0].motion, fit.parameters)),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
     shapes = error.interval(fit.parameters, 0.0)
     return assessment, _parameter_uncertainties(error, intervals, shapes, conditioning, parameter_changes)
+
+
+def _rigid_body(
+    structure: ModelStructure, motion: Motion, linear: Floats
+) -> tuple[Callable[[Motion], Floats], Motion, Floats]:
+    """Regressor, motion and parameters of the mechanism with its mandatory effects, which carry mass."""
+    terms = tuple(term for term in structure.terms if term.effect.mandatory)
+    entries = [entry for entry in structure.parameters if entry.linear]
+    of_terms = [entry.term >= 0 and structure.terms[entry.term].effect.mandatory for entry in entries]
+    values = np.concatenate([structure.mechanism_values(linear), linear[np.array(of_terms, bool)]])
+    rigid = InverseDynamics(replace(structure, terms=terms), values)
+    return (lambda moved: rigid.columns(rigid.inputs(moved))), motion, values
 
 
 def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:

@@ -186,7 +186,11 @@ class Engine:
             bandwidth=split.recordings[0].bandwidth,
             held_out=verdict.describe_test_data(split),
             excerpt=selection.inputs.excerpt_share,
-            mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
+            mandatory=tuple(
+                name
+                for name, effect in self._library.items()
+                if effect.mandatory and recording.rig.mechanism in effect.mechanisms
+            ),
             diagnosed=selection.model is selection.diagnosed,
         )
 

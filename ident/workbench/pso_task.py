@@ -29,7 +29,15 @@ def run_swarm(
     """
     settings = estimators.settings(METHOD, {})
     options = identify.FitOptions(
-        METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, library(effect_files)
+        METHOD,
+        settings,
+        request.seed,
+        "parallel",
+        request.cutoff,
+        request.effects,
+        library(effect_files),
+        base_effects=True,
+        without=request.without,
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)

@@ -90,6 +90,8 @@ class SwarmRequest:
     cutoff: float | None = None
     """Cutoff frequency [Hz]; None: chosen from the spectra."""
     seed: int = 0
+    without: tuple[str, ...] = ()
+    """Values of `ident fit --without`."""
 
 
 @dataclass(frozen=True)
