@@ -161,7 +161,8 @@ def _cutoff_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
 
 def _parameter_table(model: ModelFile, assessment: Assessment) -> Table:
     table = Table(title="Parameters in detail", title_justify="left")
-    moves = ["L2", *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
+    with_length = any(p.per_length_step is not None for p in model.parameters)
+    moves = [*(["L2"] if with_length else []), *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
         table.add_column(heading, justify="left" if heading in ("", "known") else "right")
     labels = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
@@ -169,13 +170,16 @@ def _parameter_table(model: ModelFile, assessment: Assessment) -> Table:
         limits = p.shape_ci95 or p.ci95
         ends = ("", "") if limits is None else (f"{limits[0]:.4g}", f"{limits[1]:.4g}")
         changes = [
-            None if p.std is None or move is None else move / p.std for move in (p.per_length_step, *p.per_cutoff)
+            None if p.std is None or move is None else move / p.std
+            for move in (*([p.per_length_step] if with_length else []), *p.per_cutoff)
         ]
         cells = [_optional(p.std, ".2g"), _optional(p.degrees_of_freedom, ".0f"), labels[p.status]]
         table.add_row(p.name, *ends, *cells, *(_optional(change, "+.1f") for change in changes))
+    changes_of = ["with L2 10 mm longer"] if with_length else []
+    changes_of += ["with other cut-offs"] if assessment.cutoffs else []
     table.caption = (
-        "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable; its "
-        "change, in standard errors, with L2 10 mm longer and with other cut-offs."
+        "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable"
+        f"{'; its change, in standard errors, ' if changes_of else ''}{' and '.join(changes_of)}."
     )
     return table
 
