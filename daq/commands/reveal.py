@@ -38,14 +38,14 @@ def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
     from drivers.simulated.seal import sealed_path, unseal
 
     content = unseal(file if file.name.endswith(".sealed.json") else sealed_path(file))
-    found = _read(diagnosis) if diagnosis else None
-    document = _document(content, found)
+    diagnosed = _read(diagnosis) if diagnosis else None
+    document = _document(content, diagnosed)
     if as_json:
         click.echo(json.dumps(document, indent=2, allow_nan=False))
     else:
         for line in _lines(document):
             click.echo(line)
-    if found is None:
+    if diagnosed is None:
         say_next("ident", "diagnose", file, "--apply")
     else:
         seed = 0 if content["seed"] is None else content["seed"] + 1
@@ -73,13 +73,13 @@ def _read(path: Path) -> tuple[Effects, Mapping[str, float], Mapping[str, Sequen
 
 
 def _document(
-    content: Mapping[str, Any], found: tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]] | None
+    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]] | None
 ) -> dict[str, Any]:
     hidden = content["effects"]
     document: dict[str, Any] = {"schema": 1, "seed": content["seed"], "hidden": hidden, "found": None}
-    if found is None:
+    if diagnosed is None:
         return document
-    effects, parameters, alternatives = found
+    effects, parameters, alternatives = diagnosed
     names = {effect["name"] for effect in hidden}
     for effect in hidden:
         effect["verdict"] = _verdict(effect, effects, alternatives)
@@ -121,7 +121,7 @@ def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
     yield "rod_inertia.m_d", links["rod_mass"]
 
 
-def _parameters(effect: Mapping[str, Any], found: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+def _parameters(effect: Mapping[str, Any], values_found: Mapping[str, float]) -> Iterator[tuple[str, float]]:
     """Yield those of the true parameters that the model has under the same name; of a wave its sine and cosine."""
     values = dict(effect["parameters"])
     if "phase" in values and "a" in values:
@@ -131,7 +131,7 @@ def _parameters(effect: Mapping[str, Any], found: Mapping[str, float]) -> Iterat
         if not isinstance(value, int | float):
             continue
         for joint in ("", *effect["joints"]):
-            if f"{effect['name']}.{name}{joint}" in found:
+            if f"{effect['name']}.{name}{joint}" in values_found:
                 yield f"{effect['name']}.{name}{joint}", value
 
 

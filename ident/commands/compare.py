@@ -68,7 +68,7 @@ def command(
     if report:
         click.echo(f"report: {report}", err=True)
     options = [word for path in effect_files for word in ("--effect-file", path)]
-    if result.within_noise:
+    if result.within_noise and result.test and result.test.diagnosed:
         say_next("ident", "report", model_path, *files, *options)
     else:
         start = [] if model.file.form else ["--model", model_path]

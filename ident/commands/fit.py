@@ -160,10 +160,7 @@ def command(
     _show(model, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
     options = [*(["--validate", validate] if validate else []), *_repeated("--effect-file", effect_files)]
-    if model.file.residual_test and model.file.residual_test.verdict == "within-noise":
-        say_next("ident", "report", out, *files, *options)
-    else:
-        say_next("ident", "diagnose", *files, *options, "--apply", "-o", _better(out))
+    say_next("ident", "diagnose", *files, *options, "--apply", "-o", _better(out))
 
 
 def _better(model: Path) -> Path:

@@ -24,8 +24,11 @@ METHOD = "wls"
 """The estimator that a diagnosis uses: least squares, weighted by the noise."""
 
 
-def model_file(model: FittedModel, unexplained: UnexplainedResidual) -> ModelFile:
-    """Describe `model` with its `unexplained` residual as a file."""
+def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = True) -> ModelFile:
+    """Describe `model` with its `unexplained` residual as a file.
+
+    diagnosed: whether a diagnosis has searched that residual for effects.
+    """
     split, solution = model.split, model.solution
     structure, x = solution.structure, solution.x
     regressions = [linearize(split.recordings[i], structure, x) for i in split.train_indices]
@@ -59,7 +62,7 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual) -> ModelFil
         update={
             "parameters": tuple(_with_intervals(*entry) for entry in entries),
             "searched": searched_parameters(structure, x, shapes),
-            "residual_test": residual_test(model, unexplained),
+            "residual_test": residual_test(model, unexplained, diagnosed),
         }
     )
 

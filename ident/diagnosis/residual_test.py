@@ -25,12 +25,13 @@ from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Recording
 
 
-def residual_test(model: FittedModel, unexplained: UnexplainedResidual) -> ResidualTest:
-    """The test of `model` with its `unexplained` residual."""
+def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: bool = False) -> ResidualTest:
+    """The test of `model` with its `unexplained` residual; `diagnosed`: a diagnosis has searched it for effects."""
     split, floor = model.split, model.noise_floor
     verdict: FloorVerdict = "above-noise" if unexplained.significant else "within-noise"
     return ResidualTest(
         verdict=verdict if floor.known or unexplained.significant else "unknown",
+        diagnosed=diagnosed,
         bandwidth_hz=split.recordings[0].bandwidth,
         noise_rms=floor.known_rms,
         repetition_rms=_known(floor, floor.noise),

@@ -112,6 +112,8 @@ class ResidualTest(ConfigSection):
 
     verdict: FloorVerdict
     """unknown: no motion is repeated, so that the noise floor is not known."""
+    diagnosed: bool = False
+    """Whether a diagnosis has searched the residual for effects, which shows smaller ones than this test alone."""
     bandwidth_hz: float
     noise_rms: tuple[float | None, ...]
     """Noise floor of each joint: differences between repetitions, and encoder steps [N m]; None: unknown."""
@@ -130,7 +132,9 @@ class ResidualTest(ConfigSection):
     def sentence(self) -> str:
         """The verdict in words."""
         return {
-            "within-noise": "Within the noise: nothing structured is left above the noise floor.",
+            "within-noise": "Within the noise: nothing structured is left above the noise floor."
+            if self.diagnosed
+            else "Within the noise: the error is no larger than the noise floor.",
             "above-noise": f"Above the noise: {self.structured_share:.0%} of the mean square is structured.",
             "unknown": "The noise floor is unknown, because nothing repeats: whether an effect is missing is open.",
         }[self.verdict]

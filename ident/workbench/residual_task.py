@@ -13,9 +13,9 @@ from ident.workbench.views import ResidualView
 def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = None) -> ResidualView:
     """Analyse the residual of `model` on the validation recording, or else on the training recording.
 
-    unexplained: its residual above the noise floor; None: it is estimated.
+    unexplained: its residual above the noise floor as the full diagnosis says; None: there was none, it is estimated.
     """
-    file = model_file(model, unexplained or estimate_unexplained(model))
+    file = model_file(model, unexplained or estimate_unexplained(model), diagnosed=unexplained is not None)
     split = model.split
     shown = [i for i, rows in enumerate(split.test) if rows.any() or not split.other_motion]
     predictions = [Prediction(split.recordings[i], model.computed[i], split.scored[i]) for i in shown]

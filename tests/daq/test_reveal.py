@@ -54,11 +54,11 @@ def test_the_truth_alone(recording: Path) -> None:
 
 
 def test_truth_beside_what_was_found(recording: Path) -> None:
-    found = diagnosis(recording.with_name("d.json"), "cogging", [1, 2])
-    result = reveal(recording, found)
+    model = diagnosis(recording.with_name("d.json"), "cogging", [1, 2])
+    result = reveal(recording, model)
     assert "hidden: cogging on joint 1, 2 (N = 14, a = 0.5, phase = 0): found\n" in result.stdout
     assert "not hidden" not in result.stdout
-    document = json.loads(reveal(recording, found, "--json").stdout)
+    document = json.loads(reveal(recording, model, "--json").stdout)
     assert document["parameters"]["cogging.a1"] == {"true": 0.5, "found": 0.51}
     assert document["parameters"]["m_p"]["found"] == 2.1
     assert document["found"] == [{"effect": "cogging", "joints": [1, 2]}]
@@ -73,8 +73,8 @@ def test_truth_beside_what_was_found(recording: Path) -> None:
     ],
 )
 def test_verdicts(recording: Path, effect: str, joints: list[int], alternatives: list[str], verdict: str) -> None:
-    found = diagnosis(recording.with_name("d.json"), effect, joints, alternatives)
-    result = reveal(recording, found)
+    model = diagnosis(recording.with_name("d.json"), effect, joints, alternatives)
+    result = reveal(recording, model)
     assert result.stdout.splitlines()[0].endswith(f": {verdict}")
     assert ("found, but not hidden: stribeck" in result.stdout) == (effect == "stribeck")
 

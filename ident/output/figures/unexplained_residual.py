@@ -51,7 +51,7 @@ def last_residual(diagnosis: Diagnosis) -> ResidualAnalysis:
     """Analyse the residual of the last model on all rows of the diagnosis."""
     split, model = diagnosis.split, diagnosis.model
     predictions = list(map(Prediction, split.recordings, model.computed, split.scored))
-    return analyse(None, predictions, residual_test(model, diagnosis.unexplained))
+    return analyse(None, predictions, residual_test(model, diagnosis.unexplained, diagnosed=True))
 
 
 def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figure:
