@@ -72,4 +72,5 @@ def command(
         say_next("ident", "report", model_path, *files, *options)
     else:
         start = [] if model.file.form else ["--model", model_path]
-        say_next("ident", "diagnose", *files, *start, *options, "--apply", "-o", f"{model_name}.better.model.json")
+        better = model_path.with_name(f"{model_name}.better.model.json")
+        say_next("ident", "diagnose", *files, *start, *options, "--apply", "-o", better)

@@ -198,7 +198,7 @@ def step_entry(
 ) -> StepEntry:
     """One model of the selection in numbers.
 
-    errors: `train_rms`, `validate_rms`, and those on all rows; None: below the low-pass.
+    errors: `train_rms` and `validate_rms` up to the highest ripple; None: below the low-pass.
     """
     model = step.model
     below = {
@@ -211,7 +211,7 @@ def step_entry(
         added=step.added,
         effects=tuple(term.name for term in model.terms),
         parameters=_parameters(split, step),
-        **(errors or below),
+        **{**below, **(errors or {})},
     )
 
 

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ident.diagnosis.residual_test import check_residual
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify
@@ -41,8 +42,11 @@ def run_swarm(
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
+    test = check_residual(result.predictions, result.structure, result.parameters)
     return SwarmResult(
-        result.model, log.progress, swarm_command(request, train.name, validate.name if validate else None)
+        result.model.model_copy(update={"residual_test": test}),
+        log.progress,
+        swarm_command(request, train.name, validate.name if validate else None),
     )
 
 

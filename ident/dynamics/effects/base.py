@@ -93,7 +93,7 @@ class Effect:
     """Always included; never reported as a finding."""
     max_amplitude: float | None = None
     """Largest plausible root of the sum of squares of the local parameters, for a wave's sine and cosine."""
-    meanings: Mapping[str, str] = field(default_factory=dict)
+    meanings: Mapping[str, str] = field(default_factory=dict, hash=False)
     """Meanings that parameters of the mechanism have beside this effect, by their names."""
     same_sign: bool = False
     """True if hardware gives the local parameters of an instance the same sign."""

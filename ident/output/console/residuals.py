@@ -29,7 +29,7 @@ def show(analysis: ResidualAnalysis, console: Console) -> None:
 
 def _joint_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Residual", title_justify="left")
-    for heading in ("joint", "RMS", "of the torque", "noise floor", "above the noise", "RMS of all rows"):
+    for heading in ("joint", "RMS", "of the torque", "noise floor", "above it", "all rows"):
         table.add_column(heading, justify="right")
     for joint in analysis.joints:
         summary, noise = joint.summary, joint.noise_rms
@@ -42,7 +42,7 @@ def _joint_table(analysis: ResidualAnalysis) -> Table:
             f"{summary.rms_all:.3g} {joint.unit}",
         )
     table.caption = (
-        "RMS where the joint moves; all rows include those near standstill, where dry friction is not determined. "
+        "RMS where the joint moves. All rows: RMS with those near standstill, where dry friction is not determined. "
         "Noise floor: differences between repetitions, and encoder steps."
     )
     return table
@@ -52,7 +52,7 @@ def above_noise(test: ResidualTest | None, joint: JointAnalysis) -> str:
     """The share of the mean square above the noise floor, in words if there is none."""
     if test is None or joint.above_noise is None:
         return ""
-    return "within the noise" if test.verdict == "within-noise" else f"{100 * joint.above_noise:.0f} %"
+    return "nothing" if test.verdict == "within-noise" else f"{100 * joint.above_noise:.0f} %"
 
 
 def _phase_table(analysis: ResidualAnalysis) -> Table:
