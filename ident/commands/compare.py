@@ -51,7 +51,7 @@ def command(
     model_name = model_path.stem.removesuffix(".model")
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
     inputs = (model_path, *files, *effect_files)
-    check_readable(*inputs)
+    check_readable(model_path, *files)
     refuse_existing(report, force=force, read=inputs)
     model = ident.load_model(model_path, effect_files)
     result = ident.compare(model, files)

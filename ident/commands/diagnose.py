@@ -106,7 +106,7 @@ def command(
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
     read = [*files, *validate, *effect_files, *start_files]
-    check_readable(*read)
+    check_readable(*files, *validate, *start_files)
     _check_output_paths([path for path in (out, report, stand_in) if path], force, read)
 
     import json

@@ -55,7 +55,7 @@ def command(
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out)
     _check_not_repeated(inputs)
-    check_readable(*inputs, *effect_files)
+    check_readable(*inputs)
     if out.is_dir():
         raise BadInput(f"-o {out}: a file's name expected, a folder found; write -o {out / 'report.html'}")
     refuse_existing(out, force=force, read=inputs)
