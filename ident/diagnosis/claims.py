@@ -1,8 +1,20 @@
 """Which extensions of a model can be claimed: what cannot be true is refused, and what is not needed simplified."""
 
+from collections.abc import Sequence
+
 from ident.diagnosis.candidate_search import CandidateSearch
-from ident.diagnosis.physical_limits import implausibility, resolved_instances, simpler_effect, unresolved
+from ident.diagnosis.physical_limits import (
+    implausibility,
+    is_only_large,
+    resolved_instances,
+    simpler_effect,
+    unresolved,
+)
 from ident.diagnosis.steps import FittedModel
+
+EXTRAORDINARY_RATIO = 5.0
+"""An effect larger than hardware usually has is believed only if each plausible one leaves this many times its
+loss."""
 
 
 class Claims:
@@ -13,9 +25,21 @@ class Claims:
         self.refused: dict[str, str] = {}
         """Effects that were refused because they cannot be true, with the last reason."""
 
-    def is_plausible(self, model: FittedModel, before: FittedModel) -> bool:
-        """Whether the last effect of `model`, added to `before`, can be true."""
-        return self._is_accepted(model, implausibility(model, before))
+    def plausible(self, candidates: Sequence[FittedModel], before: FittedModel) -> list[FittedModel]:
+        """The `candidates`, extensions of `before`, whose last effect can be true.
+
+        One that is only too large is among them if nothing else comes near: what is extraordinary needs extraordinary
+        evidence.
+        """
+        plausible = [
+            candidate for candidate in candidates if self._is_accepted(candidate, implausibility(candidate, before))
+        ]
+        least = min((candidate.solution.loss for candidate in plausible), default=before.solution.loss)
+        return plausible + [
+            candidate
+            for candidate in candidates
+            if EXTRAORDINARY_RATIO * candidate.solution.loss < least and is_only_large(candidate, before)
+        ]
 
     def is_resolved(self, model: FittedModel) -> bool:
         """Whether the data determine the strength of the last effect of `model`."""

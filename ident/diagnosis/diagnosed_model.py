@@ -54,7 +54,7 @@ def model_file(model: FittedModel, unexplained: UnexplainedResidual, diagnosed: 
         (_with_correlation(assessment, uncertainty, linear), single),
         (_agreement(model, split.train), _agreement(model, split.test)),
     )
-    # Its own intervals also hold what encoder steps do to the parameters, and the errors of what was searched.
+    # Its own intervals also hold what quantization does to the parameters, and the errors of what was searched.
     shapes = model.shape_intervals
     totals = shapes if relative else with_gain(shapes, solution, gain_uncertainty(prepared.recording))
     entries = zip(file.parameters, totals[linear], shapes[linear], uncertainty.std[linear], strict=True)

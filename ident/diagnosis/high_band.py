@@ -44,6 +44,8 @@ class HighBand:
     """Bandwidth of the low-pass [Hz]."""
     period: float | None
     """Of the repeated motion [s]; None if nothing repeats."""
+    decimation: int
+    """Samples per row."""
 
     @property
     def highest(self) -> float:
@@ -63,6 +65,10 @@ class HighBand:
             return grid
         base = 2 * np.pi / self.period
         return base * np.arange(np.ceil(grid[0] / base), np.floor(grid[-1] / base) + 1)
+
+    def samples_of(self, rows: Bools) -> Bools:
+        """(n, dof) samples of the selected `rows` (m, dof)."""
+        return np.repeat(rows, self.decimation, axis=0)[: len(self.time)]
 
     def above(self, x: Floats) -> Floats:
         """The part of `x` (n, ...) above the low-pass."""
@@ -89,13 +95,13 @@ def high_bands(split: SplitData, solution: Solution) -> tuple[HighBand, ...]:
 def _high_band(split: SplitData, index: int, solution: Solution) -> HighBand:
     predictor = split.predictors[index]
     prepared = predictor.prepared
-    samples, step = prepared.samples, prepared.preprocessed.decimation
+    samples = prepared.samples
     # What the motion has above the low-pass is encoder noise, or answers to the ripple itself.
     taps = filters.low_pass(prepared.bandwidth, samples.rate)
     slow = TorquePredictor(prepared.with_positions(lambda position: filters.convolve(position, taps)))
     computed = slow.unfiltered(solution.structure, solution.x)
+    step, motion = prepared.preprocessed.decimation, prepared.preprocessed.motion
     train, test = (np.repeat(rows[index], step, axis=0)[: len(computed)] for rows in (split.train, split.test))
-    motion = prepared.preprocessed.motion
     band = HighBand(
         prepared.instant_time,
         motion.position,
@@ -107,6 +113,7 @@ def _high_band(split: SplitData, index: int, solution: Solution) -> HighBand:
         samples.rate,
         prepared.bandwidth,
         prepared.recording.run.period if (prepared.repeat >= 1).any() else None,
+        step,
     )
     # Near gaps the slow motion is unknown; above the low-pass it matters only at reversals.
     high = band.above(samples.torque) - np.nan_to_num(band.above(computed))

@@ -1,10 +1,11 @@
 """The noise floor: the error that a correct model reaches.
 
-It consists of noise and of encoder quantization errors. Noise is what differs between repetitions of the motion.
+It consists of noise and of quantization errors. Noise is what differs between repetitions of the motion.
 Quantization errors may repeat with the motion and then look like a missing effect, so their size is estimated: a
 uniform error of at most half an encoder step is added to the measured motion and propagated to the torque, both
 directly and through the attenuation bias of the fitted parameters. The repeating share is estimated from the finest
-part of the measured motion, which hardly contains anything but quantization errors.
+part of the measured motion, which hardly contains anything but quantization errors. The steps of the drives' signal
+are simulated in the torque of the model.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cycle_statistics, noise
+from ident.data.quantization import DRIVE_DRAWS, drive_errors
 from ident.data.spectral_lines import SpectralLine, strongest_lines
 from ident.data.trends import Trend
 from ident.diagnosis.split_data import SplitData, rms
@@ -40,8 +42,8 @@ class NoiseFloor:
 
     noise: Floats
     """(dof,) RMS of the part that differs between repetitions, without a trend [N m]."""
-    encoder: Floats
-    """(dof,) RMS of the repeating part due to encoder quantization [N m]."""
+    quantization: Floats
+    """(dof,) RMS of the repeating part due to quantization of the encoders and of the drives' signal [N m]."""
     known: bool
     """Whether it is measured, because a motion is repeated. Otherwise it is only a guess, which proves nothing."""
     lines: tuple[SpectralLine | None, ...]
@@ -52,7 +54,7 @@ class NoiseFloor:
     @property
     def rms(self) -> Floats:
         """(dof,) RMS of both parts together [N m]."""
-        together: Floats = np.hypot(self.noise, self.encoder)
+        together: Floats = np.hypot(self.noise, self.quantization)
         return together
 
     @property
@@ -90,11 +92,12 @@ def estimate_noise_floor(split: SplitData, solution: Solution, residuals: Sequen
         )
         for i, predictor in enumerate(split.predictors)
     ]
-    encoder = np.sqrt(np.mean(mean_squares, axis=0))
+    drives = [_drive_mean_square(predictor, solution) for predictor in split.predictors]
+    quantization = np.sqrt(np.mean(mean_squares, axis=0) + np.mean(drives, axis=0))
     if not statistics:  # a guess above the residual is wrong
         limit = _MAX_UNKNOWN_SHARE * rms(residuals, split.train)
-        level, encoder = np.minimum(level, limit), np.minimum(encoder, limit)
-    return NoiseFloor(level, encoder, bool(statistics), vibrations, trends)
+        level, quantization = np.minimum(level, limit), np.minimum(quantization, limit)
+    return NoiseFloor(level, quantization, bool(statistics), vibrations, trends)
 
 
 def _level_above_the_signal(split: SplitData, residuals: Sequence[Floats]) -> Floats:
@@ -155,6 +158,15 @@ def _encoder_mean_square(
         return expected
     repeated: Floats = expected * repeating * _loop_amplification(predictor, solution, difference, repeating)
     return repeated
+
+
+def _drive_mean_square(predictor: TorquePredictor, solution: Solution) -> Floats:
+    """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
+    prepared = predictor.prepared
+    torque = predictor.unfiltered(solution.structure, solution.x)
+    products = [np.multiply(*drive_errors(prepared, torque, draw)) for draw in range(DRIVE_DRAWS)]
+    together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
+    return np.maximum(together, 0.0)
 
 
 def _loop_amplification(

@@ -2,11 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.improvement import Improvement, measure_improvement
+from ident.diagnosis.normal_equations import NormalEquations
 from ident.diagnosis.residual_dependence import ResidualDependence
 from ident.diagnosis.split_data import SplitData
 from ident.diagnosis.steps import FittedModel
@@ -59,9 +61,17 @@ class _Rows:
     slope_changes: Floats
     """(b, curves * KNOTS) change of slope at each inner knot per value at a knot."""
 
-    def solve(self, selected: Bools, smoothness: float) -> Floats:
-        """(K + curves * KNOTS,) scaled model parameters, and values at the knots, from the `selected` rows."""
-        matrix = np.concatenate([self.regressor[selected], self.hats[selected]], axis=1)
+    @cached_property
+    def halves(self) -> tuple[NormalEquations, NormalEquations]:
+        """The two halves of the cross-validation."""
+        first, second = (
+            NormalEquations.of(np.concatenate([self.regressor[rows], self.hats[rows]], axis=1), self.residual[rows])
+            for rows in (self.first_half, ~self.first_half)
+        )
+        return first, second
+
+    def penalty(self, smoothness: float) -> Floats:
+        """(c, c) quadratic penalty per row on the model's parameters and on the values at the knots."""
         # The mean over all rows: knots that one half never visits must still be penalized.
         level = float(np.mean(self.hats**2))
         penalty = np.diag(
@@ -69,18 +79,12 @@ class _Rows:
         )
         block = slice(self.regressor.shape[1], None)
         penalty[block, block] += smoothness * level * self.slope_changes.T @ self.slope_changes
-        gram = matrix.T @ matrix + max(len(matrix), 1) * penalty
-        # Of least norm: on some motions curves and parameters are linear combinations of each other.
-        solution: Floats = np.linalg.lstsq(gram, matrix.T @ self.residual[selected], rcond=None)[0]
-        return solution
+        return penalty
 
     def cross_validation_error(self, smoothness: float) -> float:
         """Sum of squares of each half, predicted from the other half."""
-        total = 0.0
-        for selected in (self.first_half, ~self.first_half):
-            matrix = np.concatenate([self.regressor[~selected], self.hats[~selected]], axis=1)
-            total += float(np.sum((self.residual[~selected] - matrix @ self.solve(selected, smoothness)) ** 2))
-        return total
+        (first, second), penalty = self.halves, self.penalty(smoothness)
+        return second.remaining(first.solve(penalty)) + first.remaining(second.solve(penalty))
 
 
 def fit_curves(final: FittedModel) -> NonparametricFit | None:
@@ -138,7 +142,8 @@ def _fit_values(split: SplitData, solution: Solution, empty: Sequence[LearnedCur
     curves = [replace(curve, knots=_knots(curve, all_inputs)) for curve in empty]
     rows = _rows(split, solution, all_inputs, curves)
     smoothness = min(SMOOTHNESS, key=rows.cross_validation_error)
-    values = rows.solve(np.ones(len(rows.residual), bool), smoothness)[rows.regressor.shape[1] :].reshape(-1, KNOTS)
+    first, second = rows.halves
+    values = (first + second).solve(rows.penalty(smoothness))[rows.regressor.shape[1] :].reshape(-1, KNOTS)
     return [
         replace(curve, values=tuple(map(float, knot_values)))
         for curve, knot_values in zip(curves, values, strict=True)

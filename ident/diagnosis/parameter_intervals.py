@@ -1,7 +1,10 @@
 """Confidence intervals of the parameters of a model."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
+from ident.data.quantization import DRIVE_DRAWS, drive_errors
 from ident.diagnosis.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty import covariance
@@ -16,15 +19,15 @@ _MIN_INDEPENDENT_SHARE = 1e-7
 
 
 def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty: float) -> Floats:
-    """(K, 2) 95 % intervals, including noise and encoder quantization; NaN for parameters that are not identifiable.
+    """(K, 2) 95 % intervals, including noise and quantization; NaN for parameters that are not identifiable.
 
     gain_uncertainty: relative uncertainty of the torque gain; it applies to parameters that are proportional to the
     torque.
     """
     linear = solution.structure.linear
-    gain = np.where(linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
-    noise, steps = parameter_uncertainty(split, solution).half_width(), _NORMAL * encoder_step_errors(split, solution)
-    width = np.sqrt(noise**2 + steps**2 + gain**2)
+    gain = np.where(linear, gain_uncertainty * np.abs(solution.x), 0.0)
+    noise, quantization = parameter_uncertainty(split, solution), QuantizationErrors(split, solution)
+    width = np.sqrt(noise.half_width() ** 2 + _NORMAL**2 * (quantization.variance() + gain**2))
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
@@ -35,32 +38,68 @@ def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) ->
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
-def encoder_step_errors(split: SplitData, solution: Solution) -> Floats:
-    """(K,) standard errors of the parameters of `solution` due to encoder quantization; 0 where not identifiable.
-
-    Perturbed readings of the encoders are propagated to the parameters by linearized least squares. The errors repeat
-    with the motion, so the residual's noise does not show them. A perturbation that would leave a larger residual
-    than the measured one is scaled down: random errors would excite a lightly damped elastic joint more than the real
-    ones.
-    """
-    regressor, residual = solution.rows()
-    identifiable = _identifiable(solution, regressor)
-    structure, x = solution.structure, solution.x
-    basis, triangle = np.linalg.qr(regressor[:, identifiable])
-    shifts = np.zeros((len(split.perturbed_draws), len(x)))
-    nominal = [split.predictors[i].torque(structure, x) for i in split.train_indices]
-    for shift, predictors in zip(shifts, split.perturbed_draws, strict=True):
-        pairs = zip(solution.weights, predictors, nominal, strict=True)
-        changed = np.concatenate(
-            [(w * np.nan_to_num(predictor.torque(structure, x) - torque))[w > 0] for w, predictor, torque in pairs]
-        )
-        projection = basis.T @ changed
-        remaining = max(float(np.linalg.norm(changed - basis @ projection)), _TINY)
-        shift[identifiable] = np.linalg.solve(triangle, projection) * min(
-            1.0, float(np.linalg.norm(residual)) / remaining
-        )
-    errors: Floats = np.sqrt(_repetition_factor(split) * np.mean(shifts**2, axis=0))
+def standard_errors(split: SplitData, solution: Solution) -> Floats:
+    """(K,) standard errors of the parameters of `solution`, due to noise and quantization; NaN: not identifiable."""
+    noise = parameter_uncertainty(split, solution).std
+    errors: Floats = np.sqrt(noise**2 + QuantizationErrors(split, solution).variance())
     return errors
+
+
+class QuantizationErrors:
+    """Propagates quantization errors to the parameters of `solution` by linearized least squares.
+
+    They repeat with the motion, so the residual's noise does not show them. Errors that would leave a larger residual
+    than the measured one are scaled down: random encoder errors would excite a lightly damped elastic joint more than
+    the real ones.
+    """
+
+    def __init__(self, split: SplitData, solution: Solution) -> None:
+        regressor, residual = solution.rows()
+        self._split, self._solution = split, solution
+        self._identifiable = _identifiable(solution, regressor)
+        self._basis, self._triangle = np.linalg.qr(regressor[:, self._identifiable])
+        self._residual = float(np.linalg.norm(residual))
+
+    def variance(self) -> Floats:
+        """(K,) variance due to the steps of all signals; 0 where not identifiable."""
+        return self.encoder_variance() + self.drive_variance()
+
+    def encoder_variance(self) -> Floats:
+        """(K,) variance due to the steps of the encoders; 0 where not identifiable."""
+        split, structure, x = self._split, self._solution.structure, self._solution.x
+        nominal = [split.predictors[i].torque(structure, x) for i in split.train_indices]
+        shifts = np.array(
+            [
+                self._shift(
+                    [predictor.torque(structure, x) - torque for predictor, torque in zip(draw, nominal, strict=True)]
+                )
+                for draw in split.perturbed_draws
+            ]
+        )
+        variance: Floats = _repetition_factor(split) * np.mean(shifts**2, axis=0)
+        return variance
+
+    def drive_variance(self) -> Floats:
+        """(K,) variance due to the steps of the drives' signal, as far as they repeat; 0 where not identifiable."""
+        structure, x = self._solution.structure, self._solution.x
+        predictors = [self._split.predictors[i] for i in self._split.train_indices]
+        torques = [(predictor.prepared, predictor.unfiltered(structure, x)) for predictor in predictors]
+        products = []
+        for draw in range(DRIVE_DRAWS):
+            first, second = zip(*(drive_errors(prepared, torque, draw) for prepared, torque in torques), strict=True)
+            products.append(self._shift(first) * self._shift(second))
+        variance: Floats = np.maximum(np.mean(products, axis=0), 0.0)
+        return variance
+
+    def _shift(self, errors: Sequence[Floats]) -> Floats:
+        """(K,) change of the parameters due to `errors` (m, dof) of the torque of each training recording [N m]."""
+        pairs = zip(self._solution.weights, errors, strict=True)
+        weighted = np.concatenate([(weight * np.nan_to_num(error))[weight > 0] for weight, error in pairs])
+        projection = self._basis.T @ weighted
+        remaining = max(float(np.linalg.norm(weighted - self._basis @ projection)), _TINY)
+        shift = np.zeros(len(self._solution.x))
+        shift[self._identifiable] = np.linalg.solve(self._triangle, projection) * min(1.0, self._residual / remaining)
+        return shift
 
 
 def _repetition_factor(split: SplitData) -> float:

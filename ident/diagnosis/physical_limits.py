@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ident.diagnosis.confirmation import MIN_T
-from ident.diagnosis.parameter_intervals import encoder_step_errors, parameter_uncertainty
+from ident.diagnosis.parameter_intervals import parameter_uncertainty, standard_errors
 from ident.diagnosis.steps import FittedModel
 from ident.dynamics.structure import Term
 from ident.dynamics.torque_map import voltage_from_torque
@@ -29,14 +29,31 @@ _LEVEL = 0.95
 
 
 def within_limits(model: FittedModel) -> list[bool]:
+    """For each instance of the last term, whether its local parameters are possible, and no larger than plausible."""
+    return [
+        possible and size <= _max_amplitude(model)
+        for possible, size in zip(_possible(model), _amplitudes(model), strict=True)
+    ]
+
+
+def _possible(model: FittedModel) -> list[bool]:
     """For each instance of the last term, whether its local parameters are within their physical limits."""
-    term = model.terms[-1]
-    local = _local_values(model)
     lower, upper = (
-        np.array([getattr(quantity, side) for quantity in term.local_parameters]) for side in ("lower", "upper")
+        np.array([getattr(quantity, side) for quantity in model.terms[-1].local_parameters])
+        for side in ("lower", "upper")
     )
-    largest = np.inf if term.effect.max_amplitude is None else term.effect.max_amplitude
-    return [bool(((lower <= row) & (row <= upper)).all()) and float(np.linalg.norm(row)) <= largest for row in local]
+    return [bool(((lower <= row) & (row <= upper)).all()) for row in _local_values(model)]
+
+
+def _amplitudes(model: FittedModel) -> list[float]:
+    """Amplitude of each instance of the last term."""
+    return [float(np.linalg.norm(row)) for row in _local_values(model)]
+
+
+def _max_amplitude(model: FittedModel) -> float:
+    """Largest plausible amplitude of the last term."""
+    limit = model.terms[-1].effect.max_amplitude
+    return np.inf if limit is None else limit
 
 
 def is_physical(model: FittedModel, before: FittedModel) -> bool:
@@ -51,11 +68,7 @@ def implausibility(model: FittedModel, before: FittedModel) -> str | None:
 
 def _reasons(model: FittedModel, before: FittedModel) -> Iterator[str]:
     """Reasons against the values of the last term."""
-    effect = model.terms[-1].effect
-    if not all(within_limits(model)):
-        size = float(np.linalg.norm(_local_values(model), axis=1).max())
-        if effect.max_amplitude is not None and size > effect.max_amplitude:
-            yield f"it would need an amplitude of {size:.3g}; at most {effect.max_amplitude:.3g} is plausible"
+    if not all(_possible(model)):
         yield "it would need a size or a sign that is not possible"
     flipped = flipped_parameter(model, before) or _earlier_effect_impossible(model, before)
     if flipped:
@@ -63,6 +76,19 @@ def _reasons(model: FittedModel, before: FittedModel) -> Iterator[str]:
     if _shape_at_limit(model):
         yield "the search for its shape ended at the end of the plausible range"
     yield from _shapes_beyond_the_data(model)
+    yield from _excessive_amplitude(model)
+
+
+def is_only_large(model: FittedModel, before: FittedModel) -> bool:
+    """Whether the amplitude of the last term of `model` is the only reason against it."""
+    reason = implausibility(model, before)
+    return reason is not None and reason in _excessive_amplitude(model)
+
+
+def _excessive_amplitude(model: FittedModel) -> Iterator[str]:
+    """The reason against a last term that is larger than hardware usually has."""
+    if (size := max(_amplitudes(model))) > _max_amplitude(model):
+        yield f"it would need an amplitude of {size:.3g}; at most {_max_amplitude(model):.3g} is plausible"
 
 
 def _local_values(model: FittedModel) -> Floats:
@@ -103,6 +129,18 @@ def sign_warnings(model: FittedModel) -> Iterator[str]:
             f"Not physical: {', '.join(names)} cannot be negative. Something is missing that takes this part, or the "
             "sign of the torque is reversed."
         )
+
+
+def size_warnings(model: FittedModel) -> Iterator[str]:
+    """Effects of `model` that are larger than hardware usually has."""
+    for index, term in enumerate(model.terms):
+        limit, local = term.effect.max_amplitude, model.solution.structure.local_values(index, model.solution.x)
+        size = float(np.linalg.norm(local, axis=1).max(initial=0.0))
+        if limit is not None and size > limit:
+            yield (
+                f"{term.name} of {size:.3g} is larger than hardware usually has ({limit:.3g}), but nothing else "
+                "comes near what it explains. Look at the part itself before it is compensated."
+            )
 
 
 def _torque_sizes(model: FittedModel) -> Floats:
@@ -260,9 +298,7 @@ def simpler_effect(model: FittedModel) -> str | None:
     if not columns:
         return None
     local = _local_values(model)
-    error = np.hypot(
-        parameter_uncertainty(model.split, model.solution).std, encoder_step_errors(model.split, model.solution)
-    )[_local_entries(model, -1)]
+    error = standard_errors(model.split, model.solution)[_local_entries(model, -1)]
     for column in columns:
         if not (np.abs(local[:, column]) > MIN_T * error[:, column]).any():
             return term.local_parameters[column].reduces_to

@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ident.diagnosis.normal_equations import NormalEquations
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.effects.learned_curve import Multiplier, Variable, hat_functions
 from ident.estimation.nonlinear_fit import Solution
-from recordings.recording import Bools, Floats
+from recordings.recording import Bools, Floats, Ints
 
 KNOTS = 8
 """Number of pieces of a curve, with the same number of samples each."""
@@ -21,8 +22,10 @@ MIN_RELATIVE_SHARE = 0.85
 """A simpler curve must explain this share of what the best one explains."""
 MIN_EXPLAINED = 0.2
 """A curve must explain this share of the test residual."""
-_RIDGE = 1e-3
-"""Ridge penalty relative to the mean square of a column; it regularizes pieces with few samples."""
+_RIDGE = 1e-4
+"""Ridge penalty of a piece of a curve, per row; it regularizes pieces with few samples."""
+_RIDGE_OF_MODEL = 1e-7
+"""Ridge penalty of a parameter of the model, relative to the mean square of its column."""
 
 
 @dataclass(frozen=True)
@@ -103,10 +106,8 @@ def _rows(split: SplitData, solution: Solution, residuals: Sequence[Floats]) -> 
 def _joint_dependence(rows: _Rows, joint: int) -> ResidualDependence | None:
     if not rows.train[:, joint].any() or not rows.test[:, joint].any():
         return None
-    candidates = [
-        (inputs, _explained_share(rows, joint, _columns(rows, joint, inputs)))
-        for inputs in _input_candidates(rows, joint)
-    ]
+    squares = _Squares(rows, joint)
+    candidates = [(inputs, squares.explained_share(inputs)) for inputs in _input_candidates(rows, joint)]
     best = max(share for _, share in candidates)
     if best < MIN_EXPLAINED:
         return None
@@ -127,8 +128,10 @@ def _input_candidates(rows: _Rows, joint: int) -> Iterator[tuple[CurveInput, ...
     variables: tuple[Variable, ...] = ("position", "velocity", "acceleration")
     for name in variables:
         yield from ((CurveInput(name, other_joint),) for other_joint in others)
+        yield from ((CurveInput(name, joint), CurveInput(name, other_joint)) for other_joint in others)
         if len(others) > 1:
             yield tuple(CurveInput(name, other_joint) for other_joint in others)
+            yield tuple(CurveInput(name, each) for each in (joint, *others))
 
 
 def _variable_names(joint: int, inputs: Sequence[CurveInput]) -> tuple[str, ...]:
@@ -138,33 +141,42 @@ def _variable_names(joint: int, inputs: Sequence[CurveInput]) -> tuple[str, ...]
     return inputs[0].variable, *factors, *others
 
 
-def _columns(rows: _Rows, joint: int, inputs: Sequence[CurveInput]) -> Floats:
-    """(m, c) columns of one curve over each of the `inputs`."""
-    curves = [
-        _hats(rows.signals[curve_input.variable][:, curve_input.joint], rows.train[:, joint])
-        * rows.factors[curve_input.multiplier][:, joint, None]
-        for curve_input in inputs
-    ]
-    return np.concatenate(curves, axis=1)
+class _Squares:
+    """Normal equations of the residual of a `joint`, for the model's parameters and all curves at once.
+
+    Each sum of curves is a selection of their columns.
+    """
+
+    def __init__(self, rows: _Rows, joint: int) -> None:
+        used = rows.train[:, joint] | rows.test[:, joint]
+        train = rows.train[used, joint]
+        regressor = rows.regressor[used, joint]
+        size = np.sqrt(np.mean(regressor[train] ** 2, axis=0))
+        columns = [regressor[:, size > 0] / size[size > 0]]
+        self._entries: dict[CurveInput | None, Ints] = {None: np.arange(columns[0].shape[1])}
+        for curve_input in dict.fromkeys(each for inputs in _input_candidates(rows, joint) for each in inputs):
+            hats = _hats(rows.signals[curve_input.variable][used, curve_input.joint], train)
+            first = sum(block.shape[1] for block in columns)
+            self._entries[curve_input] = np.arange(first, first + hats.shape[1])
+            columns.append(hats * rows.factors[curve_input.multiplier][used, joint, None])
+        combined, residual = np.concatenate(columns, axis=1), rows.residual[used, joint]
+        self._train, self._test = (
+            NormalEquations.of(combined[selected], residual[selected]) for selected in (train, rows.test[used, joint])
+        )
+
+    def explained_share(self, inputs: Sequence[CurveInput]) -> float:
+        """Share of the test mean square that one curve over each of the `inputs` explains.
+
+        The model's parameters adapt, but only as far as this joint requires.
+        """
+        of_model, of_curves = self._entries[None], [self._entries[each] for each in inputs]
+        entries = np.concatenate([of_model, *of_curves])
+        ridge = np.where(np.arange(len(entries)) < len(of_model), _RIDGE_OF_MODEL, _RIDGE)
+        coefficients = self._train.of_columns(entries).solve(np.diag(ridge))
+        before = self._test.square
+        return 1 - self._test.of_columns(entries).remaining(coefficients) / before if before else 0.0
 
 
 def _hats(x: Floats, train: Bools) -> Floats:
     """(m, KNOTS + 1) hat functions of `x` (m,), with knots from the `train` rows."""
     return hat_functions(x, np.unique(np.quantile(x[train], np.linspace(0, 1, KNOTS + 1))))
-
-
-def _explained_share(rows: _Rows, joint: int, columns: Floats) -> float:
-    """Share of the test mean square of a joint that curves with these `columns` (m, c) explain.
-
-    The model's parameters adapt, but only as far as this joint requires.
-    """
-    train, test = rows.train[:, joint], rows.test[:, joint]
-    regressor = rows.regressor[:, joint]
-    regressor = regressor[:, np.abs(regressor[train]).sum(axis=0) > 0]
-    combined = np.concatenate([regressor / np.sqrt(np.mean(regressor[train] ** 2, axis=0)), columns], axis=1)
-    penalty = np.concatenate([np.zeros(regressor.shape[1]) + 1e-6, np.full(columns.shape[1], _RIDGE)])
-    matrix = combined[train].T @ combined[train] + np.diag(penalty * len(combined[train]) * 0.1)
-    coefficients = np.linalg.lstsq(matrix, combined[train].T @ rows.residual[train, joint], rcond=None)[0]
-    residual = rows.residual[test, joint] - combined[test] @ coefficients
-    before = float(np.mean(rows.residual[test, joint] ** 2))
-    return 1 - float(np.mean(residual**2)) / before if before else 0.0

@@ -35,7 +35,7 @@ def residual_test(model: FittedModel, unexplained: UnexplainedResidual, diagnose
         bandwidth_hz=split.recordings[0].bandwidth,
         noise_rms=floor.known_rms,
         repetition_rms=_known(floor, floor.noise),
-        encoder_rms=_known(floor, floor.encoder),
+        quantization_rms=_known(floor, floor.quantization),
         structured_rms=tuple(unexplained.rms.tolist()),
         structured_share=unexplained.share,
         recordings=_sources(data.recording for data in split.recordings),

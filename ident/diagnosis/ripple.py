@@ -10,12 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.data import cycle_statistics
+from ident.data import cycle_statistics, quantization
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.high_band import HighBand, high_bands
 from ident.diagnosis.improvement import Improvement
 from ident.diagnosis.ripple_search import Waves, search
-from ident.diagnosis.split_data import encoder_resolution, rms
+from ident.diagnosis.split_data import rms
 from ident.diagnosis.steps import FittedModel
 from ident.diagnosis.waves import JointSignal, wave, wave_numbers
 from ident.dynamics.effects.base import Effect
@@ -116,22 +116,31 @@ class Ripple:
         """(3 k,) half the 95 % intervals of the lines' parameters."""
         return np.array([width for line in self.lines for width in line.half_width])
 
-    def errors(self, model: FittedModel, with_lines: bool = False) -> tuple[Floats, Floats]:
-        """(dof,) RMS errors of `model` in training rows and in test rows, up to the frequency `upper` [N m].
+    def errors(self, model: FittedModel, with_lines: bool = False) -> dict[str, Floats]:
+        """(dof,) RMS errors of `model` up to the frequency `upper` [N m], as the fields of a step are called.
 
         with_lines: with the lines above the low-pass. Below it, the error is that of the model alone.
         """
         split = model.split
-        train, test = rms(model.residuals, split.train), rms(model.residuals, split.test)
+        subsets = {
+            "train_rms": split.train,
+            "validate_rms": split.test,
+            "train_rms_all": split.train_all,
+            "validate_rms_all": split.test_all,
+        }
+        below = {name: rms(model.residuals, rows) for name, rows in subsets.items()}
         if not self.lines:
-            return train, test
+            return below
         bands = self.bands if model is self.model else high_bands(split, model.solution)
         remaining = self._remaining if with_lines else [band.residual for band in bands]
         residuals = [band.below(rest, self.upper) for band, rest in zip(bands, remaining, strict=True)]
-        return (
-            np.hypot(train, rms(residuals, [band.train for band in bands])),
-            np.hypot(test, rms(residuals, [band.test for band in bands])),
-        )
+        return {
+            name: np.hypot(
+                below[name],
+                rms(residuals, [band.samples_of(selected) for band, selected in zip(bands, rows, strict=True)]),
+            )
+            for name, rows in subsets.items()
+        }
 
     def with_noise(self, below: Floats) -> Floats:
         """The noise floor (dof,) up to the frequency `upper` from that `below` the low-pass [N m].
@@ -201,7 +210,7 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     if not bands:
         return Ripple(model, (), (), (), effect)
     positions = [recording.samples.position for recording in model.split.recordings]
-    steps = np.max([encoder_resolution(position) for position in positions], axis=0)
+    steps = np.max([quantization.resolution(position) for position in positions], axis=0)
     lines: list[RippleLine] = []
     vibrations: list[Vibration] = []
     for joint, step in enumerate(steps.tolist()):

@@ -11,8 +11,7 @@ from ident.diagnosis.steps import FittedModel
 
 def step_errors(ripple: Ripple, model: FittedModel, with_lines: bool = False) -> dict[str, tuple[float, ...]]:
     """Training and test errors of `model`, with or without the lines, as fields of a step."""
-    train, test = ripple.errors(model, with_lines)
-    return {"train_rms": tuple(train.tolist()), "validate_rms": tuple(test.tolist())}
+    return {name: tuple(error.tolist()) for name, error in ripple.errors(model, with_lines).items()}
 
 
 def ripple_step(ripple: Ripple, last: StepEntry) -> tuple[StepEntry, ...]:

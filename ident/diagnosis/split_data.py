@@ -9,6 +9,7 @@ import numpy as np
 from ident.data import noise
 from ident.data.cycle_statistics import repeating_share
 from ident.data.prepared_recording import PreparedRecording
+from ident.data.quantization import with_encoder_errors
 from ident.dynamics.effects.base import Signal
 from ident.dynamics.structure import ModelStructure
 from ident.estimation.nonlinear_fit import Solution, initial_solution, levenberg_marquardt
@@ -32,12 +33,8 @@ _CREEPING = 0.02
 """Share of the largest speed: below it, dry friction is between its two levels in any machine."""
 _MIN_CREEPING_SHARE = 0.5
 """Share of creeping instants behind a row from which it is a standstill rather than a reversal."""
-_SEED = 0
-"""Fixed, so that results are reproducible."""
 _DRAWS = 4
 """Number of perturbed readings that propagate encoder quantization to the parameters."""
-_SAME = 1e-10
-"""Angles closer than this are the same encoder reading [rad or m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +76,14 @@ class SplitData:
     @cached_property
     def perturbed(self) -> tuple[TorquePredictor, ...]:
         """The recordings with perturbed encoder readings: random errors of at most half an encoder step."""
-        return tuple(TorquePredictor(_perturbed(predictor.prepared)) for predictor in self.predictors)
+        return tuple(TorquePredictor(with_encoder_errors(predictor.prepared)) for predictor in self.predictors)
 
     @cached_property
     def perturbed_draws(self) -> tuple[tuple[TorquePredictor, ...], ...]:
         """Several such perturbations of the recordings with training rows."""
         recordings = [self.predictors[i].prepared for i in self.train_indices]
         return tuple(
-            tuple(TorquePredictor(_perturbed(recording, 1 + draw)) for recording in recordings)
+            tuple(TorquePredictor(with_encoder_errors(recording, 1 + draw)) for recording in recordings)
             for draw in range(_DRAWS)
         )
 
@@ -325,7 +322,7 @@ def standstill_share(recording: PreparedRecording) -> Floats:
 
     Dry friction may then be anywhere between its two levels. The threshold follows from the encoder steps.
     """
-    motion, perturbed = recording.as_recorded.motion, _perturbed(recording).as_recorded.motion
+    motion, perturbed = recording.as_recorded.motion, with_encoder_errors(recording).as_recorded.motion
     threshold = _DEVIATIONS * np.nanstd(perturbed.velocity - motion.velocity, axis=0)
     speed = np.abs(motion.velocity)
     unsure, creeping = (
@@ -333,20 +330,3 @@ def standstill_share(recording: PreparedRecording) -> Floats:
         for limit in (threshold, _CREEPING * np.nanmax(speed, axis=0))
     )
     return np.maximum(unsure, np.where(creeping > _MIN_CREEPING_SHARE, creeping, 0.0))
-
-
-def _perturbed(recording: PreparedRecording, seed: int = _SEED) -> PreparedRecording:
-    """The recording with random encoder errors of at most half a step."""
-    measured = recording.samples.position
-    error = np.random.default_rng(seed).uniform(-0.5, 0.5, measured.shape) * encoder_resolution(measured)
-    return recording.with_positions(lambda position: position + error)
-
-
-def encoder_resolution(position: Floats) -> Floats:
-    """(dof,) encoder step: the smallest difference between readings in `position` (n, dof) [rad or m]."""
-    steps = []
-    for signal in position.T:
-        differences = np.diff(np.unique(signal[np.isfinite(signal)]))
-        differences = differences[differences > _SAME]
-        steps.append(float(differences.min()) if len(differences) else 0.0)
-    return np.array(steps)

@@ -117,7 +117,7 @@ class Selector:
         """Fit the initial model from `x` (K,) and add the mandatory effects; returns the model and its steps."""
         base = self.search.fit(structure, x)
         steps = [SelectionStep(None, base, None)]
-        return self._with_mandatory_effects(base, steps), steps
+        return self.with_mandatory_effects(base, steps), steps
 
     def select_forced(self, structure: ModelStructure, x: Floats, names: Sequence[str]) -> Selection:
         """Add the effects `names` in this order and no others, starting from `structure` and `x` (K,).
@@ -165,8 +165,11 @@ class Selector:
             steps.append(SelectionStep(extension.terms[-1].name, model, model.improvement_over(steps[-1].model)))
             self._progress(f"{steps[-1].added} added; searching for more")
 
-    def _with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
-        """Add the mandatory effects, whatever their coefficients: other effects may still bias these."""
+    def with_mandatory_effects(self, model: FittedModel, steps: list[SelectionStep]) -> FittedModel:
+        """Add the mandatory effects, whatever their coefficients: other effects may still bias these.
+
+        steps: those that the test rows confirm are appended.
+        """
         present = [term.name for term in model.terms]
         for name, effect in self._library.items():
             if not effect.mandatory or name in present:
@@ -196,7 +199,7 @@ class Selector:
 
     def _first_confirmed(self, model: FittedModel, candidates: Sequence[FittedModel]) -> FittedModel | None:
         """The simplest of the best extensions that is confirmed; if it is not, the next ones are tried."""
-        candidates = [candidate for candidate in candidates if self._claims.is_plausible(candidate, model)]
+        candidates = self._claims.plausible(candidates, model)
         count = len(candidates)
         while candidates:
             best = self._simplest(model, candidates)

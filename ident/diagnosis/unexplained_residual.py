@@ -20,7 +20,7 @@ from recordings.recording import Bools, Floats
 MIN_TORQUE_SHARE = 0.0035
 """Residuals below this share of the torque are not called structured: preprocessing may leave as much of a correct
 model."""
-_ENCODER_UNCERTAINTY = 0.6
+_QUANTIZATION_UNCERTAINTY = 0.6
 """Relative uncertainty of the quantization part of the noise floor."""
 _NOISE_UNCERTAINTY = 0.25
 """Relative uncertainty of the noise part of the noise floor."""
@@ -62,7 +62,7 @@ def estimate_unexplained(
     if not floor.known:
         return _without_floor(model, total, np.flatnonzero(total > min_rms).tolist(), known)
     limit = np.sqrt(
-        min_rms**2 + (_ENCODER_UNCERTAINTY * floor.encoder) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
+        min_rms**2 + (_QUANTIZATION_UNCERTAINTY * floor.quantization) ** 2 + (_NOISE_UNCERTAINTY * floor.noise) ** 2
     )
     repeats = (structured > limit) & _repeating(split, residuals)
     vibrates = np.sqrt([line.mean_square if line else 0.0 for line in floor.lines]) > min_rms

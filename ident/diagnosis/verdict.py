@@ -21,7 +21,7 @@ from ident.diagnosis.document import (
 )
 from ident.diagnosis.estimate_consistency import consistency_warnings
 from ident.diagnosis.parameter_intervals import with_gain
-from ident.diagnosis.physical_limits import sign_warnings
+from ident.diagnosis.physical_limits import sign_warnings, size_warnings
 from ident.diagnosis.rejections import rejected_effects
 from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
 from ident.diagnosis.split_data import SplitData, rms
@@ -72,6 +72,7 @@ def to_document(diagnosis: Diagnosis) -> Document:
             *_bias_caution(diagnosis),
             *consistency_warnings(selection.model, rungs),
             *sign_warnings(selection.model),
+            *size_warnings(selection.model),
             *data_warnings(split, selection.model, floor, diagnosis.library.get("torque_offset")),
         ),
         recordings=tuple(file_names(split, range(len(split.recordings)))),

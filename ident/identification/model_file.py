@@ -116,11 +116,11 @@ class ResidualTest(ConfigSection):
     """Whether a diagnosis has searched the residual for effects, which shows smaller ones than this test alone."""
     bandwidth_hz: float
     noise_rms: tuple[float | None, ...]
-    """Noise floor of each joint: differences between repetitions, and encoder steps [N m]; None: unknown."""
+    """Noise floor of each joint: differences between repetitions, and quantization [N m]; None: unknown."""
     repetition_rms: tuple[float | None, ...]
     """Of that, what differs between repetitions [N m]."""
-    encoder_rms: tuple[float | None, ...]
-    """Of that, what encoder steps leave although the motion repeats [N m]."""
+    quantization_rms: tuple[float | None, ...]
+    """Of that, what quantization leaves although the motion repeats [N m]."""
     structured_rms: tuple[float, ...]
     """What is above the noise floor [N m]."""
     structured_share: float

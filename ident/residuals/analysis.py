@@ -31,7 +31,7 @@ class JointAnalysis:
     split: CycleStatistics | None
     """What differs between repetitions, and what repeats; None if no motion is repeated."""
     noise_rms: float | None
-    """Noise floor: differences between repetitions, and encoder steps; None if it is not known."""
+    """Noise floor: differences between repetitions, and quantization; None if it is not known."""
     curves: tuple[BinnedCurve, ...]
     spectrum: Spectrum
 

@@ -90,12 +90,12 @@ def _noise_line(model: ModelFile, assessment: Assessment) -> str:
         return f"{source} Noise floor: unknown." if assessment.floor is None else source
     floors, repetition, steps = (
         ", ".join(_two_digits(value) for value in values if value is not None)
-        for values in (test.noise_rms, test.repetition_rms, test.encoder_rms)
+        for values in (test.noise_rms, test.repetition_rms, test.quantization_rms)
     )
     unit = model.effort_units[0]
     return (
         f"{source} Noise floor of the residual: {floors} {unit} RMS, of differences between repetitions "
-        f"({repetition}) and encoder steps ({steps}). {test.sentence}"
+        f"({repetition}) and quantization ({steps}). {test.sentence}"
     )
 
 

@@ -35,7 +35,7 @@ def show(document: Document, console: Console) -> None:
         _print_finding(finding, document, console)
     if document.findings:
         console.print(
-            "In parentheses: 95 % intervals for noise and encoder steps, if the model is right. "
+            "In parentheses: 95 % intervals for noise and quantization, if the model is right. "
             f"{scale_line(document.scale_uncertainty, document.relative)}",
             style="dim",
         )
@@ -89,7 +89,7 @@ def _step_table(document: Document) -> Table:
         last = document.rungs[-1]
         table.add_row("last model, on all rows", *_rms_cells(last.train_rms_all, last.validate_rms_all))
     floors = (UNKNOWN_FLOOR if value is None else f"{value:.3g}" for value in document.noise_rms)
-    table.add_row("noise floor, with encoder steps", *floors, style="green")
+    table.add_row("noise floor, with quantization", *floors, style="green")
     table.add_row("measured torque", *(f"{value:.3g}" for value in document.torque_rms), style="dim")
     return table
 

@@ -43,7 +43,7 @@ def _joint_table(analysis: ResidualAnalysis) -> Table:
         )
     table.caption = (
         "RMS where the joint moves. All rows: RMS with those near standstill, where dry friction is not determined. "
-        "Noise floor: differences between repetitions, and encoder steps."
+        "Noise floor: differences between repetitions, and quantization."
     )
     return table
 

@@ -84,8 +84,8 @@ def timing(recording: Recording) -> go.Figure:
 
 
 def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
-    """Draw the shares of the residual's mean square: noise, encoder steps, and what is above the noise floor."""
-    components = (("noise", theme.NOISE), ("encoder steps", theme.CATEGORIES[1]), ("structured", theme.CATEGORIES[0]))
+    """Draw the shares of the residual's mean square: noise, quantization, and what is above the noise floor."""
+    components = (("noise", theme.NOISE), ("quantization", theme.CATEGORIES[1]), ("structured", theme.CATEGORIES[0]))
     labels, shares = [], np.empty((0, len(components)))
     for name, analysis in analyses.items():
         prefix = f"{theme.escaped(name)}, " if len(analyses) > 1 else ""
@@ -105,8 +105,8 @@ def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
 
 
 def _shares(test: ResidualTest, joint: int, above: float) -> Floats:
-    """(3,) shares [%] of noise, encoder steps and structure; a residual within the noise has no structure."""
-    noise, encoder = test.repetition_rms[joint] or 0.0, test.encoder_rms[joint] or 0.0
+    """(3,) shares [%] of noise, quantization and structure; a residual within the noise has no structure."""
+    noise, encoder = test.repetition_rms[joint] or 0.0, test.quantization_rms[joint] or 0.0
     structured = 0.0 if test.verdict == "within-noise" else above
     parts = np.array([noise**2, encoder**2])
     floor = parts / parts.sum() if parts.any() else np.array([1.0, 0.0])

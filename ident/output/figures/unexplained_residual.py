@@ -15,7 +15,7 @@ from recordings.recording import Floats
 
 
 def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
-    """Draw per joint noise, effect of encoder steps, and structured residual beside the held-out error [N m RMS]."""
+    """Draw per joint noise, effect of quantization, and structured residual beside the held-out error [N m RMS]."""
     floor = diagnosis.model.noise_floor
     last = document.rungs[-1].validate_rms
     joints = [f"joint {joint + 1}" for joint in range(len(document.joints))]
@@ -25,7 +25,7 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
         structured = ("structured", document.remaining.structured_rms, theme.CATEGORIES[0])
         components = [
             ("noise", floor.noise, theme.NOISE),
-            ("encoder steps", floor.encoder, theme.CATEGORIES[1]),
+            ("quantization", floor.quantization, theme.CATEGORIES[1]),
             *([structured] if diagnosis.unexplained.significant else []),
             *components,
         ]

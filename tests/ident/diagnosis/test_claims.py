@@ -62,6 +62,28 @@ def test_effect_that_needs_no_simplification_stays() -> None:
 def test_reason_of_a_refusal_is_kept() -> None:
     judged, model = claims(), building.fitted(DATA, "torque_offset")
     model = replace(model, solution=replace(model.solution, x=model.solution.x * [1.0, 1.0, 1.0, 1e-3]))
-    assert judged.is_plausible(building.fitted(DATA, "torque_offset"), building.fitted(DATA))
+    accepted = building.fitted(DATA, "torque_offset")
+    assert judged.plausible([accepted], building.fitted(DATA)) == [accepted]
     assert not judged.is_resolved(model)
     assert judged.refused == {"torque_offset": "its strength is zero within its interval"}
+
+
+def _eccentric(share: float) -> list[FittedModel]:
+    """Extensions of a model by the eccentricity of an encoder, too large, and by an offset; the first leaves `share`
+    of the loss of the second.
+    """
+    offset, eccentricity = building.fitted(DATA, "torque_offset"), building.fitted(DATA, "encoder_eccentricity")
+    structure, x = eccentricity.solution.structure, eccentricity.solution.x.copy()
+    x[structure.parameter_mask(0)] = [0.05, 0.05, 1.0]
+    size = np.sqrt(share * offset.solution.loss / eccentricity.solution.loss)
+    residuals = tuple(size * residual for residual in eccentricity.solution.residuals)
+    return [replace(eccentricity, solution=replace(eccentricity.solution, x=x, residuals=residuals)), offset]
+
+
+@pytest.mark.parametrize(("share", "believed"), [(0.1, True), (0.5, False)])
+def test_extraordinary_size_needs_extraordinary_evidence(share: float, believed: bool) -> None:
+    large, offset = _eccentric(share)
+    judged = claims()
+    plausible = judged.plausible([large, offset], building.fitted(DATA))
+    assert [names(model) for model in plausible] == [["torque_offset"], *([["encoder_eccentricity"]] * believed)]
+    assert "at most 0.0175 is plausible" in judged.refused["encoder_eccentricity"]

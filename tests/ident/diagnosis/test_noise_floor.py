@@ -22,7 +22,7 @@ def test_noise_is_what_differs_between_cycles() -> None:
     floor, _ = floor_of(building.record(2, 8, noise=0.1, extra=lambda motion: 0.3 * np.sin(9 * motion.position)))
     np.testing.assert_allclose(floor.noise, 0.1 * IN_BAND, rtol=0.1)
     assert floor.lines == floor.trends == (None, None)
-    np.testing.assert_allclose(floor.rms, np.hypot(floor.noise, floor.encoder))
+    np.testing.assert_allclose(floor.rms, np.hypot(floor.noise, floor.quantization))
 
 
 def test_floor_of_a_single_cycle_is_a_guess_below_the_residual() -> None:
@@ -107,7 +107,7 @@ def test_correct_model_reaches_the_floor_with_coarse_encoders(step: float) -> No
 
 def test_finer_encoder_lowers_the_encoder_part() -> None:
     coarse, fine = (floor_of(building.record(noise=0.02, encoder_step=step))[0] for step in (4e-4, 1e-5))
-    assert fine.encoder[0] < 0.2 * coarse.encoder[0]
+    assert fine.quantization[0] < 0.2 * coarse.quantization[0]
 
 
 def test_floor_does_not_depend_on_the_order_of_recordings() -> None:

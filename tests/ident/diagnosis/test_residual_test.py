@@ -42,7 +42,7 @@ def checked(extra: building.Torque | None = None, cycles: int = 4) -> ResidualTe
 def test_noise_alone_is_within_the_noise() -> None:
     test = checked()
     assert test.verdict == "within-noise"
-    assert test.noise_rms[0] == pytest.approx(np.hypot(test.repetition_rms[0] or 0, test.encoder_rms[0] or 0))
+    assert test.noise_rms[0] == pytest.approx(np.hypot(test.repetition_rms[0] or 0, test.quantization_rms[0] or 0))
     assert [source.name for source in test.recordings] == ["bench.mcap"]
 
 

@@ -23,6 +23,7 @@ def test_step_adds_all_lines_with_parameters_and_intervals(ripple: Ripple) -> No
     low, high = step.parameters["cogging.N"].ci95 or (0.0, 0.0)
     assert low < 160.0 < high
     assert step.validate_rms[1] < last.validate_rms[1]
+    assert step.validate_rms_all[1] < last.validate_rms_all[1]
 
 
 def test_finding_names_joint_and_order(ripple: Ripple) -> None:

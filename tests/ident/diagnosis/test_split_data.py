@@ -80,7 +80,7 @@ def test_creeping_is_standstill_and_a_reversal_is_not(monkeypatch: pytest.Monkey
         as_recorded=SimpleNamespace(motion=SimpleNamespace(velocity=np.stack([reverses, touches], axis=1))),
         condition=lambda x: convolve2d(x, taps, "same"),
     )
-    monkeypatch.setattr(split_data, "_perturbed", lambda recording: recording)
+    monkeypatch.setattr(split_data, "with_encoder_errors", lambda recording: recording)
     still = split_data.standstill_share(recording) > split_data.MAX_STANDSTILL
     assert not still[:, 0].any()
     around = np.abs(time % 2 - 1)

@@ -62,7 +62,7 @@ def verdict_of(verdict: FloorVerdict) -> ResidualTest:
         bandwidth_hz=30.0,
         noise_rms=known,
         repetition_rms=known,
-        encoder_rms=known,
+        quantization_rms=known,
         structured_rms=known,
         structured_share=0.5,
         recordings=(),

@@ -51,7 +51,7 @@ def _noise(contents: ReportContents) -> list[ReportBlock]:
     scope = "the recordings held out" if contents.held_out_analyses else "all recordings"
     caption = f"Residual: measured minus computed, in {scope}, where the joint moves."
     if repeated:
-        caption += " Noise floor: differences between repetitions, and encoder steps; no model can explain them."
+        caption += " Noise floor: differences between repetitions, and quantization; no model can explain them."
     words = (0, 1) if several else (0,)
     blocks: list[ReportBlock] = [ReportTable((*(["model"] if several else []), *head), tuple(rows), caption, words)]
     if repeated:

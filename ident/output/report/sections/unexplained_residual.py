@@ -11,7 +11,7 @@ from ident.output.report.blocks import Code, Plot, ReportBlock, ReportSection, T
 from recordings.rig import is_default
 
 _CAPTION = (
-    "Noise, effect of encoder steps, and structured residual of all rows (their squares add up), beside the error on "
+    "Noise, effect of quantization, and structured residual of all rows (their squares add up), beside the error on "
     "rows held out."
 )
 
