@@ -10,7 +10,7 @@ from ident import slicing
 from ident.data import preprocessing
 from ident.data.cutoff import Cutoff
 from ident.data.preprocessing import Preprocessed
-from ident.data.samples import Samples, sample
+from ident.data.samples import Samples, drive_signal, sample
 from ident.dynamics import mechanisms
 from ident.dynamics.mechanism_motion import MechanismMotion
 from ident.dynamics.mechanisms import Mechanism
@@ -18,6 +18,7 @@ from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from recordings.errors import BadInput
 from recordings.recording import Bools, Floats, Ints, Recording
+from recordings.resolution import resolution
 from recordings.rig import Rig
 
 BLOCK = 4096
@@ -66,6 +67,16 @@ class PreparedRecording:
     def temperature(self) -> Floats:
         """(n, dof) temperature of the drives [degC]."""
         return self.samples.temperature[self.preprocessed.instants]
+
+    @cached_property
+    def drive_step(self) -> Floats:
+        """(dof,) step of what the drives report [V], or of the effort [N m or N]."""
+        return _steps(drive_signal(self.recording))
+
+    @cached_property
+    def encoder_step(self) -> Floats:
+        """(dof,) step of the encoders [rad or m]."""
+        return _steps(self.samples.position)
 
     @cached_property
     def time(self) -> Floats:
@@ -143,6 +154,11 @@ class PreparedRecording:
     @property
     def _sample_of_row(self) -> Ints:
         return self.preprocessed.instants[:: self.preprocessed.decimation]
+
+
+def _steps(signal: Floats) -> Floats:
+    """(dof,) step of the readings in `signal` (n, dof); 0 where they are continuous."""
+    return np.array([resolution(readings) or 0.0 for readings in signal.T])
 
 
 def prepare(

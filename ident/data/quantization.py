@@ -7,16 +7,14 @@ show them as noise. Their size is found by simulation: readings are drawn that t
 import numpy as np
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.data.samples import drive_signal, holds_torque
+from ident.data.samples import holds_torque
 from ident.dynamics.torque_map import torque_from_voltage, voltage_from_torque
 from recordings.recording import Floats
 from recordings.rig import Torque
 
 _SEED = 0
 """Fixed, so that results are reproducible."""
-_SAME = 1e-10
-"""Readings closer than this are the same [rad, m, V or N m]."""
-DRIVE_DRAWS = 8
+DRIVE_DRAWS = 20
 """Number of pairs of `drive_errors` that give a variance."""
 _DITHER = 0.5
 """Noise of more than this share of a step makes quantization errors random: they are then a part of the noise."""
@@ -24,45 +22,37 @@ _MEDIAN_DIFFERENCE = 0.9539
 """Median of the absolute difference of two standard normal variables."""
 
 
-def resolution(signal: Floats) -> Floats:
-    """(dof,) step of the readings in `signal` (n, dof): the smallest difference between them; 0 for a constant."""
-    steps = []
-    for readings in signal.T:
-        differences = np.diff(np.unique(readings[np.isfinite(readings)]))
-        differences = differences[differences > _SAME]
-        steps.append(float(differences.min()) if len(differences) else 0.0)
-    return np.array(steps)
-
-
 def with_encoder_errors(prepared: PreparedRecording, draw: int = 0) -> PreparedRecording:
     """The recording with random encoder errors of at most half a step."""
     measured = prepared.samples.position
-    error = np.random.default_rng(_SEED + draw).uniform(-0.5, 0.5, measured.shape) * resolution(measured)
+    error = np.random.default_rng(_SEED + draw).uniform(-0.5, 0.5, measured.shape) * prepared.encoder_step
     return prepared.with_positions(lambda position: position + error)
 
 
-def drive_errors(prepared: PreparedRecording, torque: Floats, draw: int = 0) -> tuple[Floats, Floats]:
-    """Simulate twice what the resolution of the drives' signal does to the torque: two (m, dof) errors [N m].
+def drive_errors(prepared: PreparedRecording, torque: Floats) -> list[tuple[Floats, Floats]]:
+    """Simulate what the resolution of the drives' signal does to the torque: DRIVE_DRAWS pairs of (m, dof) [N m].
 
-    Both belong to the same motion, so that the mean of their product contains only what repeats with the motion. They
-    are conditioned as the torque, and 0 for a joint whose noise exceeds the steps.
+    Both errors of a pair belong to the same motion, so that the mean of their product contains only what repeats with
+    the motion. They are conditioned as the torque, and 0 for a joint whose noise exceeds the steps.
 
     torque: (n, dof) torque of a model [N m], before it is conditioned.
     """
-    is_torque, torque_map = holds_torque(prepared.recording), prepared.recording.rig.torque
-    signal = torque if is_torque else voltage_from_torque(torque, torque_map)
-    step = resolution(drive_signal(prepared.recording))
+    torque_map = None if holds_torque(prepared.recording) else prepared.recording.rig.torque
+    signal, step = torque if torque_map is None else voltage_from_torque(torque, torque_map), prepared.drive_step
     noise = _noise(prepared.samples.drive[prepared.preprocessed.instants] - signal, step)
     coarse = (step > 0) & (noise < _DITHER * step)
     if not coarse.any():
-        return np.zeros_like(prepared.torque), np.zeros_like(prepared.torque)
-    rng = np.random.default_rng([_SEED, draw])
-    signal, step = signal + rng.uniform(-0.5, 0.5, len(step)) * step, np.where(coarse, step, 1.0)
-    first, second = (
-        _rounding_error(signal + noise * rng.standard_normal(signal.shape), step, None if is_torque else torque_map)
-        for _ in range(2)
-    )
-    return prepared.condition(first * coarse), prepared.condition(second * coarse)
+        nothing = np.zeros_like(prepared.torque)
+        return [(nothing, nothing)] * DRIVE_DRAWS
+    step, rng, pairs = np.where(coarse, step, 1.0), np.random.default_rng(_SEED), []
+    for _ in range(DRIVE_DRAWS):
+        shifted = signal + rng.uniform(-0.5, 0.5, len(step)) * step
+        first, second = (
+            _rounding_error(shifted + noise * rng.standard_normal(signal.shape), step, torque_map) * coarse
+            for _ in range(2)
+        )
+        pairs.append((prepared.condition(first), prepared.condition(second)))
+    return pairs
 
 
 def _rounding_error(signal: Floats, step: Floats, torque_map: Torque | None) -> Floats:

@@ -16,7 +16,7 @@ import numpy as np
 
 from ident import filters
 from ident.data import cycle_statistics, noise
-from ident.data.quantization import DRIVE_DRAWS, drive_errors
+from ident.data.quantization import drive_errors
 from ident.data.spectral_lines import SpectralLine, strongest_lines
 from ident.data.trends import Trend
 from ident.diagnosis.split_data import SplitData, rms
@@ -162,7 +162,7 @@ def _drive_mean_square(solution: Solution, predictor: TorquePredictor) -> Floats
     """(dof,) mean square [(N m)^2] of the repeating torque error due to the steps of the drives' signal."""
     prepared = predictor.prepared
     torque = predictor.unfiltered(solution.structure, solution.x)
-    products = [np.multiply(*drive_errors(prepared, torque, draw)) for draw in range(DRIVE_DRAWS)]
+    products = [first * second for first, second in drive_errors(prepared, torque)]
     together: Floats = np.nanmean(np.where(prepared.usable, products, np.nan), axis=(0, 1))
     return np.maximum(together, 0.0)
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ident.data.quantization import DRIVE_DRAWS, drive_errors
+from ident.data.quantization import drive_errors
 from ident.diagnosis.split_data import SplitData
 from ident.estimation.nonlinear_fit import Solution
 from ident.uncertainty import covariance
@@ -83,10 +83,10 @@ class QuantizationErrors:
         """(K,) variance due to the steps of the drives' signal, as far as they repeat; 0 where not identifiable."""
         structure, x = self._solution.structure, self._solution.x
         predictors = [self._split.predictors[i] for i in self._split.train_indices]
-        torques = [(predictor.prepared, predictor.unfiltered(structure, x)) for predictor in predictors]
+        draws = zip(*(drive_errors(each.prepared, each.unfiltered(structure, x)) for each in predictors), strict=True)
         products = []
-        for draw in range(DRIVE_DRAWS):
-            first, second = zip(*(drive_errors(prepared, torque, draw) for prepared, torque in torques), strict=True)
+        for pairs in draws:
+            first, second = zip(*pairs, strict=True)
             products.append(self._shift(first) * self._shift(second))
         variance: Floats = np.maximum(np.mean(products, axis=0), 0.0)
         return variance

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ident.data import cycle_statistics, quantization
+from ident.data import cycle_statistics
 from ident.data.prepared_recording import PreparedRecording
 from ident.diagnosis.high_band import HighBand, high_bands
 from ident.diagnosis.improvement import Improvement
@@ -210,8 +210,7 @@ def find_ripple(model: FittedModel, library: Mapping[str, Effect]) -> Ripple:
     bands, effect = high_bands(model.split, model.solution), library.get(EFFECT)
     if not bands:
         return Ripple(model, (), (), (), effect)
-    positions = [recording.samples.position for recording in model.split.recordings]
-    steps = np.max([quantization.resolution(position) for position in positions], axis=0)
+    steps = np.max([recording.encoder_step for recording in model.split.recordings], axis=0)
     lines: list[RippleLine] = []
     vibrations: list[Vibration] = []
     signals = [JointSignal(bands, joint) for joint in range(len(steps))]
