@@ -102,8 +102,9 @@ def load_dictionary(path: Path, node_id: int) -> Dictionary:
     Raises:
         BadInput: the file is missing, or is no EDS or DCF.
     """
+    text = _text(path)
     try:
-        dictionary = _parse(_text(path), node_id)
+        dictionary = _parse(text, node_id)
     except (Error, KeyError, ValueError, TypeError) as error:
         raise BadInput(f"{path}: an EDS or DCF file (CiA 306) expected, {_reason(error)}; check the file") from None
     if not any(index >= 0x1000 for index in dictionary.indices):

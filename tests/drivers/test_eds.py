@@ -71,7 +71,7 @@ def test_what_is_no_dictionary_is_refused(text: str, reason: str, tmp_path: Path
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"drive\.eds does not exist"):
+    with pytest.raises(BadInput, match=r"^EDS or DCF \S*drive\.eds does not exist; check the path$"):
         load_dictionary(tmp_path / "drive.eds", 1)
 
 
