@@ -20,6 +20,8 @@ from recordings.recording import Pace
 from recordings.rig import Rig
 
 _SYNC = 0x80
+_BURST = 0.05
+"""Real time: longest burst of frames during which the machine does not advance [s]."""
 
 
 class SimulatedRig(Service):
@@ -63,6 +65,8 @@ class SimulatedRig(Service):
         while not self._stopping.is_set():
             frame = self._link.receive(0.05 if self._lockstep else CHUNK)
             if frame is not None:
+                if not self._lockstep and frame[0] != _SYNC:
+                    self._keep_up()
                 self._handle(*frame)
             elif not self._lockstep:
                 self._catch_up()
@@ -116,6 +120,12 @@ class SimulatedRig(Service):
             now = min(now, self._last_sync + self._period)
         self._advance(now - self.machine.time)
         self._flush()
+
+    def _keep_up(self) -> None:
+        """Real time: let no burst of frames, such as a set-up by SDO, hold the machine up, so that a heartbeat is not
+        heard in its past and lost at once."""
+        if time.perf_counter() - self._clock_zero - self.machine.time > _BURST:
+            self._catch_up()
 
     def _now(self) -> float:
         """Real time: simulated time that it should be by the host's clock [s]."""
