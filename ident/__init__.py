@@ -56,6 +56,8 @@ def fit(
     method: str = "pso",
     effects: Sequence[str] = (),
     *,
+    without: Sequence[str] = (),
+    bare: bool = False,
     effect_files: Sequence[File] = (),
     preprocessing: str = "parallel",
     cutoff: float | None = None,
@@ -70,6 +72,8 @@ def fit(
     validate: recording that the fit does not use, on which the model is judged.
     method: estimator (`ident fit --help`), with its `settings` by name.
     effects: added to the base model, each as NAME, on all joints, or as NAME:1,3.
+    without: effects of the base model to leave out, which every real machine of this kind has (`rod_inertia`).
+    bare: leave out all of them, as in the paper.
     effect_files: Python files with effects of your own; they are executed.
     preprocessing, cutoff: method and low-pass [Hz]; None: the cut-off is chosen from the spectra.
     physical: allow only friction that opposes motion (search methods).
@@ -78,6 +82,7 @@ def fit(
         BadInput: a recording cannot be used, the recordings are not of one rig, or an option does not exist.
     """
     from ident.data.compatibility import check_not_repeated
+    from ident.diagnosis.residual_test import check_residual
     from ident.dynamics.effects.library import library
     from ident.estimation import estimators
     from ident.identification.identify import FitOptions, identify
@@ -98,12 +103,15 @@ def fit(
         preprocessing=preprocessing,
         cutoff=hz,
         effects=_names(effects),
+        base_effects=not bare,
+        without=_names(without),
         library=library(_paths(effect_files, least=0)),
         physical=physical,
         intervals=intervals,
     )
-    identification = identify(paths, held_out[0] if held_out else None, options, progress)
-    return Model(identification.model, options.library, identification)
+    result = identify(paths, held_out[0] if held_out else None, options, progress)
+    test = None if result.model.form else check_residual(result.predictions, result.structure, result.parameters)
+    return Model(result.model.model_copy(update={"residual_test": test}), options.library, result)
 
 
 def load_model(path: File, effect_files: Sequence[File] = ()) -> Model:
@@ -125,11 +133,13 @@ def compare(model: Model, files: Sequence[File]) -> ResidualAnalysis:
     Raises:
         BadInput: a recording cannot be used, or is of another rig than the model.
     """
+    from ident.diagnosis.residual_test import scored_predictions
     from ident.identification.prediction import predict
     from ident.residuals.analysis import analyse
 
     _check_model(model)
-    return analyse(model.file, predict(model.file, _paths(files), model.library))
+    predictions = predict(model.file, _paths(files), model.library)
+    return analyse(model.file, *scored_predictions(model.file, predictions, model.library))
 
 
 def diagnose(

@@ -9,6 +9,7 @@ import importlib
 import math
 import os
 import pkgutil
+import shlex
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ from typing import Any, NoReturn
 
 import click
 
-from recordings.errors import BadInput, RunFailed
+from recordings.errors import BadInput, RunFailed, did_you_mean
 
 
 def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Path] = ()) -> None:
@@ -47,9 +48,37 @@ def refuse_existing(*paths: Path | None, force: bool = False, read: Sequence[Pat
             raise BadInput(f"folder {folder} cannot be written; change its permissions, or choose another place")
 
 
+def check_readable(*inputs: Path) -> None:
+    """Check that the `inputs` exist, before anything is said about default outputs beside them.
+
+    Raises:
+        BadInput: one of them does not exist.
+    """
+    for path in inputs:
+        if not path.exists():
+            raise BadInput(f"{path} does not exist; check the path")
+
+
+def say_next(*words: object) -> None:
+    """Print the command that comes next on stderr, ready to be copied."""
+    click.echo(f"next: {shlex.join(map(str, words))}", err=True)
+
+
 def say(text: str, colour: str | None = None) -> None:
     """Print a message for the user on stderr, which leaves stdout to the results."""
     click.secho(text, err=True, fg=colour)
+
+
+class NameChoice(click.Choice[str]):
+    """A choice of names that tells which one a mistyped name may mean."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if str(value) not in self.choices:
+            listing = ", ".join(self.choices)
+            self.fail(
+                f"one of {listing} expected, '{value}' found;{did_you_mean(str(value), self.choices)}", param, ctx
+            )
+        return str(super().convert(value, param, ctx))
 
 
 class FiniteRange(click.FloatRange):

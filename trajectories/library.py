@@ -4,7 +4,7 @@ import importlib
 import pkgutil
 from pathlib import Path
 
-from recordings.errors import BadInput
+from recordings.errors import BadInput, did_you_mean
 from recordings.rig import Rig
 from trajectories import paths
 from trajectories.motion import PlannedMotion
@@ -36,7 +36,8 @@ def _motion(name_or_path: str) -> PlannedMotion:
     path = Path(name_or_path)
     if path.suffix.lower() not in (".csv", ".toml"):
         raise BadInput(
-            f"unknown trajectory '{name_or_path}'; expected {', '.join(names())}, or the path of a .csv or .toml file"
+            f"unknown trajectory '{name_or_path}';{did_you_mean(str(name_or_path), names())} expected "
+            f"{', '.join(names())}, or the path of a .csv or .toml file"
         )
     from trajectories.files import read_motion
 

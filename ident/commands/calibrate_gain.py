@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ident import plugins
-from recordings.command_line import refuse_existing
+from recordings.command_line import NameChoice, check_readable, refuse_existing, say_next
 
 if TYPE_CHECKING:
     from ident.identification.torque_calibration import Calibration
@@ -29,7 +29,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("ident.data.preprocessing")),
+    type=NameChoice(plugins.names("ident.data.preprocessing")),
     default="parallel",
     show_default=True,
     help="As in fit.",
@@ -44,6 +44,7 @@ def command(
 
     Prints the section [torque] for the rig file. With it, torques and parameters are absolute instead of relative.
     """
+    check_readable(empty, loaded)
     refuse_existing(out, force=force)
 
     from ident.identification.torque_calibration import calibrate
@@ -54,6 +55,7 @@ def command(
     if out:
         out.write_text(torque_section(calibration), encoding="utf-8")
     _show(calibration, recordings, payload, as_json)
+    say_next("daq", "record", "--traj", recordings[0].run.trajectory, "--rig", "RIG.toml")
 
 
 def torque_section(calibration: Calibration) -> str:

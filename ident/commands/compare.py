@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from recordings.command_line import refuse_existing
+from recordings.command_line import check_readable, refuse_existing, say_next
 
 FILE = click.Path(path_type=Path)
 
@@ -50,7 +50,9 @@ def command(
 
     model_name = model_path.stem.removesuffix(".model")
     report = report or (None if as_json else files[0].with_suffix(f".{model_name}.compare.html"))
-    refuse_existing(report, force=force, read=(model_path, *files, *effect_files))
+    inputs = (model_path, *files, *effect_files)
+    check_readable(model_path, *files)
+    refuse_existing(report, force=force, read=inputs)
     model = ident.load_model(model_path, effect_files)
     result = ident.compare(model, files)
     if report:
@@ -65,3 +67,10 @@ def command(
         console_table.show(result, Console())
     if report:
         click.echo(f"report: {report}", err=True)
+    options = [word for path in effect_files for word in ("--effect-file", path)]
+    if result.within_noise and result.test and result.test.diagnosed:
+        say_next("ident", "report", model_path, *files, *options)
+    else:
+        start = [] if model.file.form else ["--model", model_path]
+        better = model_path.with_name(f"{model_name}.better.model.json")
+        say_next("ident", "diagnose", *files, *start, *options, "--apply", "-o", better)

@@ -184,4 +184,4 @@ def command(
     else:
         design.show(outcome, Console())
     rig_option = f" --rig {shlex.quote(str(rig_file))}" if rig_file else "" if is_default(rig) else " --rig RIG.toml"
-    click.echo(f"trajectory: {out}; next: daq record --traj {out}{rig_option}", err=True)
+    click.echo(f"trajectory: {out}\nnext: daq record --traj {shlex.quote(str(out))}{rig_option}", err=True)

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, refuse_existing
+from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say_next
 from recordings.errors import BadInput
+
+if TYPE_CHECKING:
+    from ident.diagnosis.document import Document
 
 FILE = click.Path(path_type=Path)
 
@@ -37,7 +41,7 @@ FILE = click.Path(path_type=Path)
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("ident.data.preprocessing")),
+    type=NameChoice(plugins.names("ident.data.preprocessing")),
     default="parallel",
     show_default=True,
     help="As in fit.",
@@ -97,11 +101,12 @@ def command(
     and adds the one that explains most. Repeats this until the residual is noise, or until no effect of the library
     explains the rest.
     """
-    _check_options(apply, out, validate, stand_in)
+    _check_options(apply, out, stand_in)
     out = (out or files[0].with_suffix(".model.json")) if apply else None
     report = report or (None if as_json else files[0].with_suffix(".diagnose.html"))
     start_files = [model_path] if model_path else []
     read = [*files, *validate, *effect_files, *start_files]
+    check_readable(*files, *validate, *start_files)
     _check_output_paths([path for path in (out, report, stand_in) if path], force, read)
 
     import json
@@ -132,7 +137,6 @@ def command(
             curves = verdict.write_learned_curve(result.diagnosis, stand_in)
             result = replace(result, document=result.document.model_copy(update={"stand_in": curves}))
         if out:
-            progress("fitting the model with all effects found")
             result.apply().save(out)
         if report:
             from ident.output.report import contents, page
@@ -149,6 +153,30 @@ def command(
     for label, written_path in (("model", out), ("report", report)):
         if written_path:
             click.echo(f"{label}: {written_path}", err=True)
+    recorded = [*files, *(word for path in validate for word in ("--validate", path))]
+    recorded += [word for path in effect_files for word in ("--effect-file", path)]
+    _say_what_is_next(result.document, recorded, start_files, out)
+
+
+def _say_what_is_next(
+    document: Document, recorded: Sequence[object], start: Sequence[Path], out: Path | None
+) -> None:
+    """Print the command that follows from the verdict: separate, add, learn, repeat, or report."""
+    if document.next_motion:
+        click.echo(f"next: {document.next_motion.command}", err=True)
+    elif out:
+        say_next("ident", "report", out, *recorded)
+    elif document.findings and document.verdict == "missing-effect":
+        model = [word for path in start for word in ("--model", path)]
+        say_next("ident", "diagnose", *recorded, *model, "--apply", "--force")
+    elif document.verdict == "unknown-structure" and not document.stand_in:
+        say_next("ident", "diagnose", *recorded, "--stand-in", "learned.py", "--force")
+    elif document.verdict == "undetermined":
+        say_next("daq", "record", "--traj", "TRAJECTORY", "--cycles", 3)
+    elif start:
+        say_next("ident", "report", *start, *recorded)
+    else:
+        say_next("ident", "fit", *recorded)
 
 
 def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]) -> None:
@@ -161,12 +189,8 @@ def _check_output_paths(paths: Sequence[Path], force: bool, read: Sequence[Path]
             raise BadInput(f"{path}: a file's name expected, a folder found; choose another name")
 
 
-def _check_options(apply: bool, out: Path | None, validate: Sequence[Path], stand_in: Path | None) -> None:
+def _check_options(apply: bool, out: Path | None, stand_in: Path | None) -> None:
     if out and not apply:
         raise BadInput(f"--apply expected beside --out {out}, not found; without it no model is written")
-    if apply and len(validate) > 1:
-        raise BadInput(
-            f"one --validate expected beside --apply, {len(validate)} found; give one, or leave --apply out"
-        )
     if stand_in and stand_in.suffix != ".py":
         raise BadInput(f"--stand-in {stand_in}: a name that ends in .py expected; it becomes an effect file")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from recordings.errors import BadInput
+from recordings.command_line import say_next
 
 if TYPE_CHECKING:
     from ident.dynamics.effects.base import Effect, Quantity
@@ -33,10 +33,11 @@ def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> 
     import json
 
     from ident.dynamics.effects.library import library
+    from ident.identification.chosen_effects import check_effect_name
 
     effects = library(effect_files)
-    if name and name not in effects:
-        raise BadInput(f"effect: one of {', '.join(sorted(effects))} expected, '{name}' found; choose one of these")
+    if name:
+        check_effect_name(name, effects)
     if as_json:
         chosen = {name: effects[name]} if name else effects
         click.echo(json.dumps({"schema": 1, "effects": [_entry(*pair) for pair in chosen.items()]}, indent=2))
@@ -44,6 +45,10 @@ def command(name: str | None, effect_files: tuple[Path, ...], as_json: bool) -> 
         _explain(name, effects[name])
     else:
         _list(effects)
+    if name:
+        say_next("ident", "diagnose", "FILE", "--only", name)
+    else:
+        say_next("ident", "effects", "cogging")
 
 
 def _list(effects: dict[str, Effect]) -> None:
@@ -103,7 +108,7 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 
     return {
         "name": quantity.name,
-        "unit": quantity.unit.format(effort="N m", position="rad"),
+        "unit": quantity.unit.format(effort="N m", position="rad", turn="turn"),
         "meaning": quantity.meaning,
         "lower": quantity.lower if math.isfinite(quantity.lower) else None,
         "upper": quantity.upper if math.isfinite(quantity.upper) else None,

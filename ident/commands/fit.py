@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from ident import plugins
-from recordings.command_line import FiniteRange, refuse_existing
+from recordings.command_line import FiniteRange, NameChoice, check_readable, refuse_existing, say_next
 from recordings.errors import BadInput
 
 if TYPE_CHECKING:
@@ -28,11 +29,11 @@ FILE = click.Path(path_type=Path)
     "--validate", type=FILE, metavar="FILE", help="Validate the model on a recording that the fit does not use."
 )
 @click.option(
-    "--method", type=click.Choice(plugins.names("ident.estimation.estimators")), default="pso", show_default=True
+    "--method", type=NameChoice(plugins.names("ident.estimation.estimators")), default="pso", show_default=True
 )
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("ident.data.preprocessing")),
+    type=NameChoice(plugins.names("ident.data.preprocessing")),
     help="central: central differences of raw angles, as in the paper; parallel: the same low-pass on torque and "
     "regressor; savgol: Savitzky-Golay; fourier: one Fourier series of all cycles; cycle_average: of the mean cycle."
     "  [default: parallel]",
@@ -54,8 +55,8 @@ FILE = click.Path(path_type=Path)
 @click.option(
     "--paper",
     is_flag=True,
-    help="Proceed as in the paper: central differences on all rows, and all 1000 iterations of the swarm. Otherwise "
-    "the swarm stops at the certified minimum.",
+    help="Proceed as in the paper: the bare model, central differences on all rows, and all 1000 iterations of the "
+    "swarm. Otherwise the swarm stops at the certified minimum.",
 )
 @click.option(
     "--with",
@@ -64,6 +65,12 @@ FILE = click.Path(path_type=Path)
     multiple=True,
     help="Add an effect (see ident effects) to the base model, on all joints or, as NAME:1,3, on some. May be "
     "repeated.",
+)
+@click.option(
+    "--without",
+    metavar="EFFECT",
+    multiple=True,
+    help="Leave out an effect of the base model, which every real machine has: rod_inertia. May be repeated.",
 )
 @click.option(
     "--effect-file",
@@ -83,8 +90,10 @@ FILE = click.Path(path_type=Path)
 )
 @click.option("--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random numbers.")
 @click.option("-o", "--out", type=FILE, metavar="FILE", help="Model file.  [default: first FILE's name, .model.json]")
-@click.option("--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: first FILE's name, .plots]")
-@click.option("--details", is_flag=True, help="Also print tables of the parameters' errors.")
+@click.option(
+    "--plots", type=FILE, metavar="DIR", help="Folder of pictures.  [default: name of the model file, .plots]"
+)
+@click.option("--details", is_flag=True, help="Print parameters, Eq. (41), the assessment and tables of errors.")
 @click.option("--force", is_flag=True, help="Replace an existing model and its pictures.")
 @click.option("--json", "as_json", is_flag=True, help="Print the model as one JSON document instead of tables.")
 def command(
@@ -97,6 +106,7 @@ def command(
     iterations: int | None,
     paper: bool,
     effects: tuple[str, ...],
+    without: tuple[str, ...],
     effect_files: tuple[Path, ...],
     physical: bool,
     intervals: IntervalMethod,
@@ -109,16 +119,18 @@ def command(
 ) -> None:
     """Find the parameters of the dynamic model, Eq. (26), from recordings of one rig.
 
-    Writes the model and pictures beside the first recording. Prints the agreement with the measured torque and where
-    the model fails.
+    Writes the model and pictures beside the first recording. Prints the error of each joint, the noise floor, and
+    what comes next; with --details everything that is known of the parameters.
     """
     if paper:
         other_preprocess = None if preprocess == "central" else preprocess
-        _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations)
+        _check_beside_paper(preprocess=other_preprocess, cutoff=cutoff, iterations=iterations, without=without)
     preprocess = preprocess or ("central" if paper else "parallel")
     out = out or files[0].with_suffix(".model.json")
-    plots = plots or files[0].with_suffix(".plots")
-    refuse_existing(out, plots, force=force, read=[*files, *([validate] if validate else [])])
+    plots = plots or out.with_name(out.name.removesuffix(".json").removesuffix(".model")).with_suffix(".plots")
+    inputs = [*files, *([validate] if validate else [])]
+    check_readable(*inputs)
+    refuse_existing(out, plots, force=force, read=inputs)
 
     import ident
     from ident.estimation import estimators
@@ -132,6 +144,8 @@ def command(
             validate,
             method,
             effects,
+            without=without,
+            bare=paper,
             effect_files=effect_files,
             preprocessing=preprocess,
             cutoff=cutoff,
@@ -143,8 +157,19 @@ def command(
         )
     assert model.identification is not None
     _write(model, model.identification, out, plots)
-    _show(model.identification, as_json, details)
+    _show(model, as_json, details)
     click.echo(f"model: {out}\npictures: {plots}", err=True)
+    options = [*(["--validate", validate] if validate else []), *_repeated("--effect-file", effect_files)]
+    say_next("ident", "diagnose", *files, *options, "--apply", "-o", _better(out))
+
+
+def _better(model: Path) -> Path:
+    """A name beside the `model` file for the model that a diagnosis makes of it."""
+    return model.with_name(f"{model.name.removesuffix('.json').removesuffix('.model')}.better.model.json")
+
+
+def _repeated(option: str, values: Sequence[object]) -> list[object]:
+    return [word for value in values for word in (option, value)]
 
 
 def _check_beside_paper(**given: object) -> None:
@@ -167,16 +192,16 @@ def _write(model: Model, result: Identification, out: Path, plots: Path) -> None
         raise BadInput(f"{error.filename or out} cannot be written: {error.strerror}; choose another place") from None
 
 
-def _show(result: Identification, as_json: bool, details: bool) -> None:
+def _show(model: Model, as_json: bool, details: bool) -> None:
     import json
 
     from rich.console import Console
 
     from ident.output.console import fit
-    from ident.residuals.phases import fit_sentences
 
+    assert model.identification is not None
     if as_json:
-        document = {**result.model.as_json(), "where": fit_sentences(result)}
+        document = {**model.file.as_json(), "where": fit.sentences(model.file, model.identification)}
         click.echo(json.dumps(document, indent=2))
     else:
-        fit.show(result, Console(), details)
+        fit.show(model.file, model.identification, Console(), details)

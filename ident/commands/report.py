@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from recordings.command_line import refuse_existing
+from recordings.command_line import check_readable, refuse_existing, say_next
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -55,6 +55,9 @@ def command(
     out = out or recordings[0].with_suffix(".report.html")
     inputs = (*models, *recordings, *held_out)
     _check_not_repeated(inputs)
+    check_readable(*inputs)
+    if out.is_dir():
+        raise BadInput(f"-o {out}: a file's name expected, a folder found; write -o {out / 'report.html'}")
     refuse_existing(out, force=force, read=inputs)
 
     from rich.console import Console
@@ -72,6 +75,12 @@ def command(
     if gathered.diagnosis:
         show_conclusion(gathered.diagnosis.document, Console())
     click.echo(f"report: {out}", err=True)
+    recorded = [*recordings, *(word for path in held_out for word in ("--validate", path))]
+    options = [word for path in effect_files for word in ("--effect-file", path)]
+    if any(analysis.within_noise for analysis in gathered.primary_analyses.values()):
+        say_next("ident", "workbench", *recordings[:1], *held_out[:1])
+    else:
+        say_next("ident", "diagnose", *recorded, *options, "--apply")
 
 
 def _split_by_suffix(files: tuple[Path, ...]) -> tuple[tuple[Path, ...], tuple[Path, ...]]:

@@ -5,7 +5,7 @@ from pathlib import Path
 import click
 
 from ident import plugins
-from recordings.command_line import refuse_existing
+from recordings.command_line import NameChoice, refuse_existing, say_next
 from recordings.errors import BadInput
 
 FILE = click.Path(path_type=Path)
@@ -15,7 +15,7 @@ FILE = click.Path(path_type=Path)
 @click.argument("files", metavar="[IDENTIFICATION VALIDATION]", nargs=-1, type=FILE)
 @click.option(
     "--preprocess",
-    type=click.Choice(plugins.names("ident.data.preprocessing")),
+    type=NameChoice(plugins.names("ident.data.preprocessing")),
     default="central",
     show_default=True,
     help="As for `ident fit`; central is the paper's.",
@@ -49,6 +49,8 @@ def command(files: tuple[Path, ...], preprocess: str, seed: int, plots: Path, fo
     else:
         table.show(comparison, Console())
     click.echo(f"pictures: {plots}", err=True)
+    train, validation = files or _samples()
+    say_next("ident", "diagnose", train, "--validate", validation)
 
 
 def _samples() -> tuple[Path, Path]:

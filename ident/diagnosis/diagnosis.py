@@ -25,6 +25,7 @@ from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_u
 from ident.diagnosis.vibration_check import with_vibrations
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import ModelStructure
+from ident.identification.chosen_effects import check_effect_name
 from ident.identification.model_file import ModelFile
 from ident.identification.prediction import check_model_rig, structure_of
 from recordings.errors import BadInput
@@ -166,8 +167,7 @@ def diagnose(
 
 def _check_effects(names: Sequence[str], library: Mapping[str, Effect], not_shown: Mapping[str, str]) -> None:
     for name in names:
-        if name not in library:
-            raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; correct it")
+        check_effect_name(name, library)
         if name in not_shown:
             raise BadInput(f"effect: one that these recordings can show expected, '{name}' found: {not_shown[name]}")
 

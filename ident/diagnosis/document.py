@@ -22,11 +22,18 @@ class ParameterValue(ConfigSection):
     value: float
     unit: str
     ci95: tuple[float, float] | None
-    """None if the parameter is not identifiable."""
+    """None if the parameter is not identifiable; with the gain's uncertainty if the parameters are absolute."""
+    shape_ci95: tuple[float, float] | None = None
+    """The same for an exactly known gain, whose error all torques share; None: equal to `ci95`."""
     meaning: str
     lower: float | None
     """Physical limits; None: unbounded."""
     upper: float | None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """The interval that tables show: for an exactly known gain."""
+        return self.shape_ci95 or self.ci95
 
     @property
     def infinite(self) -> bool:
@@ -79,6 +86,9 @@ class FindingEntry(ConfigSection):
     confusable_with: tuple[str, ...]
     gain: float
     gain_ci95: tuple[float, float]
+    share: float | None = None
+    """Its part of the held-out error above the noise floor of the first model: the parts of all findings add up to
+    the fall to the last model. None if the first model has it, or above the low-pass."""
     why: str
     sentence: str
     looks: str
@@ -167,6 +177,10 @@ class Document(ConfigSection):
     torque_rms: Numbers
     joints: tuple[str, ...]
     effort_units: tuple[str, ...]
+    relative: bool = False
+    """Whether the torque gain is assumed: the parameters are then known up to one common factor."""
+    scale_uncertainty: float = 0.0
+    """Relative standard uncertainty of that factor, the torque gain; 0 for measured torque."""
     simulated: bool
     """Whether any of the recordings is of a simulated machine."""
     held_out: str

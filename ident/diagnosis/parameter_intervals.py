@@ -31,6 +31,13 @@ def confidence_intervals(split: SplitData, solution: Solution, gain_uncertainty:
     return np.stack([solution.x - width, solution.x + width], axis=1)
 
 
+def with_gain(intervals: Floats, solution: Solution, gain_uncertainty: float) -> Floats:
+    """The `intervals` (K, 2) for an exactly known gain, widened by its relative standard uncertainty."""
+    gain = np.where(solution.structure.linear, _NORMAL * gain_uncertainty * np.abs(solution.x), 0.0)
+    width = np.hypot((intervals[:, 1] - intervals[:, 0]) / 2, gain)
+    return np.stack([solution.x - width, solution.x + width], axis=1)
+
+
 def standard_errors(split: SplitData, solution: Solution) -> Floats:
     """(K,) standard errors of the parameters of `solution`, due to noise and quantization; NaN: not identifiable."""
     noise = parameter_uncertainty(split, solution).std

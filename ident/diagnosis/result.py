@@ -5,13 +5,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ident.diagnosis.diagnosed_model import model_file, with_errors
 from ident.diagnosis.diagnosis import Diagnosis, DiagnosisOptions, StatusCallback, diagnose
 from ident.diagnosis.document import Document, FindingEntry, Verdict
 from ident.diagnosis.ripple_model import with_ripple_terms
 from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
-from ident.estimation import estimators
-from ident.identification.identify import FitOptions, identify
 from ident.identification.model import Model
 
 
@@ -42,20 +41,11 @@ class DiagnosisResult:
         return self.document.as_json()
 
     def apply(self) -> Model:
-        """Fit the linear parameters of the last model, which has all effects found, to all rows.
-
-        Raises:
-            BadInput: a recording cannot be read any more.
-        """
-        solution = self.diagnosis.model.solution
-        cutoff = self.diagnosis.split.recordings[0].cutoff
-        options = FitOptions(
-            "ls", estimators.settings("ls", {}), 0, self.options.preprocessing, cutoff.hz if cutoff else None
-        )
-        held_out = self.validate[0] if self.validate else None
-        identification = identify(self.files, held_out, options, lambda *_: None, (solution.structure, solution.x))
-        model = with_ripple_terms(identification.model, self.diagnosis.ripple)
-        return Model(model, self.diagnosis.library, identification)
+        """The last model of the document, with all effects found: the same values, intervals and errors."""
+        file = model_file(self.diagnosis.model, self.diagnosis.unexplained)
+        last = self.document.rungs[-1]
+        file = with_errors(file, last.train_rms, last.validate_rms)
+        return Model(with_ripple_terms(file, self.diagnosis.ripple), self.diagnosis.library)
 
 
 def diagnosed(

@@ -117,7 +117,10 @@ def above_low_pass(ripple: Ripple) -> AboveLowPass | None:
     )
     names = ripple.model.split.recordings[0].recording.rig.joint_names
     listing = ", ".join(f"{name} {share:.1%}" for name, share in zip(names, shares, strict=True))
-    why = f"Above the low-pass, up to {highest:g} Hz, nothing explains this share of the torque (RMS): {listing}."
+    why = (
+        f"Above the low-pass, up to {highest:g} Hz, only ripple and vibrations are searched. The rest, with the "
+        f"noise, is this share of the torque (RMS): {listing}."
+    )
     if vibrations:
         lines = ", ".join(f"{each.frequency_hz:.4g} Hz (joint {each.joint})" for each in vibrations)
         why += f" Vibrations or electrical lines that keep their frequency: {lines}."

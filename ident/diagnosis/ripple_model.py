@@ -11,17 +11,14 @@ def with_ripple_terms(model: ModelFile, ripple: Ripple) -> ModelFile:
     """The `model`, fitted below the low-pass, with the lines above it."""
     structure, x = ripple.structure, ripple.x
     first, before = len(ripple.model.solution.x), len(model.terms)
-    added = [
-        (entry, value, width)
-        for entry, value, width in zip(structure.parameters[first:], x[first:], ripple.half_widths, strict=True)
-        if entry.linear
-    ]
+    lines = list(zip(structure.parameters[first:], x[first:].tolist(), ripple.half_widths.tolist(), strict=True))
     terms = effect_terms(structure, x)[before:]
     return model.model_copy(
         update={
             "effects": (*model.effects, *(term.name for term in terms)),
             "terms": (*model.terms, *terms),
-            "parameters": (*model.parameters, *(_fitted(entry, value, width) for entry, value, width in added)),
+            "parameters": (*model.parameters, *(_fitted(*line) for line in lines if line[0].linear)),
+            "searched": (*model.searched, *(_fitted(*line) for line in lines if not line[0].linear)),
         }
     )
 
@@ -36,4 +33,5 @@ def _fitted(entry: ParameterEntry, value: float, width: float) -> FittedParamete
         at_bound=False,
         paper_value=value,
         ci95=(value - width, value + width),
+        shape_ci95=(value - width, value + width),
     )

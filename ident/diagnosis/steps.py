@@ -7,6 +7,7 @@ from typing import Literal
 
 from ident.diagnosis.improvement import Improvement, measure_improvement
 from ident.diagnosis.noise_floor import NoiseFloor, estimate_noise_floor
+from ident.diagnosis.parameter_intervals import confidence_intervals
 from ident.diagnosis.split_data import SplitData
 from ident.dynamics.structure import Term
 from ident.estimation.nonlinear_fit import Solution
@@ -49,6 +50,11 @@ class FittedModel:
     def noise_floor(self) -> NoiseFloor:
         """The error that this model would leave if it were right."""
         return estimate_noise_floor(self.split, self.solution, self.residuals)
+
+    @cached_property
+    def shape_intervals(self) -> Floats:
+        """(K, 2) 95 % intervals of its parameters for an exactly known torque gain; NaN where not identifiable."""
+        return confidence_intervals(self.split, self.solution, 0.0)
 
     def improvement_over(
         self, before: "FittedModel", rows: Sequence[Bools] | None = None, compared: int = 1

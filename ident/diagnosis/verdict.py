@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ident.data.samples import holds_torque
 from ident.diagnosis.advice import fit_command, next_motion
 from ident.diagnosis.confirmation import is_supported
 from ident.diagnosis.diagnosis import Diagnosis
@@ -21,7 +20,7 @@ from ident.diagnosis.document import (
     Verdict,
 )
 from ident.diagnosis.estimate_consistency import consistency_warnings
-from ident.diagnosis.parameter_intervals import confidence_intervals
+from ident.diagnosis.parameter_intervals import with_gain
 from ident.diagnosis.physical_limits import sign_warnings, size_warnings
 from ident.diagnosis.rejections import rejected_effects
 from ident.diagnosis.ripple_document import above_low_pass, describe_ripple, ripple_step, step_errors, with_ripple
@@ -29,6 +28,8 @@ from ident.diagnosis.split_data import SplitData, rms
 from ident.diagnosis.steps import Finding, SelectionStep
 from ident.diagnosis.warnings import data_warnings, file_names
 from ident.dynamics.effects.learned_curve import effect_file_text
+from ident.identification.identify import is_relative
+from ident.uncertainty.assessment import gain_uncertainty, interval_or_none
 from recordings.recording import Floats
 
 _UNKNOWN_FLOOR = "whether more is missing is not known, because nothing repeats and the noise is unknown"
@@ -50,6 +51,8 @@ def to_document(diagnosis: Diagnosis) -> Document:
         torque_rms=_numbers(split.torque_rms),
         joints=rig.joint_names,
         effort_units=rig.effort_units,
+        relative=is_relative(split.recordings[0].recording),
+        scale_uncertainty=gain_uncertainty(split.recordings[0].recording),
         simulated=any(data.recording.run.simulated for data in split.recordings),
         held_out=describe_test_data(split),
         rungs=(*rungs, *ripple_step(ripple, rungs[-1])),
@@ -196,7 +199,7 @@ def step_entry(
 ) -> StepEntry:
     """One model of the selection in numbers.
 
-    errors: `train_rms`, `validate_rms`, and those on all rows; None: below the low-pass.
+    errors: `train_rms` and `validate_rms` up to the highest ripple; None: below the low-pass.
     """
     model = step.model
     below = {
@@ -209,26 +212,26 @@ def step_entry(
         added=step.added,
         effects=tuple(term.name for term in model.terms),
         parameters=_parameters(split, step),
-        **(errors or below),
+        **{**below, **(errors or {})},
     )
 
 
 def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterValue]:
     solution = step.model.solution
     recording = split.recordings[0].recording
-    gain_uncertainty = 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
-    entries = solution.structure.parameters
-    limits = confidence_intervals(split, solution, gain_uncertainty)
+    entries, shapes = solution.structure.parameters, step.model.shape_intervals
+    totals = shapes if is_relative(recording) else with_gain(shapes, solution, gain_uncertainty(recording))
     return {
         entry.name: ParameterValue(
             value=float(value),
             unit=entry.unit,
-            ci95=(float(low), float(high)) if np.isfinite([low, high]).all() else None,
+            ci95=interval_or_none(total),
+            shape_ci95=interval_or_none(shape),
             meaning=entry.meaning,
             lower=entry.lower if np.isfinite(entry.lower) else None,
             upper=entry.upper if np.isfinite(entry.upper) else None,
         )
-        for entry, value, (low, high) in zip(entries, solution.x, limits, strict=True)
+        for entry, value, total, shape in zip(entries, solution.x, totals, shapes, strict=True)
         if entry.free or entry.term >= 0  # not friction of the mechanism that an effect replaces
     }
 
@@ -236,10 +239,15 @@ def _parameters(split: SplitData, step: SelectionStep) -> dict[str, ParameterVal
 def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
     effect, improvement = finding.term.effect, finding.improvement
     where = "the whole robot" if effect.whole_robot else f"joint {', '.join(str(j + 1) for j in finding.term.joints)}"
-    low, high = improvement.interval
     known = diagnosis.selection.model.noise_floor.known
     excess = "error above the noise floor" if known else "mean square above what may be noise"
-    why = f"It removes {improvement.share:.0%} of the {excess} on held-out data"
+    share, interval = _part(diagnosis, finding)
+    if share is None:
+        low, high = improvement.interval
+        why = f"Leaving it out would add {improvement.share:.0%} of the {excess} on held-out data"
+    else:
+        low, high = interval or (share, share)
+        why = f"It accounts for {share:.0%} of the {excess} that the first model leaves on held-out data"
     if finding.compared > 1:
         why += (
             f" ({low:.0%} to {high:.0%}: no fit used these data, but they chose among {finding.compared} models, "
@@ -255,6 +263,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
         confusable_with=finding.alternatives,
         gain=improvement.share,
         gain_ci95=improvement.interval,
+        share=share,
         status=_status(diagnosis, finding),
         in_model=finding.term.name in _initial_effects(diagnosis),
         why=f"On {where}. {why}.",
@@ -263,6 +272,25 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> FindingEntry:
         causes=effect.causes,
         remedy=effect.remedy,
     )
+
+
+def _part(diagnosis: Diagnosis, finding: Finding) -> tuple[float | None, tuple[float, float] | None]:
+    """Part of a finding in the fall of the held-out excess from the first model to the last, and its interval.
+
+    The fall is divided in proportion to what leaving out each effect alone would add to the mean square.
+    """
+    selection, initial = diagnosis.selection, _initial_effects(diagnosis)
+    if finding.term.name in initial or len(selection.steps) < 2:
+        return None, None
+    added: dict[str, float] = {}
+    for each in selection.findings:
+        if each.term.name not in initial:
+            added[each.term.name] = added.get(each.term.name, 0.0) + max(each.improvement.reduction, 0.0)
+    total = sum(added.values())
+    fall = selection.model.improvement_over(selection.steps[0].model, compared=finding.compared)
+    part = added[finding.term.name] / total if total else 0.0
+    low, high = fall.interval
+    return part * fall.share, (part * low, part * high)
 
 
 def _status(diagnosis: Diagnosis, finding: Finding) -> FindingStatus:

@@ -73,7 +73,7 @@ def _excluded_rows(split: SplitData) -> Iterator[str]:
     if split.standstill_share > MIN_REPORTED_SHARE:
         yield (
             f"{split.standstill_share:.0%} of the rows are left out of fits and errors because a joint is at or near "
-            "standstill, where its dry friction is not determined. ident compare includes them."
+            "standstill, where its dry friction is not determined."
         )
     if split.insensitive_share > MIN_REPORTED_SHARE:
         yield (
@@ -87,6 +87,6 @@ def _assumed_gain(split: SplitData) -> Iterator[str]:
     if recording.rig.torque.gain_source == "assumed" and not holds_torque(recording):
         share = recording.rig.torque.gain_uncertainty
         yield (
-            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike, and the "
-            "intervals of parameters that are proportional to the torque include it."
+            f"The torque gain is assumed, with an uncertainty of {share:.0%}: it scales all torques alike. "
+            "Parameters that are proportional to the torque are RELATIVE; their intervals leave this factor out."
         )

@@ -107,10 +107,19 @@ class ModelStructure:
         """Entries of the vector: the mechanism's, then of each term local parameters by instance, and shapes."""
         mechanism = [
             _mechanism_entry(parameter, replaced=replaced)
-            for parameter, replaced in zip(self.mechanism.parameters, self._replaced, strict=True)
+            for parameter, replaced in zip(self._mechanism_parameters, self._replaced, strict=True)
         ]
         return *mechanism, *(
             entry for index, term in enumerate(self.terms) for entry in self._term_parameters(index, term)
+        )
+
+    @cached_property
+    def _mechanism_parameters(self) -> tuple[Parameter, ...]:
+        """Parameters of the mechanism, with the meanings that they have beside the effects."""
+        meanings = {name: meaning for term in self.terms for name, meaning in term.effect.meanings.items()}
+        return tuple(
+            replace(parameter, meaning=meanings.get(parameter.name, parameter.meaning))
+            for parameter in self.mechanism.parameters
         )
 
     @cached_property
@@ -148,7 +157,7 @@ class ModelStructure:
         effort, position = self.rig.effort_units[joint or 0], self.rig.position_units[joint or 0]
         return ParameterEntry(
             name if joint is None else f"{name}{joint + 1}",
-            quantity.unit.format(effort=effort, position=position),
+            quantity.unit.format(effort=effort, position=position, turn="turn" if position == "rad" else "2π m"),
             quantity.meaning if joint is None else f"{quantity.meaning}, joint {joint + 1}",
             quantity.lower,
             quantity.upper,
@@ -161,11 +170,18 @@ class ModelStructure:
     @cached_property
     def linear_parameters(self) -> tuple[Parameter, ...]:
         """Parameters in which the torque is linear: the mechanism's, and coefficients of additive effects."""
-        mechanism = zip(self.mechanism.parameters, self._replaced, strict=True)
-        coefficients = [entry for entry in self.parameters if entry.linear and entry.term >= 0]
-        return *(parameter for parameter, replaced in mechanism if not replaced), *(
-            Parameter(entry.name, entry.unit, entry.meaning) for entry in coefficients
-        )
+        mechanism = zip(self._mechanism_parameters, self._replaced, strict=True)
+        coefficients = [
+            Parameter(
+                entry.name,
+                entry.unit,
+                entry.meaning,
+                nonnegative=self.terms[entry.term].effect.mandatory and entry.lower >= 0,  # a part of the machine
+            )
+            for entry in self.parameters
+            if entry.linear and entry.term >= 0
+        ]
+        return *(parameter for parameter, replaced in mechanism if not replaced), *coefficients
 
     @cached_property
     def linear(self) -> Bools:

@@ -7,8 +7,42 @@ import numpy as np
 from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.structure import Term
-from recordings.errors import BadInput
+from recordings.errors import BadInput, did_you_mean
 from recordings.recording import Recording
+
+
+def check_effect_name(name: str, library: Mapping[str, Effect]) -> None:
+    """Check that the `library` has the effect `name`.
+
+    Raises:
+        BadInput: it has not; the message names the effect that may be meant.
+    """
+    if name not in library:
+        raise BadInput(
+            f"effect: a name of the library expected, '{name}' found;{did_you_mean(name, library)} "
+            "`ident effects` lists them"
+        )
+
+
+def mandatory_terms(
+    library: Mapping[str, Effect], recording: Recording, without: Sequence[str] = ()
+) -> tuple[Term, ...]:
+    """The effects of the `library` that every real machine of this kind has, but for those in `without`.
+
+    Raises:
+        BadInput: an effect in `without` is no such effect.
+    """
+    base = [
+        name for name, effect in library.items() if effect.mandatory and recording.rig.mechanism in effect.mechanisms
+    ]
+    for name in without:
+        check_effect_name(name, library)
+        if name not in base:
+            expected = ", ".join(base) or "none, because this mechanism has no such effect,"
+            raise BadInput(
+                f"--without: an effect of the base model ({expected}) expected, '{name}' found; leave it out"
+            )
+    return tuple(Term.on_all_joints(name, library[name], recording.rig) for name in base if name not in without)
 
 
 def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording: Recording) -> tuple[Term, ...]:
@@ -30,8 +64,7 @@ def parse_terms(choices: Sequence[str], library: Mapping[str, Effect], recording
 def _parse_term(choice: str, library: Mapping[str, Effect], recording: Recording) -> Term:
     rig = recording.rig
     name, _, joints = choice.partition(":")
-    if name not in library:
-        raise BadInput(f"effect: one of {', '.join(sorted(library))} expected, '{name}' found; see `ident effects`")
+    check_effect_name(name, library)
     effect = library[name]
     if rig.mechanism not in effect.mechanisms:
         raise BadInput(

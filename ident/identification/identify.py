@@ -1,7 +1,7 @@
 """Identify a model from recordings: read, preprocess, fit, and assess on training and validation data."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,13 +12,13 @@ from ident.data.prepared_recording import PreparedRecording, prepare_all
 from ident.data.samples import holds_torque
 from ident.dynamics.effects.base import Effect
 from ident.dynamics.effects.library import library as load_library
-from ident.dynamics.structure import ModelStructure
+from ident.dynamics.structure import ModelStructure, Term
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit, fit
 from ident.estimation.problem import Progress
 from ident.estimation.regression import Regression, linearize
 from ident.estimation.shape_parameters import fit_shape_parameters
-from ident.identification.chosen_effects import parse_terms
+from ident.identification.chosen_effects import mandatory_terms, parse_terms
 from ident.identification.goodness_of_fit import goodness_of_fit
 from ident.identification.model_file import (
     Agreement,
@@ -29,14 +29,14 @@ from ident.identification.model_file import (
     Preprocessing,
     recording_source,
 )
-from ident.identification.prediction import effect_terms
-from ident.uncertainty.assessment import ParameterUncertainty, assess
+from ident.identification.prediction import Prediction, effect_terms, searched_parameters
+from ident.uncertainty.assessment import Assessment, ParameterUncertainty, assess
 from ident.uncertainty.covariance import IntervalMethod
 from ident.uncertainty.sensitivity import Sensitivity, sensitivity
 from ident.uncertainty.time_delay import delays
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Floats
+from recordings.recording import Floats, Recording
 
 
 @dataclass(frozen=True)
@@ -55,6 +55,10 @@ class FitOptions:
     """Effects added to the mechanism: NAME, or NAME:1,3 for some joints."""
     library: Mapping[str, Effect] = field(default_factory=load_library)
     """Effects by name, in which `effects` are looked up."""
+    base_effects: bool = False
+    """Whether the base model includes what every real machine of this kind has, the mandatory effects."""
+    without: tuple[str, ...] = ()
+    """Mandatory effects that are left out nevertheless."""
     physical: bool = False
     """Constrain friction to oppose motion."""
     intervals: IntervalMethod = "stationary"
@@ -73,6 +77,19 @@ class Identification:
     train: tuple[Regression, ...]
     validation: Regression | None
 
+    @property
+    def parameters(self) -> Floats:
+        """(K,) all fitted parameters."""
+        x = self.x.copy()
+        x[self.structure.linear] = self.fit.parameters
+        return x
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """The training recordings, and then the validation recording if there is one."""
+        regressions = [*self.train, *([self.validation] if self.validation else [])]
+        return tuple(Prediction(each.prepared, each.predicted_torque(self.fit.parameters)) for each in regressions)
+
 
 def identify(
     files: Sequence[Path],
@@ -90,7 +107,6 @@ def identify(
         BadInput: a recording cannot be used, recordings overlap, or they are not of the same rig.
     """
     recordings = [read(path) for path in (*files, *([validate] if validate else []))]
-    rig = recordings[0].rig
     check_same_rig(recordings)
     check_no_overlap(recordings)
     form = estimators.form(options.method)
@@ -104,62 +120,101 @@ def identify(
     result = fit(
         train, structure.linear_parameters, options.method, options.settings, generator, progress, options.physical
     )
-    relative = rig.torque.gain_source == "assumed" and not holds_torque(recordings[0])
-    effects = effect_terms(structure, x)
     assessment, uncertainties = None, (ParameterUncertainty(),) * len(structure.linear_parameters)
     if form is None:
-        changes = Sensitivity(None, ()) if structure.terms else _parameter_changes(train, options)
+        changes = _parameter_changes(train, structure, options.preprocessing)
         assessment, uncertainties = assess(
-            train, result, structure, options.method, changes, relative, options.intervals
+            train, result, structure, options.method, changes, is_relative(recordings[0]), options.intervals
         )
-    cutoff = train[0].prepared.cutoff
-    model = ModelFile(
+    method = FitMethod(
+        name=options.method,
+        settings=asdict(options.settings),
+        seed=options.seed,
+        objective=result.estimate.objective,
+        rows=result.rows,
+        certified=_certified(result),
+        diagnostics=dict(result.estimate.diagnostics),
+    )
+    model = model_of(
+        train,
+        structure,
+        x,
+        result,
+        method,
+        options.preprocessing,
+        (assessment, uncertainties),
+        (_agreement(train, result), _agreement([validation], result) if validation else None),
+    ).model_copy(update={"form": form})
+    return Identification(model, structure, x, result, train, validation)
+
+
+def is_relative(recording: Recording) -> bool:
+    """Return whether parameters fitted to `recording` are known only up to one common factor."""
+    return recording.rig.torque.gain_source == "assumed" and not holds_torque(recording)
+
+
+def model_of(
+    train: Sequence[Regression],
+    structure: ModelStructure,
+    x: Floats,
+    result: Fit,
+    method: FitMethod,
+    preprocessing: str,
+    assessed: tuple[Assessment | None, Sequence[ParameterUncertainty]],
+    agreements: tuple[Agreement, Agreement | None],
+) -> ModelFile:
+    """Describe a fitted model as a file.
+
+    assessed: of the whole and of each linear parameter. agreements: with training and validation data.
+    """
+    rig, prepared = train[0].prepared.recording.rig, train[0].prepared
+    effects, cutoff = effect_terms(structure, x), prepared.cutoff
+    return ModelFile(
         mechanism=rig.mechanism,
-        form=form,
         effects=tuple(term.name for term in effects),
         terms=effects,
         joints=rig.joint_names,
         effort_units=rig.effort_units,
         geometry=rig.geometry if rig.mechanism == "delta" else None,
         torque=rig.torque,
-        relative=relative,
-        parameters=_parameters(structure, result, uncertainties),
-        method=FitMethod(
-            name=options.method,
-            settings=asdict(options.settings),
-            seed=options.seed,
-            objective=result.estimate.objective,
-            rows=result.rows,
-            certified=_certified(result),
-            diagnostics=dict(result.estimate.diagnostics),
-        ),
+        relative=is_relative(prepared.recording),
+        parameters=_parameters(structure, result, assessed[1]),
+        searched=searched_parameters(structure, x, np.full((len(x), 2), np.nan)),
+        method=method,
         preprocessing=Preprocessing(
-            name=options.preprocessing,
-            bandwidth=train[0].prepared.bandwidth,
-            rate=train[0].prepared.rate,
+            name=preprocessing,
+            bandwidth=prepared.bandwidth,
+            rate=prepared.rate,
             cutoff=cutoff.sentence() if cutoff else None,
-            delays=delays(train, result.parameters) if form is None else None,
+            delays=delays(train, result.parameters) if assessed[0] else None,
         ),
-        train=_agreement(train, result),
-        validate=_agreement([validation], result) if validation else None,
-        trust=assessment,
+        train=agreements[0],
+        validate=agreements[1],
+        trust=assessed[0],
     )
-    return Identification(model, structure, x, result, train, validation)
 
 
 def _structure(train: Sequence[PreparedRecording], options: FitOptions) -> tuple[ModelStructure, Floats]:
     """The mechanism with the chosen effects, whose shapes are fitted to `train`, and all parameters (K,)."""
-    if options.effects:
-        return fit_shape_parameters(train, parse_terms(options.effects, options.library, train[0].recording))
-    bare = train[0].base_structure
-    return bare, np.zeros(len(bare.parameters))
+    recording = train[0].recording
+    chosen = parse_terms(options.effects, options.library, recording)
+    base: tuple[Term, ...] = ()
+    if options.base_effects and estimators.form(options.method) is None:
+        base = mandatory_terms(options.library, recording, options.without)
+    terms = (*(term for term in base if term.name not in {other.name for other in chosen}), *chosen)
+    if chosen:
+        return fit_shape_parameters(train, terms)
+    structure = replace(train[0].base_structure, terms=terms)
+    return structure, np.zeros(len(structure.parameters))
 
 
-def _parameter_changes(train: Sequence[Regression], options: FitOptions) -> Sensitivity:
-    """Changes without effects; with effects, shape parameters would have to be fitted again for each change."""
+def _parameter_changes(train: Sequence[Regression], structure: ModelStructure, preprocessing: str) -> Sensitivity:
+    """Changes of the parameters; none for effects whose shapes would have to be fitted again for each change."""
+    if not all(term.effect.mandatory for term in structure.terms):
+        return Sensitivity(None, ())
     cutoff = train[0].prepared.cutoff
     recordings = [regression.prepared.recording for regression in train]
-    return sensitivity(recordings, options.preprocessing, cutoff.hz if cutoff else None)
+    return sensitivity(recordings, preprocessing, cutoff.hz if cutoff else None, structure.terms)
 
 
 def _parameters(
@@ -195,12 +250,22 @@ def _certified(result: Fit) -> CertifiedMinimum | None:
 
 
 def _agreement(regressions: Sequence[Regression], result: Fit) -> Agreement:
-    measured = np.concatenate([regression.torque for regression in regressions])
-    computed = np.concatenate([regression.predicted_torque(result.parameters) for regression in regressions])
-    prepared = [regression.prepared for regression in regressions]
-    nominal = [each.nominal for each in prepared if each.nominal is not None]
+    return agreement(
+        [regression.prepared for regression in regressions],
+        [regression.torque for regression in regressions],
+        [regression.predicted_torque(result.parameters) for regression in regressions],
+    )
+
+
+def agreement(
+    recordings: Sequence[PreparedRecording], measured: Sequence[Floats], computed: Sequence[Floats]
+) -> Agreement:
+    """Agreement of the torques `measured` and `computed` (m, dof) of all `recordings`; NaN is skipped."""
+    torque = np.concatenate(measured)
+    nominal = [each.nominal for each in recordings if each.nominal is not None]
+    paths = {each.recording.path: each.recording for each in recordings}
     return Agreement(
-        recordings=tuple(recording_source(each.recording) for each in prepared),
-        fitted=goodness_of_fit(measured, computed),
-        nominal=goodness_of_fit(measured, np.concatenate(nominal)) if nominal else None,
+        recordings=tuple(map(recording_source, paths.values())),
+        fitted=goodness_of_fit(torque, np.concatenate(computed)),
+        nominal=goodness_of_fit(torque, np.concatenate(nominal)) if nominal else None,
     )

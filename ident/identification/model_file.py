@@ -104,6 +104,42 @@ class EffectTerm(ConfigSection):
     """Parameters of an effect on measured signals: joint by joint, or once for an effect of the whole robot."""
 
 
+FloorVerdict = Literal["within-noise", "above-noise", "unknown"]
+
+
+class ResidualTest(ConfigSection):
+    """Test of a model's residual against the noise floor: the one verdict that every command shows."""
+
+    verdict: FloorVerdict
+    """unknown: no motion is repeated, so that the noise floor is not known."""
+    diagnosed: bool = False
+    """Whether a diagnosis has searched the residual for effects, which shows smaller ones than this test alone."""
+    bandwidth_hz: float
+    noise_rms: tuple[float | None, ...]
+    """Noise floor of each joint: differences between repetitions, and quantization [N m]; None: unknown."""
+    repetition_rms: tuple[float | None, ...]
+    """Of that, what differs between repetitions [N m]."""
+    quantization_rms: tuple[float | None, ...]
+    """Of that, what quantization leaves although the motion repeats [N m]."""
+    structured_rms: tuple[float, ...]
+    """What is above the noise floor [N m]."""
+    structured_share: float
+    """Its share of the mean square of the residual, over all joints, 0 to 1."""
+    recordings: tuple[RecordingSource, ...]
+    """The recordings that were tested."""
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words."""
+        return {
+            "within-noise": "Within the noise: nothing structured is left above the noise floor."
+            if self.diagnosed
+            else "Within the noise: the error is no larger than the noise floor.",
+            "above-noise": f"Above the noise: {self.structured_share:.0%} of the mean square is structured.",
+            "unknown": "The noise floor is unknown, because nothing repeats: whether an effect is missing is open.",
+        }[self.verdict]
+
+
 class ModelFile(ConfigSection):
     """An identified model."""
 
@@ -125,12 +161,27 @@ class ModelFile(ConfigSection):
     relative: bool
     """True if the torque gain is assumed: all parameters are then known up to one common factor."""
     parameters: tuple[FittedParameter, ...]
+    """In which the torque is linear."""
+    searched: tuple[FittedParameter, ...] = ()
+    """Shapes and other values found by a search, which `terms` hold too, for tables of all parameters."""
     method: FitMethod
     preprocessing: Preprocessing
     train: Agreement
     validate_: Agreement | None = Field(None, alias="validate")
     trust: Assessment | None = None
     """None for alternative forms of the mechanism, which serve only for comparison."""
+    residual_test: ResidualTest | None = None
+    """On the training and validation data together; None for alternative forms and in files of earlier versions."""
+
+    @property
+    def all_parameters(self) -> tuple[FittedParameter, ...]:
+        """Parameters in the order of tables: those of the mechanism, then of each effect."""
+        entries = (*self.parameters, *self.searched)
+        groups = ["", *dict.fromkeys(entry.name.partition(".")[0] for entry in entries if "." in entry.name)]
+        of_effect = [entry.name.partition(".")[0] if "." in entry.name else "" for entry in entries]
+        return tuple(
+            entry for group in groups for entry, name in zip(entries, of_effect, strict=True) if name == group
+        )
 
     def as_json(self) -> Mapping[str, Any]:
         """Return the document of the file."""

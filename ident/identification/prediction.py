@@ -12,10 +12,12 @@ from ident.dynamics.effects.base import Effect, Signal
 from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.structure import ModelStructure, ParameterEntry, Term
 from ident.estimation import chunks
-from ident.identification.model_file import EffectTerm, ModelFile
+from ident.estimation.linear_fit import SEARCH_FACTOR
+from ident.identification.model_file import EffectTerm, FittedParameter, ModelFile
+from ident.uncertainty.assessment import interval_or_none
 from recordings.errors import BadInput
 from recordings.reader import read
-from recordings.recording import Floats, Recording
+from recordings.recording import Bools, Floats, Recording
 from recordings.rig import Geometry, Rig, Torque
 
 
@@ -26,12 +28,19 @@ class Prediction:
     prepared: PreparedRecording
     computed: Floats
     """(m, dof) [N m or N]."""
+    scored: Bools | None = None
+    """(m, dof) rows that enter errors; None: all usable ones."""
 
     @property
     def residual(self) -> Floats:
         """(m, dof) measured minus computed torque; NaN where a sample is not usable."""
         residual: Floats = self.prepared.torque - self.computed
         return residual
+
+    @property
+    def scored_residual(self) -> Floats:
+        """(m, dof) `residual`; NaN also where a row is not scored."""
+        return self.residual if self.scored is None else np.where(self.scored, self.residual, np.nan)
 
 
 def predict(model: ModelFile, files: Sequence[Path], library: Mapping[str, Effect]) -> tuple[Prediction, ...]:
@@ -73,6 +82,26 @@ def structure_of(model: ModelFile, rig: Rig, library: Mapping[str, Effect]) -> t
     for index, saved in enumerate(model.terms):
         x[structure.parameter_mask(index) & ~structure.linear] = _searched_values(terms[index], saved)
     return structure, x
+
+
+def searched_parameters(structure: ModelStructure, x: Floats, intervals: Floats) -> tuple[FittedParameter, ...]:
+    """Those values of `x` (K,) that are not among the model's parameters, with their `intervals` (K, 2) or NaN."""
+    return tuple(
+        FittedParameter(
+            name=entry.name,
+            value=float(value),
+            unit=entry.unit,
+            lower=entry.lower if np.isfinite(entry.lower) else -SEARCH_FACTOR * abs(float(value)),
+            upper=entry.upper if np.isfinite(entry.upper) else SEARCH_FACTOR * abs(float(value)),
+            at_bound=False,
+            status="identifiable" if np.isfinite(limits).all() else None,
+            paper_value=float(value),
+            ci95=interval_or_none(limits),
+            shape_ci95=interval_or_none(limits),
+        )
+        for entry, value, limits in zip(structure.parameters, x, intervals, strict=True)
+        if entry.term >= 0 and not entry.linear
+    )
 
 
 def effect_terms(structure: ModelStructure, x: Floats) -> tuple[EffectTerm, ...]:

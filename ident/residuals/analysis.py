@@ -8,7 +8,7 @@ import numpy as np
 
 from ident.data import cycle_statistics
 from ident.data.cycle_statistics import CycleStatistics
-from ident.identification.model_file import ModelFile
+from ident.identification.model_file import ModelFile, ResidualTest
 from ident.identification.prediction import Prediction
 from ident.residuals import phases
 from ident.residuals.curves import BinnedCurve, binned_curves
@@ -29,9 +29,18 @@ class JointAnalysis:
     """Unit of its effort."""
     summary: phases.JointResidual
     split: CycleStatistics | None
-    """Noise floor and repeating part; None if no motion is repeated."""
+    """What differs between repetitions, and what repeats; None if no motion is repeated."""
+    noise_rms: float | None
+    """Noise floor: differences between repetitions, and quantization; None if it is not known."""
     curves: tuple[BinnedCurve, ...]
     spectrum: Spectrum
+
+    @property
+    def above_noise(self) -> float | None:
+        """Share of the mean square in scored rows above the noise floor, 0 to 1; None if the floor is not known."""
+        if self.noise_rms is None:
+            return None
+        return max(1 - (self.noise_rms / self.summary.rms) ** 2, 0.0) if self.summary.rms else 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +53,18 @@ class ResidualAnalysis:
     joints: tuple[JointAnalysis, ...]
     windows: tuple[Window, ...]
     """Worst first."""
+    test: ResidualTest | None = None
+    """Of the residual against the noise floor; None if the model cannot be tested."""
+
+    @property
+    def within_noise(self) -> bool:
+        """Whether nothing structured is left above the noise floor."""
+        return self.test is not None and self.test.verdict == "within-noise"
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Sentences on the notable residuals."""
-        return phases.sentences([joint.summary for joint in self.joints])
+        """The verdict in words, and sentences on notable residuals if they are not noise."""
+        return phases.sentences([joint.summary for joint in self.joints], self.test)
 
     def as_json(self) -> dict[str, Any]:
         """Return the document of `ident compare --json`, whose keys are stable: docs/reference/compare-json.md."""
@@ -61,29 +77,33 @@ class ResidualAnalysis:
             "relative": self.model.relative,
             "effects": list(self.model.effects),
             "bandwidth_hz": recordings[0].bandwidth,
+            "verdict": self.test.verdict if self.test else "unknown",
             "joints": [_joint(joint) for joint in self.joints],
             "windows": [vars(window) for window in self.windows],
             "where": list(self.sentences),
         }
 
 
-def analyse(model: ModelFile | None, predictions: Sequence[Prediction]) -> ResidualAnalysis:
-    """Analyse the residuals of the `predictions` of `model`."""
+def analyse(
+    model: ModelFile | None, predictions: Sequence[Prediction], test: ResidualTest | None = None
+) -> ResidualAnalysis:
+    """Analyse the residuals of the `predictions` of `model`, and judge them by their `test`."""
     recordings = [prediction.prepared for prediction in predictions]
     splits = cycle_statistics.of_residuals(recordings, [prediction.residual for prediction in predictions])
-    summaries = phases.joint_residuals(recordings, [prediction.computed for prediction in predictions])
+    summaries = phases.joint_residuals(predictions)
     units = recordings[0].recording.rig.effort_units
     joints = tuple(
         JointAnalysis(
             unit=unit,
             summary=summary,
             split=splits[joint] if splits else None,
+            noise_rms=test.noise_rms[joint] if test else None,
             curves=binned_curves(predictions, joint),
             spectrum=spectrum(predictions, joint),
         )
         for joint, (unit, summary) in enumerate(zip(units, summaries, strict=True))
     )
-    return ResidualAnalysis(model, tuple(predictions), joints, worst_windows(predictions, WINDOWS))
+    return ResidualAnalysis(model, tuple(predictions), joints, worst_windows(predictions, WINDOWS), test)
 
 
 def _joint(joint: JointAnalysis) -> dict[str, Any]:
@@ -92,9 +112,11 @@ def _joint(joint: JointAnalysis) -> dict[str, Any]:
         "joint": summary.number,
         "unit": joint.unit,
         "rms": summary.rms,
+        "rms_all": summary.rms_all,
         "share_of_torque": summary.share,
-        "noise_rms": split.noise_rms if split else None,
-        "above_noise": split.above_noise if split else None,
+        "noise_rms": joint.noise_rms,
+        "repetition_rms": split.noise_rms if split else None,
+        "above_noise": joint.above_noise,
         "phases": {name: vars(phase) for name, phase in summary.phases.items()},
         "curves": {curve.axis: _curve(curve) for curve in joint.curves},
         "spectrum": _spectrum(joint.spectrum),

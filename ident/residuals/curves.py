@@ -56,7 +56,7 @@ def _cycles(predictions: Sequence[Prediction]) -> int:
 
 def _curve(axis: CurveAxis, predictions: Sequence[Prediction], joint: int) -> BinnedCurve:
     values = axis_values(axis, predictions, joint)
-    residual = np.concatenate([prediction.residual[:, joint] for prediction in predictions])
+    residual = np.concatenate([prediction.scored_residual[:, joint] for prediction in predictions])
     centre, mean, error, half_width, rms, samples = binned_means(axis, values, residual, predictions)
     square = float(np.nansum(np.where(np.isfinite(values), residual, 0.0) ** 2))
     explained = float((samples * (mean**2 - np.nan_to_num(error) ** 2)).sum() / square) if square else 0.0

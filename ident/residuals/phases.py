@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ident.data.prepared_recording import PreparedRecording
-from ident.estimation.regression import Regression
-from ident.identification.identify import Identification
+from ident.identification.model_file import ResidualTest
+from ident.identification.prediction import Prediction
 from recordings.recording import Floats
 
 Bools = NDArray[np.bool_]
@@ -17,7 +17,7 @@ PHASES = ("standstill", "reversal", "acceleration", "cruise")
 HINTS = {
     "standstill": "look at friction at rest and at constant torques (gravity, offset)",
     "reversal": "look at friction near standstill, and at play",
-    "acceleration": "look at inertia, elasticity, and a delay between voltage and position",
+    "acceleration": "look at inertia, elasticity, and a delay between torque and position",
     "cruise": "look at friction over speed, and at what depends on position",
 }
 
@@ -51,34 +51,28 @@ class JointResidual:
 
     number: int
     rms: float
-    """[N m]"""
+    """In scored rows [N m]."""
+    rms_all: float
+    """In all usable rows, with those near standstill or near the limit of the amplifiers [N m]."""
     share: float
     """RMS residual over RMS torque."""
     phases: Mapping[str, Phase]
     """Occurring phases by name."""
 
 
-def fit_sentences(result: Identification) -> tuple[str, ...]:
-    """Describe the residual of a fitted model on the validation data, or on the training data if there is none."""
-    training = _of_regressions(result.train, result.fit.parameters)
-    if result.validation is None:
-        return sentences(training)
-    return sentences(_of_regressions([result.validation], result.fit.parameters), training)
-
-
-def _of_regressions(regressions: Sequence[Regression], parameters: Floats) -> tuple[JointResidual, ...]:
-    prepared = [regression.prepared for regression in regressions]
-    return joint_residuals(prepared, [regression.predicted_torque(parameters) for regression in regressions])
-
-
-def joint_residuals(recordings: Sequence[PreparedRecording], computed: Sequence[Floats]) -> tuple[JointResidual, ...]:
-    """Residual of each joint over all `recordings`, given the computed torque (m, dof) [N m] of each."""
-    residual = np.concatenate(
-        [prepared.torque - torque for prepared, torque in zip(recordings, computed, strict=True)]
+def joint_residuals(predictions: Sequence[Prediction]) -> tuple[JointResidual, ...]:
+    """Residual of each joint in the scored rows of all `predictions`."""
+    scored, whole, torque, phase = (
+        np.concatenate(parts)
+        for parts in zip(
+            *(
+                (each.scored_residual, each.residual, each.prepared.torque, phases(each.prepared))
+                for each in predictions
+            ),
+            strict=True,
+        )
     )
-    torque = np.concatenate([prepared.torque for prepared in recordings])
-    phase = np.concatenate([phases(prepared) for prepared in recordings])
-    return tuple(_joint(i + 1, residual[:, i], torque[:, i], phase[:, i]) for i in range(residual.shape[1]))
+    return tuple(_joint(i + 1, scored[:, i], whole[:, i], torque[:, i], phase[:, i]) for i in range(scored.shape[1]))
 
 
 def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
@@ -101,17 +95,17 @@ def phases(prepared: PreparedRecording) -> NDArray[np.str_]:
     return names
 
 
-def sentences(evaluated: Sequence[JointResidual], training: Sequence[JointResidual] = ()) -> tuple[str, ...]:
-    """Describe the notable residuals among `evaluated`. The suggested causes are hints, not findings.
+def sentences(evaluated: Sequence[JointResidual], test: ResidualTest | None = None) -> tuple[str, ...]:
+    """Describe the residuals `evaluated`: the verdict of their `test`, and what is notable if it is not noise.
 
-    training: residuals of the training data, if `evaluated` is of another recording.
+    The suggested causes are hints, not findings.
     """
     shares = ", ".join(f"joint {joint.number} {100 * joint.share:.1f}" for joint in evaluated)
-    notable = [*_worst_joint(evaluated), *_worst_phases(evaluated), *_transfer(evaluated, training)]
-    return (
-        f"Residual, in percent of the torque: {shares}.",
-        *(notable or ["No joint and no phase of the motion stands out."]),
-    )
+    verdict = (f"Residual, in percent of the torque: {shares}.", *([test.sentence] if test else []))
+    if test and test.verdict == "within-noise":
+        return verdict
+    notable = [*_worst_joint(evaluated), *_worst_phases(evaluated)]
+    return (*verdict, *(notable or ["No joint and no phase of the motion stands out."]))
 
 
 def _worst_joint(joints: Sequence[JointResidual]) -> Iterator[str]:
@@ -133,16 +127,7 @@ def _worst_phases(joints: Sequence[JointResidual]) -> Iterator[str]:
             )
 
 
-def _transfer(evaluated: Sequence[JointResidual], training: Sequence[JointResidual]) -> Iterator[str]:
-    growth = [new.share / old.share for new, old in zip(evaluated, training, strict=False) if old.share]
-    if growth and float(np.median(growth)) > NOTABLE_FACTOR:
-        yield (
-            f"The residual is {np.median(growth):.1f} times that of the training data: the parameters are not valid "
-            "for this motion. A missing physical effect is a possible cause."
-        )
-
-
-def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_]) -> JointResidual:
+def _joint(number: int, residual: Floats, whole: Floats, torque: Floats, phase: NDArray[np.str_]) -> JointResidual:
     usable = np.isfinite(residual)
     square, phase = residual[usable] ** 2, phase[usable]
     rms = float(np.sqrt(square.mean()))
@@ -150,6 +135,7 @@ def _joint(number: int, residual: Floats, torque: Floats, phase: NDArray[np.str_
     return JointResidual(
         number,
         rms,
+        rms_all=float(np.sqrt(np.nanmean(whole**2))),
         share=rms / float(np.sqrt(np.mean(torque[usable] ** 2))),
         phases={name: _phase(square, inside) for name, inside in occurring.items()},
     )

@@ -32,7 +32,7 @@ class Window:
     times_overall: float
     """RMS in the window over the RMS of the joint in all recordings."""
     phase: str
-    """Most frequent phase of the joint's motion in the window."""
+    """Phase of the joint's motion with most of the window's squared residual."""
     cycle: int | None
     """Repetition of the motion, numbered from 1."""
 
@@ -42,7 +42,7 @@ def worst_windows(predictions: Sequence[Prediction], count: int) -> tuple[Window
 
     Windows of one joint do not overlap, and no two of them are in the same part of a repeated motion.
     """
-    square = np.concatenate([prediction.residual**2 for prediction in predictions])
+    square = np.concatenate([prediction.scored_residual**2 for prediction in predictions])
     overall = np.sqrt(np.nanmean(square, axis=0))
     windows = [
         window
@@ -55,7 +55,7 @@ def worst_windows(predictions: Sequence[Prediction], count: int) -> tuple[Window
 
 
 def _joint_windows(prediction: Prediction, joint: int, overall: float, count: int) -> list[Window]:
-    prepared, residual = prediction.prepared, prediction.residual[:, joint]
+    prepared, residual = prediction.prepared, prediction.scored_residual[:, joint]
     length = max(1, round(DURATION * prepared.rate))
     rms = _moving_rms(residual, length)
     phase = phases(prepared)[:, joint]
@@ -64,7 +64,8 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
         first = int(np.nanargmax(rms))
         inside = slice(first, first + length)
         known = np.isfinite(residual[inside])
-        names, counts = np.unique(phase[inside][known], return_counts=True)
+        names, place = np.unique(phase[inside][known], return_inverse=True)
+        squares = np.bincount(place, residual[inside][known] ** 2)
         repeat = int(prepared.repeat[inside][length // 2])
         windows.append(
             Window(
@@ -75,7 +76,7 @@ def _joint_windows(prediction: Prediction, joint: int, overall: float, count: in
                 rms=float(rms[first]),
                 mean=float(residual[inside][known].mean()),
                 times_overall=float(rms[first]) / overall,
-                phase=str(names[counts.argmax()]),
+                phase=str(names[squares.argmax()]),
                 cycle=repeat + 1 if repeat >= 0 else None,
             )
         )

@@ -1,7 +1,7 @@
 """Assessment of a fit: all that is known about its errors, as stored in the model file."""
 
-from collections.abc import Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from typing import Literal
 
 import numpy as np
@@ -9,6 +9,8 @@ import numpy as np
 from ident.data import cycle_statistics, noise
 from ident.data.samples import holds_torque
 from ident.data.trends import Trend
+from ident.dynamics.inverse_dynamics import InverseDynamics
+from ident.dynamics.motion import Motion
 from ident.dynamics.structure import ModelStructure
 from ident.estimation import estimators
 from ident.estimation.linear_fit import Fit
@@ -30,7 +32,9 @@ class ParameterUncertainty(ConfigSection):
     std: OptionalFloat = None
     """Standard error due to noise alone."""
     ci95: tuple[float, float] | None = None
-    """95 % confidence interval; see `Assessment`."""
+    """95 % confidence interval; with the gain's uncertainty if the parameter is absolute, see `Assessment`."""
+    shape_ci95: tuple[float, float] | None = None
+    """The same for an exactly known gain, whose error all torques share: ratios of parameters have none of it."""
     degrees_of_freedom: OptionalFloat = None
     """Of the standard error; None where they are infinite."""
     status: Status | None = None
@@ -81,6 +85,8 @@ class Assessment(ConfigSection):
     """True if the intervals are of absolute values and include the gain's uncertainty; else they are of ratios."""
     gain_uncertainty: float
     """Relative standard uncertainty that the intervals include."""
+    scale_uncertainty: float = 0.0
+    """Relative standard uncertainty of the gain, whether or not the intervals include it; 0 for measured torque."""
     correlation: tuple[tuple[OptionalFloat, ...], ...]
     """Correlation matrix of the parameter errors."""
     condition_number: float
@@ -116,13 +122,15 @@ def assess(
     conditioning = identifiability(_gram(regressions), structure.linear_parameters)
     free = np.array([s != "not" and not b for s, b in zip(conditioning.status, fit.at_bound, strict=True)])
     error = uncertainty_of(regressions, residuals, joint_noise, loss, interval_method, free)
-    gain = 0.0 if relative else _gain_uncertainty(prepared[0].recording)
+    scale = gain_uncertainty(prepared[0].recording)
+    gain = 0.0 if relative else scale
     intervals = error.interval(fit.parameters, gain)
     assessment = Assessment(
         source=interval_method,
         loss=loss,
         absolute=not relative,
         gain_uncertainty=gain,
+        scale_uncertainty=scale,
         correlation=tuple(tuple(_number(x) for x in row) for row in error.correlation),
         condition_number=conditioning.condition,
         singular_values=conditioning.singular_values,
@@ -130,12 +138,23 @@ def assess(
         noise=_noise(joint_noise, prepared[0].recording),
         floor=_floor(cycle_statistics.of_residuals(prepared, residuals)),
         doubts=physical_consistency.violations(structure.linear_parameters, fit.parameters, intervals),
-        coupling=physical_consistency.coupling(
-            structure.mechanism, prepared[0].motion, structure.mechanism_values(fit.parameters)
-        ),
+        coupling=physical_consistency.coupling(*_rigid_body(structure, prepared[0].motion, fit.parameters)),
         cutoffs=tuple(hz for hz, _ in parameter_changes.per_cutoff),
     )
-    return assessment, _parameter_uncertainties(error, intervals, conditioning, parameter_changes)
+    shapes = error.interval(fit.parameters, 0.0)
+    return assessment, _parameter_uncertainties(error, intervals, shapes, conditioning, parameter_changes)
+
+
+def _rigid_body(
+    structure: ModelStructure, motion: Motion, linear: Floats
+) -> tuple[Callable[[Motion], Floats], Motion, Floats]:
+    """Regressor, motion and parameters of the mechanism with its mandatory effects, which carry mass."""
+    terms = tuple(term for term in structure.terms if term.effect.mandatory)
+    entries = [entry for entry in structure.parameters if entry.linear]
+    of_terms = [entry.term >= 0 and structure.terms[entry.term].effect.mandatory for entry in entries]
+    values = np.concatenate([structure.mechanism_values(linear), linear[np.array(of_terms, bool)]])
+    rigid = InverseDynamics(replace(structure, terms=terms), values)
+    return (lambda moved: rigid.columns(rigid.inputs(moved))), motion, values
 
 
 def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[JointNoise, ...]:
@@ -144,7 +163,7 @@ def _noise(joint_noise: Sequence[noise.Noise], recording: Recording) -> tuple[Jo
     return tuple(JointNoise(unit=unit, **asdict(joint)) for joint, unit in zip(joint_noise, units, strict=True))
 
 
-def _gain_uncertainty(recording: Recording) -> float:
+def gain_uncertainty(recording: Recording) -> float:
     """Relative standard uncertainty of the gain; 0 if the effort itself was measured."""
     return 0.0 if holds_torque(recording) else recording.rig.torque.gain_uncertainty
 
@@ -186,12 +205,17 @@ def uncertainty_of(
 
 
 def _parameter_uncertainties(
-    error: Uncertainty, intervals: Floats, conditioning: Identifiability, parameter_changes: sensitivity.Sensitivity
+    error: Uncertainty,
+    intervals: Floats,
+    shapes: Floats,
+    conditioning: Identifiability,
+    parameter_changes: sensitivity.Sensitivity,
 ) -> tuple[ParameterUncertainty, ...]:
     return tuple(
         ParameterUncertainty(
             std=_number(error.std[i]),
-            ci95=(float(intervals[i, 0]), float(intervals[i, 1])) if np.isfinite(intervals[i]).all() else None,
+            ci95=interval_or_none(intervals[i]),
+            shape_ci95=interval_or_none(shapes[i]),
             degrees_of_freedom=_number(error.degrees_of_freedom[i]),
             status=status,
             per_length_step=None
@@ -219,6 +243,12 @@ def _floor(splits: Sequence[cycle_statistics.CycleStatistics] | None) -> tuple[J
         )
         for split in splits
     )
+
+
+def interval_or_none(limits: Floats) -> tuple[float, float] | None:
+    """The two `limits` (2,) of an interval; None where they are not known."""
+    low, high = limits.tolist()
+    return (low, high) if np.isfinite(limits).all() else None
 
 
 def _number(x: float) -> OptionalFloat:

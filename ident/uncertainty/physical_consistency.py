@@ -1,11 +1,11 @@
 """Physical consistency of parameters: positive masses and inertias, dissipative friction."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ident.dynamics.mechanisms import Mechanism, Parameter
+from ident.dynamics.mechanisms import Parameter
 from ident.dynamics.motion import Motion
 from recordings.recording import Floats
 
@@ -48,12 +48,15 @@ def violations(parameters: Sequence[Parameter], values: Floats, intervals: Float
     return tuple(result)
 
 
-def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling | None:
-    """Coupling of the joints' inertias along `motion`, for parameters `values` (k,); None for a single joint."""
+def coupling(regressor: Callable[[Motion], Floats], motion: Motion, values: Floats) -> Coupling | None:
+    """Coupling of the joints' inertias along `motion`; None for a single joint.
+
+    regressor: columns (n, dof, k) of the torque of a motion, for the parameters `values` (k,).
+    """
     known = np.isfinite(motion.position).all(axis=1)
     position = motion.position[known]
     position = position[:: max(1, len(position) // _MAX_SAMPLES)]
-    D = inertia_matrix(mechanism, position, values)
+    D = inertia_matrix(regressor, position, values)
     diagonal = np.diagonal(D, axis1=1, axis2=2)
     dof = diagonal.shape[1]
     if dof == 1:
@@ -66,12 +69,12 @@ def coupling(mechanism: Mechanism, motion: Motion, values: Floats) -> Coupling |
     return Coupling(rows, float(np.sqrt(np.mean(off**2) / np.mean(D**2))), positive)
 
 
-def inertia_matrix(mechanism: Mechanism, position: Floats, values: Floats) -> Floats:
+def inertia_matrix(regressor: Callable[[Motion], Floats], position: Floats, values: Floats) -> Floats:
     """D (n, dof, dof) at `position` (n, dof): column j is the torque of a unit acceleration of joint j."""
     zero = np.zeros_like(position)
 
     def torque(acceleration: Floats) -> Floats:
-        computed: Floats = mechanism.regressor(Motion(position, zero, acceleration, zero)) @ values
+        computed: Floats = regressor(Motion(position, zero, acceleration, zero)) @ values
         return computed
 
     still = torque(zero)

@@ -6,11 +6,15 @@ minute of long recordings is used.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import Protocol
 
 import numpy as np
 
 from ident import slicing
 from ident.data.prepared_recording import prepare
+from ident.dynamics.structure import Term
+from ident.estimation.regression import linearize
 from recordings.errors import BadInput
 from recordings.recording import Floats, Recording
 
@@ -31,19 +35,30 @@ class Sensitivity:
     """Other cut-offs [Hz] with the change (k,) of each, in its unit; empty if the preprocessing has no cut-off."""
 
 
-def sensitivity(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Sensitivity:
-    """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: no cut-off), with other assumptions."""
+def sensitivity(
+    recordings: Sequence[Recording], method: str, cutoff: float | None, terms: tuple[Term, ...] = ()
+) -> Sensitivity:
+    """Refit `recordings`, preprocessed by `method` at `cutoff` [Hz] (None: no cut-off), with other assumptions.
+
+    terms: effects of the model, all of them linear.
+    """
     short = [_first_minute(recording) for recording in recordings]
-    at_cutoff = tuple(_with_other_cutoffs(short, method, cutoff)) if cutoff else ()
-    return Sensitivity(_with_other_lengths(short, method, cutoff), at_cutoff)
+    refit = partial(_refit, method=method, terms=terms)
+    at_cutoff = tuple(_with_other_cutoffs(short, refit, cutoff)) if cutoff else ()
+    return Sensitivity(_with_other_lengths(short, refit, cutoff), at_cutoff)
 
 
-def _with_other_lengths(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Floats | None:
+class _Refit(Protocol):
+    def __call__(self, recordings: Sequence[Recording], cutoff: float | None, /) -> Floats:
+        """(k,) parameters."""
+
+
+def _with_other_lengths(recordings: Sequence[Recording], refit: _Refit, cutoff: float | None) -> Floats | None:
     if recordings[0].rig.mechanism != "delta":
         return None
     try:
         shorter, longer = (
-            _refit([with_longer_rods(recording, step) for recording in recordings], method, cutoff)
+            refit([with_longer_rods(recording, step) for recording in recordings], cutoff)
             for step in (-LENGTH_STEP, LENGTH_STEP)
         )
     except BadInput:  # with the changed length, the mechanism cannot reach the recorded positions
@@ -60,21 +75,27 @@ def with_longer_rods(recording: Recording, step: float) -> Recording:
 
 
 def _with_other_cutoffs(
-    recordings: Sequence[Recording], method: str, cutoff: float
+    recordings: Sequence[Recording], refit: _Refit, cutoff: float
 ) -> Iterator[tuple[float, Floats]]:
-    reference = _refit(recordings, method, cutoff)
+    reference = refit(recordings, cutoff)
     highest = min(recording.run.rate for recording in recordings) / 5
     for factor in CUTOFF_FACTORS:
         changed = min(factor * cutoff, highest)
         if changed != cutoff:
-            yield changed, _refit(recordings, method, changed) - reference
+            yield changed, refit(recordings, changed) - reference
 
 
-def _refit(recordings: Sequence[Recording], method: str, cutoff: float | None) -> Floats:
+def _refit(recordings: Sequence[Recording], cutoff: float | None, *, method: str, terms: tuple[Term, ...]) -> Floats:
     prepared = [prepare(recording, method, cutoff) for recording in recordings]
-    regressor = np.concatenate([each.regressor[each.usable] for each in prepared])
-    torque = np.concatenate([each.torque[each.usable] for each in prepared])
-    parameters: Floats = np.linalg.lstsq(regressor, torque, rcond=None)[0]
+    structures = [replace(each.base_structure, terms=terms) for each in prepared]
+    rows, torques = zip(
+        *(
+            linearize(each, structure, np.zeros(len(structure.parameters))).rows()
+            for each, structure in zip(prepared, structures, strict=True)
+        ),
+        strict=True,
+    )
+    parameters: Floats = np.linalg.lstsq(np.concatenate(rows), np.concatenate(torques), rcond=None)[0]
     return parameters
 
 

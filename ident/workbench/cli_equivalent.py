@@ -29,17 +29,25 @@ def swarm_command(request: SwarmRequest, train: str, validate: str | None) -> st
         *(("--validate", validate) if validate else ()),
         *(("--cutoff", f"{request.cutoff:g}") if request.cutoff else ()),
         *(word for name in request.effects for word in ("--with", name)),
+        *(word for name in request.without for word in ("--without", name)),
         *(("--seed", str(request.seed)) if request.seed else ()),
     ]
     return _command_line("ident", "fit", train, *options)
 
 
 def effect_options(ladder: LadderView) -> tuple[str, ...]:
-    """Return the effects of the current model as values of `ident fit --with`."""
+    """Return the effects of the current model, beyond the base model, as values of `ident fit --with`."""
     return tuple(
         name if len(joints) == len(ladder.units) else f"{name}:{','.join(map(str, joints))}"
         for name, joints in ladder.steps[-1].terms
+        if name not in ladder.mandatory
     )
+
+
+def left_out(ladder: LadderView) -> tuple[str, ...]:
+    """Return the mandatory effects that the current model lacks: values of `ident fit --without`."""
+    names = {name for name, _ in ladder.steps[-1].terms}
+    return tuple(name for name in ladder.mandatory if name not in names)
 
 
 def _recordings(ladder: LadderView) -> list[str]:
@@ -60,7 +68,8 @@ def _model_command(ladder: LadderView, recordings: list[str]) -> list[str]:
     if added and mandatory <= set(names):
         return ["diagnose", *recordings, *(word for name in added for word in ("--only", name)), "--apply"]
     options = [word for effect in effect_options(ladder) for word in ("--with", effect)]
-    return ["fit", *recordings, "--method", "ls", "--cutoff", f"{ladder.bandwidth:g}", *options]
+    options += [word for effect in left_out(ladder) for word in ("--without", effect)]
+    return ["fit", *recordings, "--method", "wls", "--cutoff", f"{ladder.bandwidth:g}", *options]
 
 
 def _command_line(*words: str) -> str:

@@ -20,18 +20,17 @@ from ident.diagnosis.effect_contribution import EffectContribution
 from ident.diagnosis.screening import Candidate
 from ident.diagnosis.steps import FittedModel, SelectionStep
 from ident.diagnosis.stepwise_selection import Selector
-from ident.dynamics import mechanisms
+from ident.diagnosis.unexplained_residual import UnexplainedResidual
 from ident.dynamics.effects.library import library
-from ident.dynamics.structure import ModelStructure, Term
+from ident.dynamics.structure import Term
 from ident.output.figures.finding import before_after, effect_contribution
 from ident.residuals import phases
 from ident.workbench import plots, pso_task, views
-from ident.workbench.recording_view import PREVIEW_BYTES, mismatch, recording_views
-from ident.workbench.residual_task import residual_view, residual_view_of_excerpts
+from ident.workbench.recording_view import mismatch, recording_views
+from ident.workbench.residual_task import residual_view
 from ident.workbench.selection_state import LabelledStep, SelectionState
 from ident.workbench.views import LadderSpec, ModelSpec, View
 from recordings.errors import BadInput
-from recordings.reader import read
 
 
 class Engine:
@@ -49,6 +48,8 @@ class Engine:
         self._library = library(effect_files)
         self._selection: SelectionState | None = None
         self._screened: tuple[FittedModel, dict[str, Candidate], views.CandidateList] | None = None
+        self._unexplained: WeakKeyDictionary[FittedModel, UnexplainedResidual] = WeakKeyDictionary()
+        """What the full diagnosis has said of its last model."""
         self._step_views: WeakKeyDictionary[LabelledStep, views.StepView] = WeakKeyDictionary()
 
     def view_recording(self, path: Path, validate: Path | None = None) -> Iterator[View]:
@@ -109,6 +110,7 @@ class Engine:
         self._selection = selection = SelectionState(selection.files, inputs, selector)
         selection.set_steps(*_labelled_steps(diagnosis.selection.steps))
         selection.diagnosed = selection.model
+        self._unexplained[selection.model] = diagnosis.unexplained
         yield from self._views(selection)
 
     def swarm(self, train: Path, validate: Path | None, request: views.SwarmRequest) -> Iterator[View]:
@@ -167,21 +169,7 @@ class Engine:
         self._progress("drawing the candidate previews")
         yield _previews(selection, candidates)
         self._progress("analysing the residual")
-        if selection.inputs.excerpt_share is None:
-            solution, bandwidth = selection.model.solution, selection.inputs.split.recordings[0].bandwidth
-            yield residual_view(selection.files, (solution.structure, solution.x), bandwidth, self._library)
-        else:
-            yield residual_view_of_excerpts(selection.inputs.split, selection.model)
-
-    def fit_whole_recording(self, base: LadderSpec, bandwidth: float) -> Iterator[View]:
-        """Fit the last model of `base` to entire long recordings at its `bandwidth` [Hz].
-
-        It uses no selection state, so that a new process has enough memory for it.
-        """
-        self._progress("fitting to the whole recording")
-        rig, (_, terms, x) = read(base.train, PREVIEW_BYTES).rig, base.steps[-1]
-        structure = ModelStructure(mechanisms.create(rig), rig, tuple(self._term(*term) for term in terms))
-        yield residual_view((base.train, base.validate), (structure, np.array(x)), bandwidth, self._library)
+        yield residual_view(selection.model, self._unexplained.get(selection.model))
 
     def _ladder_view(self, selection: SelectionState) -> views.LadderView:
         split, (train, validate) = selection.inputs.split, selection.files
@@ -198,7 +186,11 @@ class Engine:
             bandwidth=split.recordings[0].bandwidth,
             held_out=verdict.describe_test_data(split),
             excerpt=selection.inputs.excerpt_share,
-            mandatory=tuple(name for name, effect in self._library.items() if effect.mandatory),
+            mandatory=tuple(
+                name
+                for name, effect in self._library.items()
+                if effect.mandatory and recording.rig.mechanism in effect.mechanisms
+            ),
             diagnosed=selection.model is selection.diagnosed,
         )
 

@@ -75,13 +75,6 @@ class ModelSelection:
         """Analyse the current ladder again after the analysis was cancelled or interrupted."""
         self._show(self._require_branches())
 
-    def fit_whole_recording(self) -> None:
-        """Fit the current model to entire long recordings, so that it can be saved."""
-        self._jobs.check_free()
-        bandwidth = self._require_branches().current.ladder.bandwidth
-        self._jobs.stop()  # a new process has enough memory; it rebuilds the ladder when needed
-        self._extend("fit_whole_recording", bandwidth)
-
     def _require_branches(self) -> Branches:
         if self.branches is None:
             raise BadInput("a fitted base model expected, none found; press Fit first")

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from ident.diagnosis.residual_test import check_residual
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify
@@ -29,12 +30,23 @@ def run_swarm(
     """
     settings = estimators.settings(METHOD, {})
     options = identify.FitOptions(
-        METHOD, settings, request.seed, "parallel", request.cutoff, request.effects, library(effect_files)
+        METHOD,
+        settings,
+        request.seed,
+        "parallel",
+        request.cutoff,
+        request.effects,
+        library(effect_files),
+        base_effects=True,
+        without=request.without,
     )
     log = _ConvergenceLog(settings.iterations, settings.tolerance, on_progress)
     result = identify.identify([train], validate, options, log)
+    test = check_residual(result.predictions, result.structure, result.parameters)
     return SwarmResult(
-        result.model, log.progress, swarm_command(request, train.name, validate.name if validate else None)
+        result.model.model_copy(update={"residual_test": test}),
+        log.progress,
+        swarm_command(request, train.name, validate.name if validate else None),
     )
 
 

@@ -1,43 +1,25 @@
 """Residual analysis of the current model, as in `ident compare`."""
 
-from collections.abc import Mapping
-from pathlib import Path
-
-from ident.diagnosis.split_data import SplitData
+from ident.diagnosis.diagnosed_model import model_file
 from ident.diagnosis.steps import FittedModel
-from ident.dynamics.effects.base import Effect
-from ident.dynamics.structure import ModelStructure
-from ident.estimation import estimators
-from ident.identification import identify, prediction
-from ident.identification.model_file import ModelFile
+from ident.diagnosis.unexplained_residual import UnexplainedResidual, estimate_unexplained
+from ident.identification.prediction import Prediction
 from ident.output.figures import residuals, spectrum, torque
 from ident.residuals import analysis
-from ident.residuals.analysis import ResidualAnalysis
 from ident.workbench import plots
 from ident.workbench.views import ResidualView
-from recordings.recording import Floats
 
 
-def residual_view(
-    files: tuple[Path, Path | None],
-    solution: tuple[ModelStructure, Floats],
-    bandwidth: float,
-    library: Mapping[str, Effect],
-) -> ResidualView:
-    """Fit the model to the training recording, as `ident diagnose --apply`, and analyse the validation residual."""
-    train, validate = files
-    options = identify.FitOptions("ls", estimators.settings("ls", {}), 0, "parallel", bandwidth)
-    model = identify.identify([train], validate, options, lambda *_: None, solution).model
-    return _residual_view(model, analysis.analyse(model, prediction.predict(model, [validate or train], library)))
+def residual_view(model: FittedModel, unexplained: UnexplainedResidual | None = None) -> ResidualView:
+    """Analyse the residual of `model` on the validation recording, or else on the training recording.
 
-
-def residual_view_of_excerpts(split: SplitData, model: FittedModel) -> ResidualView:
-    """Analyse the model of the ladder on the excerpts of long recordings that the ladder uses."""
-    indices = [i for i, test in enumerate(split.test) if test.any() or not split.other_motion]
-    return _residual_view(None, analysis.analyse(None, [model.predictions[i] for i in indices]))
-
-
-def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> ResidualView:
+    unexplained: its residual above the noise floor as the full diagnosis says; None: there was none, it is estimated.
+    """
+    file = model_file(model, unexplained or estimate_unexplained(model), diagnosed=unexplained is not None)
+    split = model.split
+    shown = [i for i, rows in enumerate(split.test) if rows.any() or not split.other_motion]
+    predictions = [Prediction(split.recordings[i], model.computed[i], split.scored[i]) for i in shown]
+    analysed = analysis.analyse(file, predictions, file.residual_test)
     models = {"model": analysed}
     figures = {
         "Residual by motion phase": residuals.phases(models),
@@ -47,7 +29,7 @@ def _residual_view(model: ModelFile | None, analysed: ResidualAnalysis) -> Resid
     if analysed.windows:
         figures["Worst intervals in detail"] = torque.worst_windows(analysed)
     return ResidualView(
-        model=model,
+        model=file,
         recordings=tuple(dict.fromkeys(item.prepared.recording.path.name for item in analysed.predictions)),
         unit=analysed.joints[0].unit,
         sentences=analysed.sentences,

@@ -1,7 +1,7 @@
 """Fit of the parameters by particle swarm, as the page shows it."""
 
 from ident.workbench.chosen_recordings import ChosenRecordings
-from ident.workbench.cli_equivalent import effect_options
+from ident.workbench.cli_equivalent import effect_options, left_out
 from ident.workbench.jobs import Jobs
 from ident.workbench.topics import Changes
 from ident.workbench.views import LadderView, SwarmProgress, SwarmRequest, SwarmResult, View
@@ -25,7 +25,9 @@ class SwarmFit:
 
     def start(self, seed: int, ladder: LadderView | None) -> None:
         """Fit the current model of `ladder`, or the base model."""
-        request = SwarmRequest(effect_options(ladder), ladder.bandwidth, seed) if ladder else SwarmRequest(seed=seed)
+        request = SwarmRequest(seed=seed)
+        if ladder:
+            request = SwarmRequest(effect_options(ladder), ladder.bandwidth, seed, left_out(ladder))
         self._jobs.submit("swarm", self._receive, "swarm", *self._recordings.files, request)
 
     def _receive(self, view: View) -> None:

@@ -90,6 +90,8 @@ class SwarmRequest:
     cutoff: float | None = None
     """Cutoff frequency [Hz]; None: chosen from the spectra."""
     seed: int = 0
+    without: tuple[str, ...] = ()
+    """Values of `ident fit --without`."""
 
 
 @dataclass(frozen=True)
@@ -199,8 +201,8 @@ class CandidateList:
 class ResidualView:
     """Residual analysis of the current model."""
 
-    model: ModelFile | None
-    """The current model as written by `ident fit`; None for long recordings until the fit to all of them."""
+    model: ModelFile
+    """The current model as it is saved."""
     recordings: tuple[str, ...]
     unit: str
     """Unit of the efforts."""

@@ -202,7 +202,10 @@ def test_digest_changes_with_cycles_rate_and_geometry(rig: Rig) -> None:
 
 
 def test_unknown_name_lists_the_known_ones(rig: Rig) -> None:
-    with pytest.raises(BadInput, match=r"unknown trajectory 'fig6'; expected excitation, fig5a, fig5b, or the path"):
+    with pytest.raises(
+        BadInput,
+        match=r"unknown trajectory 'fig6'; did you mean fig5b. expected excitation, fig5a, fig5b, or the path",
+    ):
         load("fig6", rig)
 
 

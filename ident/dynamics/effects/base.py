@@ -5,7 +5,7 @@ the motion, by a formula or by integrating an internal state. `Signal` distorts 
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 import numpy as np
@@ -42,7 +42,7 @@ class Quantity:
 
     name: str
     unit: str
-    """{effort} stands for N m or N, {position} for rad or m."""
+    """{effort} stands for N m or N, {position} for rad or m, {turn} for a turn or 2π m."""
     meaning: str
     lower: float = -np.inf
     """Physical range, with `upper`; an estimate outside of it is evidence against the effect."""
@@ -93,6 +93,8 @@ class Effect:
     """Always included; never reported as a finding."""
     max_amplitude: float | None = None
     """Largest plausible root of the sum of squares of the local parameters, for a wave's sine and cosine."""
+    meanings: Mapping[str, str] = field(default_factory=dict, hash=False)
+    """Meanings that parameters of the mechanism have beside this effect, by their names."""
     same_sign: bool = False
     """True if hardware gives the local parameters of an instance the same sign."""
     shapes: tuple[Quantity, ...] = ()

@@ -8,7 +8,7 @@ from typing import Any, get_args
 from ident.dynamics.effects.base import Additive, Effect, Friction, Need, Quantity, SignatureAxis
 
 _TEXTS = ("sentence", "symptom", "causes", "remedy", "equation")
-_UNITS = {"effort": "N m", "position": "rad"}
+_UNITS = {"effort": "N m", "position": "rad", "turn": "turn"}
 
 
 def validation_error(effect: Effect) -> str | None:
@@ -60,7 +60,7 @@ def _quantity_errors(quantity: Quantity) -> Iterator[str]:
     try:
         quantity.unit.format(**_UNITS)
     except (KeyError, ValueError, IndexError, AttributeError):
-        yield f"unit: no braces but {{effort}} and {{position}} expected, {quantity.unit!r} found"
+        yield f"unit: no braces but {{effort}}, {{position}} and {{turn}} expected, {quantity.unit!r} found"
     limits: Any = (quantity.lower, quantity.upper)
     guesses = quantity.initial_guesses
     if not all(isinstance(limit, Real) for limit in limits) or not quantity.lower < quantity.upper:

@@ -2,36 +2,35 @@
 
 from collections.abc import Iterator
 
-import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from ident.identification.model_file import FittedParameter, ModelFile
-from ident.uncertainty.assessment import Assessment, JointFloor
+from ident.uncertainty.assessment import Assessment
 
 NOTABLE_CORRELATION = 0.7
 """Absolute correlation from which the summary lists a pair of parameters."""
+NORMAL_95 = 1.96
+"""Half the width of a 95 % interval, in standard errors."""
 MAX_PAIRS = 5
 """Number of pairs that the summary lists at most."""
 
 
-def show(model: ModelFile, console: Console, details: bool) -> None:
-    """Print the errors of the parameters of `model`; with `details`, also as tables."""
+def show(model: ModelFile, console: Console) -> None:
+    """Print the errors of the parameters of `model` in sentences and as tables."""
     if model.trust is None:
         return
     console.print("Assessment of the parameters:")
     for line in summary_lines(model, model.trust):
         console.print(f"  {line}", highlight=False)
-    if details:
-        console.print(_parameter_table(model, model.trust))
-        console.print(_correlation_table(model, model.trust))
-        if model.trust.floor:
-            console.print(_noise_floor_table(model, model.trust.floor))
+    console.print(_parameter_table(model, model.trust))
+    console.print(_correlation_table(model, model.trust))
 
 
 def half_width(parameter: FittedParameter) -> str:
-    """Half the width of the 95 % interval, to two digits."""
-    return "" if parameter.ci95 is None else _two_digits((parameter.ci95[1] - parameter.ci95[0]) / 2)
+    """Half the width of the 95 % interval for an exactly known gain, to two digits."""
+    limits = parameter.shape_ci95 or parameter.ci95
+    return "" if limits is None else _two_digits((limits[1] - limits[0]) / 2)
 
 
 def length_sensitivity(model: ModelFile) -> str:
@@ -48,7 +47,7 @@ def summary_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
     """Yield the sentences of the summary."""
     yield _interval_line(assessment)
     yield _noise_line(model, assessment)
-    yield from _trend_lines(assessment)
+    yield from _trend_lines(model, assessment)
     yield _identifiability_line(model, assessment)
     yield from (f"{group.sentence}." for group in assessment.inseparable)
     yield from _correlation_lines(model, assessment)
@@ -66,35 +65,49 @@ def _interval_line(assessment: Assessment) -> str:
         "hac": "Newey-West",
         "cycles": "differences between repetitions",
     }
-    if assessment.gain_uncertainty:
-        gain = f"gain uncertainty of {100 * assessment.gain_uncertainty:.2g} % included"
-    else:
-        gain = "absolute" if assessment.absolute else "known up to the common torque gain: only ratios are determined"
     return (
         f"± is half the 95 % interval of a fit by least {assessment.loss} ({sources[assessment.source]}; "
-        f"autocorrelation of the residuals is counted), given model and geometry; {gain}."
+        f"autocorrelation of the residuals is counted), given model, geometry and gain. "
+        f"{scale_line(assessment.scale_uncertainty, not assessment.absolute)}"
     )
+
+
+def scale_line(scale_uncertainty: float, relative: bool) -> str:
+    """What the torque gain adds to the intervals of all parameters alike."""
+    if not scale_uncertainty:
+        return "Scale: torque was measured, the gain adds nothing."
+    share = f"{100 * NORMAL_95 * scale_uncertainty:.2g} %"
+    if relative:
+        return f"Scale: all share one unknown factor, within ± {share} of the assumed gain; only ratios are known."
+    return f"Scale: all share one factor, the calibrated gain, which adds ± {share}."
 
 
 def _noise_line(model: ModelFile, assessment: Assessment) -> str:
-    unit, drive = model.effort_units[0], assessment.noise[0].unit
-    signal = f"{', '.join(_two_digits(joint.volts) for joint in assessment.noise)} {drive}"
-    if assessment.floor is None:
-        return f"Noise floor: unknown, no cycle is repeated. Noise, from the {assessment.noise[0].source}: {signal}."
-    floors = ", ".join(_two_digits(joint.noise_rms) for joint in assessment.floor)
-    shares = ", ".join(f"{100 * joint.above_noise:.0f}" for joint in assessment.floor)
+    signal = f"{', '.join(_two_digits(joint.volts) for joint in assessment.noise)} {assessment.noise[0].unit}"
+    source = f"Noise of the drive signal, from the {assessment.noise[0].source}: {signal}."
+    test = model.residual_test
+    if test is None or None in test.noise_rms:
+        return f"{source} Noise floor: unknown." if assessment.floor is None else source
+    floors, repetition, steps = (
+        ", ".join(_two_digits(value) for value in values if value is not None)
+        for values in (test.noise_rms, test.repetition_rms, test.quantization_rms)
+    )
+    unit = model.effort_units[0]
     return (
-        f"Noise floor from {assessment.floor[0].cycles} repetitions: {floors} {unit} RMS ({signal}); {shares} % of "
-        "the residual's mean square is above it."
+        f"{source} Noise floor of the residual: {floors} {unit} RMS, of differences between repetitions "
+        f"({repetition}) and quantization ({steps}). {test.sentence}"
     )
 
 
-def _trend_lines(assessment: Assessment) -> Iterator[str]:
+def _trend_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
+    """Yield changes between repetitions, unless another effect is missing, which may look like one."""
+    if model.residual_test is None or model.residual_test.verdict == "above-noise":
+        return
     for number, joint in enumerate(assessment.floor or (), start=1):
         if joint.trend:
             yield (
                 f"Joint {number}: the residual changes from repetition to repetition ({joint.trend.pattern}, "
-                f"p = {joint.trend.p_value:.1g}): check for drift or a change of load."
+                f"p = {joint.trend.p_value:.1g}); the change is within the noise floor."
             )
 
 
@@ -148,20 +161,25 @@ def _cutoff_lines(model: ModelFile, assessment: Assessment) -> Iterator[str]:
 
 def _parameter_table(model: ModelFile, assessment: Assessment) -> Table:
     table = Table(title="Parameters in detail", title_justify="left")
-    moves = ["L2", *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
+    with_length = any(p.per_length_step is not None for p in model.parameters)
+    moves = [*(["L2"] if with_length else []), *(f"{hz:.3g} Hz" for hz in assessment.cutoffs)]
     for heading in ("", "from", "to", "std. error", "dof", "known", *moves):
         table.add_column(heading, justify="left" if heading in ("", "known") else "right")
     labels = {"identifiable": "yes", "weak": "weakly", "not": "no", None: ""}
-    for p in model.parameters:
-        ends = ("", "") if p.ci95 is None else (f"{p.ci95[0]:.4g}", f"{p.ci95[1]:.4g}")
+    for p in model.all_parameters:
+        limits = p.shape_ci95 or p.ci95
+        ends = ("", "") if limits is None else (f"{limits[0]:.4g}", f"{limits[1]:.4g}")
         changes = [
-            None if p.std is None or move is None else move / p.std for move in (p.per_length_step, *p.per_cutoff)
+            None if p.std is None or move is None else move / p.std
+            for move in (*([p.per_length_step] if with_length else []), *p.per_cutoff)
         ]
         cells = [_optional(p.std, ".2g"), _optional(p.degrees_of_freedom, ".0f"), labels[p.status]]
         table.add_row(p.name, *ends, *cells, *(_optional(change, "+.1f") for change in changes))
+    changes_of = ["with L2 10 mm longer"] if with_length else []
+    changes_of += ["with other cut-offs"] if assessment.cutoffs else []
     table.caption = (
-        "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable; its "
-        "change, in standard errors, with L2 10 mm longer and with other cut-offs."
+        "95 % interval; standard error and its degrees of freedom (dof); whether the parameter is identifiable"
+        f"{'; its change, in standard errors, ' if changes_of else ''}{' and '.join(changes_of)}."
     )
     return table
 
@@ -173,16 +191,6 @@ def _correlation_table(model: ModelFile, assessment: Assessment) -> Table:
         table.add_column(parameter.name, justify="right")
     for parameter, row in zip(model.parameters, assessment.correlation, strict=True):
         table.add_row(parameter.name, *("" if rho is None else f"{100 * rho:.0f}" for rho in row))
-    return table
-
-
-def _noise_floor_table(model: ModelFile, floor: tuple[JointFloor, ...]) -> Table:
-    table = Table(title=f"Residual, RMS [{model.effort_units[0]}]", title_justify="left")
-    for heading in ("joint", "repetitions", "total", "noise", "repeatable", "p-value"):
-        table.add_column(heading, justify="right")
-    for number, joint in enumerate(floor, start=1):
-        rms = [f"{np.sqrt(max(square, 0.0)):.3g}" for square in (joint.total, joint.noise, joint.repeating)]
-        table.add_row(str(number), str(joint.cycles), *rms, f"p = {joint.repeating_p:.1g}")
     return table
 
 

@@ -14,8 +14,11 @@ from ident.diagnosis.document import (
     ParameterValue,
     StepEntry,
 )
+from ident.output.console.assessment import scale_line
 
 _COLOURS = {"adequate": "green", "missing-effect": "yellow", "unknown-structure": "magenta", "undetermined": "cyan"}
+_MAX_REJECTED = 5
+"""Rows of the table of effects that were not added."""
 _NOTABLE = 1.25
 """Ratio of the error on all rows to that on scored rows from which both are printed."""
 
@@ -32,7 +35,9 @@ def show(document: Document, console: Console) -> None:
         _print_finding(finding, document, console)
     if document.findings:
         console.print(
-            "In parentheses: 95 % intervals for noise and quantization, if the model is right.", style="dim"
+            "In parentheses: 95 % intervals for noise and quantization, if the model is right. "
+            f"{scale_line(document.scale_uncertainty, document.relative)}",
+            style="dim",
         )
     if document.remaining.why:
         _print_plain(console, f"Unexplained residual: {document.remaining.why}")
@@ -137,20 +142,17 @@ def is_parameter_of(parameter: str, effect: str) -> bool:
 
 
 def _format_interval(value: ParameterValue) -> str:
-    return f" ({value.ci95[0]:.4g} to {value.ci95[1]:.4g})" if value.ci95 else ""
+    return f" ({value.interval[0]:.4g} to {value.interval[1]:.4g})" if value.interval else ""
 
 
 def _rejected_table(document: Document) -> Table:
     table = Table(title="Not added", title_justify="left")
     for column in ("effect", "status", "why"):
         table.add_column(column)
-    hopeless = [entry for entry in document.rejected if entry.hopeless]
-    for entry in document.rejected:
-        if entry not in hopeless:
-            table.add_row(escape(entry.effect), entry.status, escape(entry.why))
-    if hopeless:
-        names = ", ".join(entry.effect for entry in hopeless)
-        table.add_row(
-            "others", "not-supported", escape(f"They would explain almost nothing of the residual: {names}.")
-        )
+    ranks = {"absorbed": 0, "not-supported": 1, "not-tested": 2, "not-observable": 3}
+    ranked = sorted(document.rejected, key=lambda entry: (entry.hopeless, ranks[entry.status]))
+    for entry in ranked[: _MAX_REJECTED - 1]:
+        table.add_row(escape(entry.effect), entry.status, escape(entry.why))
+    if others := ranked[_MAX_REJECTED - 1 :]:
+        table.add_row(f"{len(others)} others", "", "The report and --json list them with the reasons.")
     return table

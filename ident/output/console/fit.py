@@ -1,42 +1,97 @@
 """Print a fit: parameters, agreement per joint, and where the model fails."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from math import isinf
 
 from rich.console import Console
 from rich.table import Table
 
+from ident.diagnosis.residual_test import score
 from ident.dynamics.effects.base import is_infinite
 from ident.dynamics.structure import ModelStructure
 from ident.identification.goodness_of_fit import GoodnessOfFit
 from ident.identification.identify import Identification
 from ident.identification.model_file import Agreement, ModelFile
 from ident.output.console import assessment
-from ident.residuals.phases import fit_sentences
+from ident.residuals.phases import JointResidual, joint_residuals
 from recordings.recording import Floats
 
+_RELATIVE = "Torque gain assumed"
 
-def show(result: Identification, console: Console, details: bool = False) -> None:
-    """Print `result`; with `details`, also tables of the parameters' errors."""
-    model = result.model
-    for line in warnings(result):
+
+def show(model: ModelFile, result: Identification, console: Console, details: bool = False) -> None:
+    """Print the error of each joint, the verdict and the worst joint; with `details`, all that is known.
+
+    model: that of the `result`, with the test of its residual.
+    """
+    for line in warnings(result) if details else short_warnings(result):
         console.print(line, style="bold yellow", highlight=False)
+    if details:
+        _show_details(model, result, console)
+    console.print(_error_table(model, _evaluated(model, result)))
+    for sentence in sentences(model, result):
+        console.print(sentence, highlight=False)
+
+
+def _show_details(model: ModelFile, result: Identification, console: Console) -> None:
     console.print(_parameter_table(model))
-    for line in shape_parameter_lines(result.structure, result.x):
-        console.print(line, highlight=False)
-    for line in _method_lines(model):
+    for line in (*shape_parameter_lines(result.structure, result.x), *_method_lines(model)):
         console.print(line, highlight=False)
     console.print(_agreement_table(model))
-    assessment.show(model, console, details)
+    assessment.show(model, console)
     if model.preprocessing.cutoff:
         console.print(f"Low-pass: {model.preprocessing.cutoff}.", highlight=False)
-    if model.preprocessing.delays:
+    if model.preprocessing.delays and within_noise(model):
         delays = ", ".join(map(str, model.preprocessing.delays))
         console.print(f"Delay of the torque behind the reported motion: {delays}; not compensated.", highlight=False)
-    role = "validation" if result.validation else "training"
-    console.print(f"Where the model fails ({role} data, {model.preprocessing.bandwidth:g} Hz bandwidth):")
-    for sentence in fit_sentences(result):
-        console.print(f"  {sentence}", highlight=False)
+
+
+def within_noise(model: ModelFile) -> bool:
+    """Whether nothing structured is left. Otherwise a delay may be a sign of another effect."""
+    return model.residual_test is not None and model.residual_test.verdict == "within-noise"
+
+
+def _evaluated(model: ModelFile, result: Identification) -> dict[str, tuple[JointResidual, ...]]:
+    """Residual of each joint by the role of the data, in the rows that are scored."""
+    predictions = result.predictions
+    if model.form is None:
+        predictions = score(predictions, result.structure, result.parameters, model.residual_test)
+    count = len(result.train)
+    roles = {"training": predictions[:count], "held out": predictions[count:]}
+    return {role: joint_residuals(group) for role, group in roles.items() if group}
+
+
+def _error_table(model: ModelFile, evaluated: Mapping[str, Sequence[JointResidual]]) -> Table:
+    unit = ", ".join(dict.fromkeys(model.effort_units))
+    effects = f" with {', '.join(model.effects)}" if model.effects else ""
+    table = Table(
+        title=f"RMS residual [{unit}]{effects}, up to {model.preprocessing.bandwidth:g} Hz",
+        title_justify="left",
+        box=None,
+    )
+    table.add_column("")
+    for joint in model.joints:
+        table.add_column(joint, justify="right")
+    for role, joints in evaluated.items():
+        table.add_row(role, *(f"{joint.rms:.3g} ({100 * joint.share:.1f} %)" for joint in joints))
+    if model.residual_test and None not in model.residual_test.noise_rms:
+        table.add_row("noise floor", *(f"{noise:.3g}" for noise in model.residual_test.noise_rms))
+    return table
+
+
+def sentences(model: ModelFile, result: Identification) -> list[str]:
+    """The verdict of the test, and the worst joint if the residual is not within the noise."""
+    *_, joints = _evaluated(model, result).values()
+    verdict = [model.residual_test.sentence] if model.residual_test else []
+    if within_noise(model):
+        return verdict
+    worst = max(joints, key=lambda joint: joint.share)
+    return [*verdict, f"Worst: joint {worst.number}, {100 * worst.share:.1f} % of the torque."]
+
+
+def short_warnings(result: Identification) -> list[str]:
+    """Those of the `warnings` that concern the data, in one line each."""
+    return [line for line in warnings(result) if line.startswith(("SIMULATED", "Interrupted", _RELATIVE))]
 
 
 def warnings(result: Identification) -> list[str]:
@@ -54,9 +109,7 @@ def warnings(result: Identification) -> list[str]:
     if incomplete:
         lines.append(f"Interrupted recording, used up to its end: {', '.join(incomplete)}.")
     if model.relative:
-        lines.append(
-            "The torque gain is assumed, not calibrated: the parameters are RELATIVE, known up to one common factor."
-        )
+        lines.append(f"{_RELATIVE}: the parameters are RELATIVE, known up to a common factor.")
     if model.geometry and model.geometry.L2_source == "assumed":
         lines.append(
             f"The forearm length L2 = {model.geometry.L2:g} m is assumed{assessment.length_sensitivity(model)}."
@@ -97,7 +150,7 @@ def _parameter_table(model: ModelFile) -> Table:
     if of_paper:
         table.add_column("as in (36)", justify="right")
     table.add_column("at bound")
-    for parameter in model.parameters:
+    for parameter in model.all_parameters:
         values = [
             _format_value(parameter.value),
             *([assessment.half_width(parameter)] if model.trust else []),

@@ -3,6 +3,7 @@
 from rich.console import Console
 from rich.table import Table
 
+from ident.identification.model_file import ResidualTest
 from ident.residuals.analysis import JointAnalysis, ResidualAnalysis
 from ident.residuals.phases import PHASES
 
@@ -28,19 +29,30 @@ def show(analysis: ResidualAnalysis, console: Console) -> None:
 
 def _joint_table(analysis: ResidualAnalysis) -> Table:
     table = Table(title="Residual", title_justify="left")
-    for heading in ("joint", "RMS", "of the torque", "noise", "above the noise"):
+    for heading in ("joint", "RMS", "of the torque", "noise floor", "above it", "all rows"):
         table.add_column(heading, justify="right")
     for joint in analysis.joints:
-        summary, split = joint.summary, joint.split
-        noise = (
-            [f"{split.noise_rms:.3g} {joint.unit}", f"{100 * split.above_noise:.0f} %"] if split else ["unknown", ""]
+        summary, noise = joint.summary, joint.noise_rms
+        table.add_row(
+            str(summary.number),
+            f"{summary.rms:.3g} {joint.unit}",
+            f"{100 * summary.share:.1f} %",
+            "unknown" if noise is None else f"{noise:.3g} {joint.unit}",
+            above_noise(analysis.test, joint),
+            f"{summary.rms_all:.3g} {joint.unit}",
         )
-        table.add_row(str(summary.number), f"{summary.rms:.3g} {joint.unit}", f"{100 * summary.share:.1f} %", *noise)
     table.caption = (
-        "Noise: differences between repetitions. The part above it includes the repeatable effect of encoder steps, "
-        "which ident diagnose counts as noise floor."
+        "RMS where the joint moves. All rows: RMS with those near standstill, where dry friction is not determined. "
+        "Noise floor: differences between repetitions, and quantization."
     )
     return table
+
+
+def above_noise(test: ResidualTest | None, joint: JointAnalysis) -> str:
+    """The share of the mean square above the noise floor, in words if there is none."""
+    if test is None or joint.above_noise is None:
+        return ""
+    return "nothing" if test.verdict == "within-noise" else f"{100 * joint.above_noise:.0f} %"
 
 
 def _phase_table(analysis: ResidualAnalysis) -> Table:
@@ -72,7 +84,7 @@ def _shares(joint: JointAnalysis) -> list[str]:
 
 
 def _window_table(analysis: ResidualAnalysis) -> Table:
-    table = Table(title="Worst stretches", title_justify="left")
+    table = Table(title="Worst intervals", title_justify="left")
     several = len(analysis.predictions) > 1
     for heading in ("joint", "from", "to", "RMS", "relative", "phase", "cycle", *(["in"] if several else [])):
         table.add_column(heading, justify="left" if heading in ("in", "phase") else "right")

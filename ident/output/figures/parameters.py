@@ -45,9 +45,10 @@ def precision(models: Mapping[str, ModelFile]) -> go.Figure:
 
 def relative_half_width(parameter: FittedParameter) -> float | None:
     """Return half the width of the 95 % interval in percent of the value; None without an interval."""
-    if parameter.ci95 is None or not parameter.value:
+    limits = parameter.shape_ci95 or parameter.ci95
+    if limits is None or not parameter.value:
         return None
-    return 50 * (parameter.ci95[1] - parameter.ci95[0]) / abs(parameter.value)
+    return 50 * (limits[1] - limits[0]) / abs(parameter.value)
 
 
 def correlation(model: ModelFile) -> go.Figure:

@@ -6,6 +6,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from ident.data.samples import drive_signal, holds_torque
+from ident.identification.model_file import ResidualTest
 from ident.output.figures import theme
 from ident.residuals.analysis import ResidualAnalysis
 from recordings.recording import Floats, Recording
@@ -83,24 +84,17 @@ def timing(recording: Recording) -> go.Figure:
 
 
 def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
-    """Draw the shares of the residual's mean square: noise, repeatable with the motion, steady change."""
-    components: Mapping[str, tuple[str, str]] = {
-        "noise": ("noise", theme.NOISE),
-        "repeating": ("repeats with the motion: a model could explain it", theme.CATEGORIES[0]),
-        "trend": ("changes from cycle to cycle", theme.CATEGORIES[1]),
-    }
-    labels, squares = [], []
+    """Draw the shares of the residual's mean square: noise, quantization, and what is above the noise floor."""
+    components = (("noise", theme.NOISE), ("quantization", theme.CATEGORIES[1]), ("structured", theme.CATEGORIES[0]))
+    labels, shares = [], np.empty((0, len(components)))
     for name, analysis in analyses.items():
         prefix = f"{theme.escaped(name)}, " if len(analyses) > 1 else ""
-        for number, joint in enumerate(analysis.joints, start=1):
-            if joint.split:
-                trend = joint.split.trend.mean_square if joint.split.trend and joint.split.trend.significant else 0.0
-                labels.append(f"{prefix}joint {number}")
-                squares.append([joint.split.noise, joint.split.repeating, trend])
-    shares = np.maximum(np.array(squares), 0.0)
-    shares = 100 * shares / shares.sum(axis=1, keepdims=True)
+        for number, joint in enumerate(analysis.joints):
+            if analysis.test and joint.noise_rms is not None:
+                labels.append(f"{prefix}joint {number + 1}")
+                shares = np.vstack([shares, _shares(analysis.test, number, joint.above_noise or 0.0)])
     figure = theme.subplots(1, 1, theme.LEGEND + theme.FOOTER + 34 * len(labels))
-    for column, (label, colour) in enumerate(components.values()):
+    for column, (label, colour) in enumerate(components):
         if shares[:, column].max() > 0.5:
             bars = go.Bar(x=shares[:, column], y=labels, orientation="h", name=label, marker_color=colour)
             figure.add_trace(bars.update(hovertemplate=f"%{{y}}: %{{x:.2g}} % {label}<extra></extra>"))
@@ -108,3 +102,12 @@ def mean_square_shares(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     figure.update_yaxes(autorange="reversed", ticksuffix=" ")
     figure.update_xaxes(title_text="share of the residual's mean square [%]", range=[0, 100])
     return figure
+
+
+def _shares(test: ResidualTest, joint: int, above: float) -> Floats:
+    """(3,) shares [%] of noise, quantization and structure; a residual within the noise has no structure."""
+    noise, encoder = test.repetition_rms[joint] or 0.0, test.quantization_rms[joint] or 0.0
+    structured = 0.0 if test.verdict == "within-noise" else above
+    parts = np.array([noise**2, encoder**2])
+    floor = parts / parts.sum() if parts.any() else np.array([1.0, 0.0])
+    return 100 * np.array([*(floor * (1 - structured)), structured])

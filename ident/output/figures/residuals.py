@@ -46,9 +46,9 @@ def phases(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
             )
             figure.add_trace(bars, row=1, col=joint + 1)
     for joint, joint_residual in enumerate(first.joints):
-        if joint_residual.split:
-            figure.add_hline(y=joint_residual.split.noise_rms, line=theme.NOISE_LINE, row=1, col=joint + 1)
-    if any(joint_residual.split for joint_residual in first.joints):
+        if joint_residual.noise_rms is not None:
+            figure.add_hline(y=joint_residual.noise_rms, line=theme.NOISE_LINE, row=1, col=joint + 1)
+    if any(joint_residual.noise_rms is not None for joint_residual in first.joints):
         theme.legend_entry(figure, "noise floor", line=theme.NOISE_LINE)
     _model_legend(figure, analyses)
     largest = max(
@@ -78,7 +78,7 @@ def curves(analyses: Mapping[str, ResidualAnalysis]) -> go.Figure:
     return curve_grid(
         {name: [joint.curves for joint in analysis.joints] for name, analysis in analyses.items()},
         [joint.unit for joint in first.joints],
-        [joint.split.noise_rms if joint.split else None for joint in first.joints],
+        [joint.noise_rms for joint in first.joints],
     )
 
 

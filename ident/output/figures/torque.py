@@ -43,9 +43,7 @@ def over_time(analyses: Mapping[str, ResidualAnalysis], index: int, points: int 
         for number, (name, analysis) in enumerate(analyses.items()):
             label = theme.escaped(name) if len(analyses) > 1 else "model"
             _draw_model(figure, analysis.predictions[index], joint, number, label, points)
-        theme.noise_band(
-            figure, joint_residual.split.noise_rms if joint_residual.split else None, row + 1, 1, joint == 0
-        )
+        theme.noise_band(figure, joint_residual.noise_rms, row + 1, 1, joint == 0)
         figure.update_yaxes(
             title_text=f"{theme.joint_title(joint)}<br>{theme.effort_label(joint_residual.unit)}", row=row, col=1
         )

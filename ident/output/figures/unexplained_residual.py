@@ -6,6 +6,7 @@ import plotly.graph_objects as go
 
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document
+from ident.diagnosis.residual_test import residual_test
 from ident.identification.prediction import Prediction
 from ident.output.figures import theme
 from ident.output.figures.residuals import curve_grid
@@ -21,10 +22,11 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
     figure = theme.subplots(1, 1, 280)
     components: list[tuple[str, Sequence[float] | Floats, str]] = [("held-out error", last, theme.MEASURED)]
     if floor.known:
+        structured = ("structured", document.remaining.structured_rms, theme.CATEGORIES[0])
         components = [
             ("noise", floor.noise, theme.NOISE),
             ("quantization", floor.quantization, theme.CATEGORIES[1]),
-            ("structured", document.remaining.structured_rms, theme.CATEGORIES[0]),
+            *([structured] if diagnosis.unexplained.significant else []),
             *components,
         ]
     texts = iter(theme.with_equal_decimals([float(value) for _, values, _ in components for value in values]))
@@ -47,7 +49,9 @@ def rms_components(diagnosis: Diagnosis, document: Document) -> go.Figure:
 
 def last_residual(diagnosis: Diagnosis) -> ResidualAnalysis:
     """Analyse the residual of the last model on all rows of the diagnosis."""
-    return analyse(None, list(map(Prediction, diagnosis.split.recordings, diagnosis.model.computed)))
+    split, model = diagnosis.split, diagnosis.model
+    predictions = list(map(Prediction, split.recordings, model.computed, split.scored))
+    return analyse(None, predictions, residual_test(model, diagnosis.unexplained, diagnosed=True))
 
 
 def residual_curves(diagnosis: Diagnosis, analysis: ResidualAnalysis) -> go.Figure:

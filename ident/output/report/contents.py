@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from ident.diagnosis.diagnosis import DiagnosisOptions, diagnose
+from ident.diagnosis.residual_test import scored_predictions
 from ident.diagnosis.result import DiagnosisResult
 from ident.diagnosis.verdict import to_document
 from ident.dynamics.effects.library import library
@@ -94,7 +95,8 @@ def gather(request: ReportRequest, progress: Callable[[str], None]) -> ReportCon
         results = {}
         for name, identified in models.items():
             progress(f"comparing {name}")
-            results[name] = analysis.analyse(identified, prediction.predict(identified, files, effects))
+            predictions = prediction.predict(identified, files, effects)
+            results[name] = analysis.analyse(identified, *scored_predictions(identified, predictions, effects))
         return results
 
     analyses = compare_all(request.recordings)

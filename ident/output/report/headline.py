@@ -98,7 +98,8 @@ def _comparison_sentences(contents: ReportContents) -> Iterator[str]:
         yield f"{prefix} {shares} of the torque unexplained (joints 1 to {len(analysis.joints)})."
     if len(contents.primary_analyses) == 1:
         yield from next(iter(contents.primary_analyses.values())).sentences[1:3]
-    yield "Missing effects were not searched for: ident diagnose finds them."
+    if not any(analysis.test and analysis.test.diagnosed for analysis in contents.primary_analyses.values()):
+        yield "Missing effects were not searched for: ident diagnose finds them."
 
 
 def _warnings(contents: ReportContents) -> Iterator[str]:

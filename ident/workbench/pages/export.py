@@ -22,10 +22,7 @@ def draw(page: Page) -> None:
         return
     file_name = f"{ladder.train.removesuffix('.mcap')}.model.json"
     ui.label("Model").classes("head")
-    if residuals.model is None:
-        _fit_whole_button(page)
-    else:
-        _files(page, residuals.model, ladder, file_name)
+    _files(page, residuals.model, ladder, file_name)
     ui.label("Equivalent commands").classes("head q-mt-md")
     ui.label(
         "Run this in the folder of the recordings. It overwrites nothing; choose another name if the file exists."
@@ -34,17 +31,6 @@ def draw(page: Page) -> None:
     ui.label("Parameters of the current model").classes("head q-mt-md")
     table = parameter_values.table(ladder.steps[-1].entry.parameters)
     draw_table(table.head, table.rows, table.words)
-
-
-def _fit_whole_button(page: Page) -> None:
-    """Draw the button for the fit to entire long recordings."""
-    ui.label(
-        "The ladder uses excerpts of these long recordings; a model can be saved after a fit to all of the data."
-    )
-    fit = page.session.selection.fit_whole_recording
-    page.button("Fit to the whole recording", "whole", fit, icon="timelapse").tooltip(
-        "Takes about a minute for an hour at 500 Hz; the ladder is fitted again when you continue with it"
-    )
 
 
 def _files(page: Page, model: ModelFile, ladder: LadderView, file_name: str) -> None:

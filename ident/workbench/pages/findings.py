@@ -27,7 +27,8 @@ def draw(page: Page) -> None:
     remaining, motion = document["remaining"], document["next_motion"]
     if remaining["why"]:
         share = 100 * remaining["structured_share"]
-        ui.label(f"Unexplained residual: {share:.0f} % of it is structured; {remaining['why']}").classes("quiet")
+        structured = f"{share:.0f} % of it is structured; " if document["verdict"] == "unknown-structure" else ""
+        ui.label(f"Unexplained residual: {structured}{remaining['why']}").classes("quiet")
     if motion:
         ui.label(f"Record next: {motion['why']} {motion['command']}").classes("quiet")
     with ui.expansion("Rejected effects").classes("w-full"):
@@ -36,14 +37,11 @@ def draw(page: Page) -> None:
 
 
 def _header(finding: dict[str, Any], number: int) -> None:
-    low, high = (100 * end for end in finding["gain_ci95"])
     with ui.row().classes("w-full items-center gap-3"):
         set_test_id(ui.label(finding["effect"]).classes("font-medium"), f"finding-{number}")
         ui.label(f"joint {', '.join(map(str, finding['joints']))}").classes("quiet")
-        ui.label(
-            f"removes {100 * finding['gain']:.0f} % ({low:.0f} to {high:.0f}) of the held-out error above the noise "
-            "floor"
-        )
+        if finding["share"] is not None:
+            ui.label(f"{100 * finding['share']:.0f} % of the first model's held-out error above the noise floor")
 
 
 def _finding(finding: dict[str, Any], number: int) -> None:

@@ -86,10 +86,10 @@ def _parameters(model: ModelFile) -> None:
         (
             parameter.name,
             number(parameter.value, 4),
-            interval(*parameter.ci95) if parameter.ci95 else "–",
+            interval(*parameter.shape_ci95) if parameter.shape_ci95 else "–",
             parameter.unit,
             "yes" if parameter.at_bound else "",
         )
-        for parameter in model.parameters
+        for parameter in model.all_parameters
     )
     draw_table(("parameter", "value", "95 % interval", "unit", "at bound"), rows, words=(0, 3))

@@ -38,11 +38,11 @@ def test_tables_and_page(folder: Path) -> None:
     for text in (
         "SIMULATED",
         "RELATIVE",
-        "Noise: differences",
+        "noise floor",
         "reversal",
         "cruise",
         "depends on",
-        "Worst stretches",
+        "Worst intervals",
         "b.mcap",
     ):
         assert text in result.stdout
@@ -60,7 +60,8 @@ def test_json_is_one_document_with_the_documented_keys(folder: Path) -> None:
     assert len(document["joints"]) == 3
     joint = document["joints"][0]
     assert set(joint) == {
-        *("joint", "unit", "rms", "share_of_torque", "noise_rms", "above_noise", "phases", "curves", "spectrum")
+        *("joint", "unit", "rms", "rms_all", "share_of_torque", "noise_rms", "repetition_rms", "above_noise"),
+        *("phases", "curves", "spectrum"),
     }
     assert set(joint["curves"]) == {"velocity", "position", "load", "time", "cycle"}
     assert set(joint["curves"]["load"]) == {"unit", "explained", "centre", "mean", "half_width", "rms", "samples"}

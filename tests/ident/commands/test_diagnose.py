@@ -211,8 +211,10 @@ def test_applied_model_predicts_as_well_from_its_file(hide: Hide, tmp_path: Path
     document = diagnose(folder, "--apply", "-o", model)
     compared = run("compare", model, folder / VALIDATE, "--json")
     rms = [joint["rms"] for joint in json.loads(compared.stdout)["joints"]]
-    # compare also scores rows at standstill, which diagnose leaves out.
-    np.testing.assert_allclose(rms, document["rungs"][-1]["validate_rms"], rtol=0.3)
+    np.testing.assert_allclose(rms, document["rungs"][-1]["validate_rms"], rtol=1e-9)
+    values = {entry["name"]: entry["value"] for entry in json.loads(model.read_text())["parameters"]}
+    shown = document["rungs"][-1]["parameters"]
+    assert values == {name: shown[name]["value"] for name in values}
     again = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, "--model", model, "--json", "--force")
     extended = json.loads(again.stdout)
     assert extended["rungs"][0]["effects"] == ["rod_inertia", "presliding_hysteresis"]
@@ -224,6 +226,7 @@ def test_tables_and_page_are_written(hide: Hide, tmp_path: Path) -> None:
     folder, page = hide(["cogging"]), tmp_path / "d.html"
     options = ("--only", "cogging", "--report", page)
     shown = run("diagnose", folder / TRAIN, "--validate", folder / VALIDATE, *options)
+    assert shown.stderr.splitlines()[-1].startswith("next: ident diagnose")
     assert "missing-effect" in shown.stdout
     assert "Usual causes" in shown.stdout
     assert figures(page) >= {"ladder", "finding-1", "finding-2", "unexplained"}

@@ -49,17 +49,9 @@ def fit(*arguments: object) -> Result:
 
 
 def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Floats) -> None:
-    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF)
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF, "--details", "--without", "rod_inertia")
     assert result.exit_code == 0, result.output
-    for text in (
-        "SIMULATED",
-        "RELATIVE",
-        "L2 = 0.8 m is assumed",
-        "m_p",
-        "Eq. (41)",
-        "validation",
-        "Where the model",
-    ):
+    for text in ("SIMULATED", "RELATIVE", "L2 = 0.8 m is assumed", "m_p", "Eq. (41)", "validation", "held out"):
         assert text in result.stdout
     content = json.loads((folder / "a.model.json").read_text())
     np.testing.assert_allclose([parameter["value"] for parameter in content["parameters"]], truth, rtol=0.01)
@@ -72,8 +64,23 @@ def test_writes_model_and_pictures_and_prints_the_tables(folder: Path, truth: Fl
     ]
 
 
+def test_ten_lines_lead_on(folder: Path) -> None:
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", *BRIEF)
+    assert len(result.stdout.splitlines()) <= 10
+    for text in ("SIMULATED", "RELATIVE", "rod_inertia", "training", "held out", "%"):
+        assert text in result.stdout
+    assert result.stderr.splitlines()[-1].startswith("next: ident ")
+    assert json.loads((folder / "a.model.json").read_text())["effects"] == ["rod_inertia"]
+
+
+def test_pictures_are_named_after_the_model(folder: Path) -> None:
+    assert fit(folder / "a.mcap", *BRIEF, "-o", folder / "mine.model.json").exit_code == 0
+    assert (folder / "mine.plots").is_dir()
+    assert not (folder / "a.plots").exists()
+
+
 def test_every_pso_result_is_certified(folder: Path) -> None:
-    result = fit(folder / "a.mcap")
+    result = fit(folder / "a.mcap", "--details", "--without", "rod_inertia")
     assert "above its certified minimum" in " ".join(result.stdout.split())
     method = json.loads((folder / "a.model.json").read_text())["method"]
     assert method["certified"]["lower_bound"] <= method["certified"]["minimum"] <= method["objective"]
@@ -86,6 +93,7 @@ def test_the_papers_procedure_takes_all_rows_and_all_iterations(folder: Path) ->
     assert result.exit_code == 0, result.output
     content = json.loads((folder / "a.model.json").read_text())
     assert content["preprocessing"]["name"] == "central"
+    assert content["effects"] == []
     assert content["preprocessing"]["rate"] == 500
     assert content["method"]["settings"]["tolerance"] == 0
     assert content["method"]["diagnostics"]["iterations"] == 1000
@@ -94,7 +102,7 @@ def test_the_papers_procedure_takes_all_rows_and_all_iterations(folder: Path) ->
 
 @pytest.mark.parametrize("method", ["rls", "svd"])
 def test_a_baseline_writes_the_model_form_that_it_identified(folder: Path, method: str) -> None:
-    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", "--method", method)
+    result = fit(folder / "a.mcap", "--validate", folder / "b.mcap", "--method", method, "--details")
     assert "Eq. (38)" in result.stdout
     assert ("Rank 13 of 14" in result.stdout) == (method == "svd")
     loaded = model_file.load(folder / "a.model.json")
@@ -138,7 +146,8 @@ def test_existing_results_are_kept_unless_forced(folder: Path) -> None:
     [
         (["other.mcap"], r"geometry.L2 is 0.8 in a.mcap, 0.81 in other.mcap"),
         (["--validate", "other.mcap"], r"geometry.L2"),
-        (["none.mcap"], r"none.mcap"),
+        (["none.mcap"], r"none.mcap does not exist"),
+        (["--without", "stribeck"], r"an effect of the base model \(rod_inertia\) expected, 'stribeck' found"),
         (["--cutoff", "400"], r"a fifth of the rate"),
         (["--cutoff", "20", "--preprocess", "central"], r"no cut-off"),
         (

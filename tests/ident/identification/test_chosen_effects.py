@@ -29,7 +29,8 @@ def test_without_numbers_an_effect_is_on_the_joints_that_can_have_it() -> None:
 @pytest.mark.parametrize(
     ("choices", "message"),
     [
-        (["nonsense"], "effect: one of .*stribeck.* expected, 'nonsense' found"),
+        (["stribek"], "a name of the library expected, 'stribek' found; did you mean stribeck?"),
+        (["qqq"], "'qqq' found; `ident effects` lists them"),
         (["stribeck", "stribeck:1"], "every effect once expected, 'stribeck' found twice"),
         (["air_drag"], "mechanism delta expected, axes found"),
         (["amplifier_saturation"], "cannot be seen in such a recording"),

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from ident.data.prepared_recording import PreparedRecording, prepare
+from ident.identification.model_file import FloorVerdict, ResidualTest
+from ident.identification.prediction import Prediction
 from ident.residuals.phases import joint_residuals, phases, sentences
 from recordings.recording import Floats, Recording
 
@@ -18,7 +20,7 @@ def noise(prepared: PreparedRecording, size: float = 0.1) -> Floats:
 
 
 def description(prepared: PreparedRecording, error: Floats) -> str:
-    return " ".join(sentences(joint_residuals([prepared], [prepared.torque - error])))
+    return " ".join(sentences(joint_residuals([Prediction(prepared, prepared.torque - error)])))
 
 
 def test_uniform_noise_is_not_notable(prepared: PreparedRecording) -> None:
@@ -44,12 +46,36 @@ def test_the_worst_phase_is_named(prepared: PreparedRecording, phase: str) -> No
     assert "Joint 1:" not in text
 
 
-def test_a_residual_larger_than_on_the_training_data_is_reported(prepared: PreparedRecording) -> None:
-    training, evaluated = (
-        joint_residuals([prepared], [prepared.torque - noise(prepared, size)]) for size in (0.1, 0.3)
+@pytest.mark.parametrize("verdict", ["within-noise", "above-noise", "unknown"])
+def test_only_a_residual_above_the_noise_gets_hints(prepared: PreparedRecording, verdict: FloorVerdict) -> None:
+    inside = (phases(prepared) == "reversal") * [0, 0, 1]
+    prediction = Prediction(prepared, prepared.torque - noise(prepared) * (1 + 4 * inside))
+    text = " ".join(sentences(joint_residuals([prediction]), verdict_of(verdict)))
+    assert ("look at friction" in text) == (verdict != "within-noise")
+    assert verdict_of(verdict).sentence in text
+
+
+def verdict_of(verdict: FloorVerdict) -> ResidualTest:
+    known = (0.1, 0.1, 0.1)
+    return ResidualTest(
+        verdict=verdict,
+        bandwidth_hz=30.0,
+        noise_rms=known,
+        repetition_rms=known,
+        quantization_rms=known,
+        structured_rms=known,
+        structured_share=0.5,
+        recordings=(),
     )
-    assert any("residual is 3.0 times" in line for line in sentences(evaluated, training))
-    assert not any("that of the training data" in line for line in sentences(training, evaluated))
+
+
+def test_rows_that_are_not_scored_count_in_all_rows_only(prepared: PreparedRecording) -> None:
+    error = np.zeros_like(prepared.torque)
+    error[: len(error) // 2] = 1.0
+    prediction = Prediction(prepared, prepared.torque - error, scored=prepared.usable & (error == 0))
+    for joint in joint_residuals([prediction]):
+        assert joint.rms == pytest.approx(0.0, abs=1e-12)
+        assert joint.rms_all > 0.5
 
 
 def test_phases_follow_the_motion(make: Callable[..., Recording]) -> None:
@@ -74,7 +100,7 @@ def test_phases_follow_the_motion(make: Callable[..., Recording]) -> None:
 
 
 def test_shares_of_all_phases_sum_to_one(prepared: PreparedRecording) -> None:
-    for joint in joint_residuals([prepared], [prepared.torque - noise(prepared)]):
+    for joint in joint_residuals([Prediction(prepared, prepared.torque - noise(prepared))]):
         assert sum(phase.time_share for phase in joint.phases.values()) == pytest.approx(1)
         assert sum(phase.error_share for phase in joint.phases.values()) == pytest.approx(1)
         assert joint.rms == pytest.approx(0.1, rel=0.1)

@@ -35,9 +35,9 @@ def test_inertia_matrix_of_independent_axes_is_the_diagonal_of_their_inertias() 
     motion = building.motion_of(joints=3)
     values = np.array([0.1, 0.2, 0.3, *np.ones(6)])
     mechanism = mechanisms.create(building.bench(3))
-    D = inertia_matrix(mechanism, motion.position[:5], values)
+    D = inertia_matrix(mechanism.regressor, motion.position[:5], values)
     np.testing.assert_allclose(D, np.tile(np.diag([0.1, 0.2, 0.3]), (5, 1, 1)), atol=1e-15)
-    result = coupling(mechanism, motion, values)
+    result = coupling(mechanism.regressor, motion, values)
     assert result is not None
     np.testing.assert_allclose(result.off_diagonal, np.eye(3), atol=1e-12)
     assert result.share == pytest.approx(0.0, abs=1e-12)
@@ -46,18 +46,20 @@ def test_inertia_matrix_of_independent_axes_is_the_diagonal_of_their_inertias() 
 
 def test_negative_inertia_is_not_positive_definite() -> None:
     values = np.array([0.1, -0.2, *np.ones(4)])
-    result = coupling(mechanisms.create(building.bench(2)), building.motion_of(2), values)
+    result = coupling(mechanisms.create(building.bench(2)).regressor, building.motion_of(2), values)
     assert result is not None
     assert not result.positive
 
 
 def test_single_joint_has_no_coupling() -> None:
-    assert coupling(mechanisms.create(building.bench()), building.motion_of(), building.parameters()) is None
+    assert (
+        coupling(mechanisms.create(building.bench()).regressor, building.motion_of(), building.parameters()) is None
+    )
 
 
 def test_inertia_matrix_of_the_delta_robot_is_symmetric_positive_and_coupled() -> None:
     recording = make_recording(cycles=1, rate=100.0)
     mechanism = mechanisms.create(recording.rig)
-    D = inertia_matrix(mechanism, recording.position[::20], TRUTH)
+    D = inertia_matrix(mechanism.regressor, recording.position[::20], TRUTH)
     np.testing.assert_allclose(D, D.swapaxes(1, 2), atol=1e-9)
     assert (np.linalg.eigvalsh(D) > 0).all()

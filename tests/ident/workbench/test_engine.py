@@ -74,10 +74,10 @@ def test_fit_add_remove_and_return(engine: Engine) -> None:
     assert after <= before * (1 + 1e-6), "at worst, the effect is not there"
     assert f"--only {candidates.cards[0].name}" in shell_script(added, "m.json")
     assert "ident fit" in shell_script(ladder, "m.json")
-    assert "--with rod_inertia" in shell_script(ladder, "m.json")
+    assert "rod_inertia" not in shell_script(ladder, "m.json"), "ident fit includes it"
     bare = ladder_of(engine.remove(spec_of(added), 0))
     assert bare.steps[-1].label == "− rod_inertia"
-    assert "--with rod_inertia" not in shell_script(bare, "m.json")
+    assert "--without rod_inertia" in shell_script(bare, "m.json")
     assert ladder_of(engine.show(spec_of(added))).steps == added.steps, "known steps are not fitted again"
     assert ladder_of(engine.show(spec_of(ladder))).steps == ladder.steps
 
@@ -125,7 +125,7 @@ def test_swarm_reports_progress_and_agrees_with_ident_fit() -> None:
     (result,) = engine.swarm(TRAIN, VALIDATE, views.SwarmRequest(("stribeck:2",), 30.0, 3))
     assert isinstance(result, views.SwarmResult)
     assert result.command == "ident fit fig5a.mcap --validate fig5b.mcap --cutoff 30 --with stribeck:2 --seed 3"
-    choices = FitOptions("pso", settings("pso", {}), 3, "parallel", 30.0, ("stribeck:2",))
+    choices = FitOptions("pso", settings("pso", {}), 3, "parallel", 30.0, ("stribeck:2",), base_effects=True)
     model = identify([TRAIN], VALIDATE, choices, lambda *_: None).model
     assert result.model.parameters == model.parameters
     assert model.method.certified
@@ -187,9 +187,7 @@ def test_ranking_of_the_effects_that_explain_a_span(slow_then_fast: views.Torque
 
 
 @pytest.mark.slow
-def test_long_recording_is_analysed_in_excerpts_and_fitted_as_a_whole_on_request(
-    engine: Engine, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_long_recording_is_analysed_in_excerpts(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("ident.data.excerpts.MAX_DURATION", 8.0)
     monkeypatch.setattr("ident.data.excerpts.COUNT", 2)
     ladder, series, *_, residuals = engine.fit(TRAIN, VALIDATE)
@@ -198,12 +196,9 @@ def test_long_recording_is_analysed_in_excerpts_and_fitted_as_a_whole_on_request
     assert isinstance(series, tuple)
     assert [item.held_out for item in series] == [False, False, True, True]
     assert isinstance(residuals, views.ResidualView)
-    assert residuals.model is None
+    assert residuals.model.effects == ("rod_inertia",)
+    assert residuals.model.train.fitted.rms == pytest.approx(ladder.steps[-1].entry.train_rms)
     assert residuals.recordings == ("fig5b.mcap",)
     assert residuals.windows
     for window in residuals.windows:
         assert any(item.held_out and item.time[0] <= window.start < window.end <= item.time[-1] for item in series)
-    (whole,) = engine.fit_whole_recording(spec_of(ladder), ladder.bandwidth)
-    assert isinstance(whole, views.ResidualView)
-    assert whole.model
-    assert whole.model.effects == ("rod_inertia",)

@@ -39,7 +39,7 @@ def _taps(fraction: float) -> Floats:
 
 
 effect = Signal(
-    sentence="The torque comes later than the voltage that is reported, or the position is measured late.",
+    sentence="The torque comes later than what the drive reports, or the position is measured late.",
     symptom="The residual follows the rate of change of the torque.",
     causes="filters and cycle times in the amplifier or encoder, values of different cycles in one message",
     remedy="find out when the drive samples what it reports, and enter or compensate the delay",
@@ -47,7 +47,12 @@ effect = Signal(
     axis="acceleration",
     parameters=(
         Quantity(
-            name="delta", unit="s", meaning="torque after voltage", lower=-0.02, upper=0.02, initial_guesses=(5e-4,)
+            name="delta",
+            unit="s",
+            meaning="torque after the drive signal",
+            lower=-0.02,
+            upper=0.02,
+            initial_guesses=(5e-4,),
         ),
     ),
     report=report,

@@ -51,7 +51,7 @@ effect = Additive(
     shapes=(
         Quantity(
             name="N",
-            unit="1/turn",
+            unit="1/{turn}",
             meaning="periods per turn of the joint",
             lower=LOWEST - 1,
             upper=HIGHEST,

@@ -57,7 +57,7 @@ effect = Signal(
     shapes=(
         Quantity(
             name="N",
-            unit="1/turn",
+            unit="1/{turn}",
             meaning="turns of the disc per turn of the joint",
             lower=1.0,
             upper=400.0,

@@ -20,6 +20,7 @@ effect = Additive(
     axis="acceleration",
     mechanisms=("delta",),
     whole_robot=True,
+    meanings={"m_p": "mass of the platform with its load, without the forearms"},
     mandatory=True,
     coefficients=(Quantity(name="m_d", unit="kg", meaning="mass of the two rods of one limb", lower=0.0),),
     columns=columns,

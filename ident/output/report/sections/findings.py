@@ -1,5 +1,7 @@
 """Section with the effects that the base model lacks."""
 
+from collections.abc import Iterator
+
 from ident.diagnosis import verdict
 from ident.diagnosis.diagnosis import Diagnosis
 from ident.diagnosis.document import Document, FindingEntry
@@ -31,11 +33,7 @@ def section(result: DiagnosisResult) -> ReportSection:
 def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEntry, finding: Finding | None) -> Card:
     effect = diagnosis.library[entry.effect]
     location = "whole robot" if effect.whole_robot else f"joint {', '.join(map(str, entry.joints))}"
-    low, high = entry.gain_ci95
-    tags = [
-        location,
-        f"explains {percent(entry.gain)} ({100 * low:.3g} to {100 * high:.3g}\u00a0%) of the held-out excess",
-    ]
+    tags = [location, *_share(entry)]
     if effect.mandatory:
         tags.append("always included")
     tags += [f"or: {alternative}" for alternative in entry.confusable_with]
@@ -56,6 +54,11 @@ def _card(index: int, diagnosis: Diagnosis, document: Document, entry: FindingEn
         caption = "Amplitude above the low-pass over the periods per turn, without the lines and with them."
         plots.append(Plot(f"finding-{index}-orders", order_spectrum(diagnosis.ripple), caption))
     return Card(entry.effect, tuple(tags), (Text((entry.sentence,)), notes, *plots, *_parameters(document, entry)))
+
+
+def _share(entry: FindingEntry) -> Iterator[str]:
+    if entry.share is not None:
+        yield f"{percent(entry.share)} of the first model's held-out error above the noise floor"
 
 
 def _parameters(document: Document, entry: FindingEntry) -> tuple[ReportTable, ...]:

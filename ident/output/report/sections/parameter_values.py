@@ -14,6 +14,6 @@ def table(values: Mapping[str, ParameterValue]) -> ReportTable:
 
 
 def _row(name: str, value: ParameterValue) -> tuple[str, ...]:
-    bounds = interval(*value.ci95) if value.ci95 else "–"
+    bounds = interval(*value.interval) if value.interval else "–"
     amount = "never" if value.infinite else number(value.value, 4)
     return (name, amount, bounds, value.unit, value.meaning)

@@ -13,7 +13,9 @@ _KNOWN = {"identifiable": "yes", "weak": "weakly", "not": "no", None: "–"}
 def section(contents: ReportContents) -> ReportSection:
     """Return values with intervals, several models side by side."""
     blocks: list[ReportBlock] = [_table(contents)]
-    if any(parameters.relative_half_width(entry) for model in contents.models.values() for entry in model.parameters):
+    if any(
+        parameters.relative_half_width(entry) for model in contents.models.values() for entry in model.all_parameters
+    ):
         caption = "Uncertainty of each parameter; beyond the dotted line not even its sign is known."
         blocks.append(Plot("precision", parameters.precision(contents.models), caption))
     for index, (name, model) in enumerate(contents.models.items(), start=1):
@@ -23,8 +25,8 @@ def section(contents: ReportContents) -> ReportSection:
 
 def _table(contents: ReportContents) -> ReportTable:
     models = contents.models
-    by_name = {name: {entry.name: entry for entry in model.parameters} for name, model in models.items()}
-    units = {entry.name: entry.unit for model in models.values() for entry in model.parameters}
+    by_name = {name: {entry.name: entry for entry in model.all_parameters} for name, model in models.items()}
+    units = {entry.name: entry.unit for model in models.values() for entry in model.all_parameters}
     several = len(models) > 1
     rows = []
     for parameter, unit in units.items():
@@ -40,9 +42,13 @@ def _table(contents: ReportContents) -> ReportTable:
         rows.append((*cells, unit))
     per_model = [(f"{name}: value" if several else "value", "± 95 %", "identifiable") for name in models]
     head = ("parameter", *(cell for cells in per_model for cell in cells), "unit")
-    relative = any(model.relative for model in models.values())
     caption = "Friction is positive where it opposes motion."
-    caption += " Relative: known up to one common factor." if relative else ""
+    scales = {
+        assessment.scale_line(model.trust.scale_uncertainty, model.relative)
+        for model in models.values()
+        if model.trust
+    }
+    caption = " ".join([caption, *sorted(scales)])
     return ReportTable(head, tuple(rows), caption, words=(0, len(head) - 1))
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ident.output.console.residuals import above_noise
 from ident.output.figures import quality
 from ident.output.figures.theme import number, percent
 from ident.output.report.blocks import Plot, ReportBlock, ReportSection, ReportTable, Text
@@ -39,17 +40,18 @@ def _noise(contents: ReportContents) -> list[ReportBlock]:
     several = len(contents.primary_analyses) > 1
     for name, analysis in contents.primary_analyses.items():
         for joint in analysis.joints:
-            summary, split = joint.summary, joint.split
-            floor = f"{number(split.noise_rms)} {joint.unit}" if split else "unknown"
-            above = percent(split.above_noise) if split else ""
+            summary, noise = joint.summary, joint.noise_rms
+            floor = "unknown" if noise is None else f"{number(noise)} {joint.unit}"
+            above = above_noise(analysis.test, joint)
             cells = (f"{number(summary.rms)} {joint.unit}", percent(summary.share), floor, above)
             rows.append((*([name] if several else []), f"joint {summary.number}", *cells))
     head = ("joint", "residual, RMS", "of the torque", "noise floor", "above the noise")
-    repeated = any(joint.split for analysis in contents.primary_analyses.values() for joint in analysis.joints)
+    joints = [joint for analysis in contents.primary_analyses.values() for joint in analysis.joints]
+    repeated = any(joint.noise_rms is not None for joint in joints)
     scope = "the recordings held out" if contents.held_out_analyses else "all recordings"
-    caption = f"Residual: measured minus computed, of {scope}."
+    caption = f"Residual: measured minus computed, in {scope}, where the joint moves."
     if repeated:
-        caption += " The motion repeats: differences between repetitions are noise, which no model can explain."
+        caption += " Noise floor: differences between repetitions, and quantization; no model can explain them."
     words = (0, 1) if several else (0,)
     blocks: list[ReportBlock] = [ReportTable((*(["model"] if several else []), *head), tuple(rows), caption, words)]
     if repeated:

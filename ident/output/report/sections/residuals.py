@@ -40,7 +40,8 @@ def section(contents: ReportContents) -> ReportSection:
     for index, (name, analysis) in enumerate(analyses.items(), start=1):
         if analysis.windows:
             blocks.append(_worst_windows(index, name if several else "", analysis))
-    return ReportSection("where", "Where the model fails", tuple(blocks))
+    within = all(analysis.within_noise for analysis in analyses.values())
+    return ReportSection("where", "What is left: noise" if within else "Where the model fails", tuple(blocks))
 
 
 def _sentences(analysis: ResidualAnalysis) -> Iterator[str]:
@@ -54,7 +55,7 @@ def _sentences(analysis: ResidualAnalysis) -> Iterator[str]:
         for n, curve in strongest
         if curve.explained > MIN_SHARE
     ]
-    if named:
+    if named and not analysis.within_noise:
         yield f"Quantity that explains most of the residual's mean square: {', '.join(named)}."
 
 
@@ -74,6 +75,7 @@ def _worst_windows(index: int, name: str, analysis: ResidualAnalysis) -> Fold:
     head = ("joint", "recording", "time", "cycle", "phase", "RMS", "of the joint's own")
     table = ReportTable(head, rows, words=(0, 1, 4))
     plot = Plot(
-        f"worst-{index}", torque.worst_windows(analysis), "The worst stretches of a quarter of a second, shaded."
+        f"worst-{index}", torque.worst_windows(analysis), "The worst intervals of a quarter of a second, shaded."
     )
-    return Fold(f"Worst stretches{f', {name}' if name else ''}", (plot, table), open=index == 1)
+    label = f"Worst intervals{f', {name}' if name else ''}"
+    return Fold(label, (plot, table), open=index == 1 and not analysis.within_noise)

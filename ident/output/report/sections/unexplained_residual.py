@@ -21,10 +21,12 @@ def remaining(result: DiagnosisResult) -> ReportSection:
     diagnosis, document = result.diagnosis, result.document
     analysis = unexplained_residual.last_residual(diagnosis)
     summary = document.remaining
+    within_noise = document.verdict in ("adequate", "missing-effect")
     rest = "the rest is noise" if document.noise_source == "repetition" else "whether the rest is noise is not known"
+    structured = f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}."
     sentences = [
         f"{summary.why[0].upper()}{summary.why[1:]}",
-        f"{percent(summary.structured_share)} of the remaining mean square is structured; {rest}.",
+        *([] if within_noise else [structured]),
         *([document.above_low_pass.why] if document.above_low_pass else []),
     ]
     blocks: list[ReportBlock] = [

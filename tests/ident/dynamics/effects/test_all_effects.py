@@ -65,7 +65,7 @@ def test_every_effect_is_documented(name: str) -> None:
             "backlash",
             "joint_elasticity",
         )
-        assert "{" not in quantity.unit.format(effort="N", position="m")
+        assert "{" not in quantity.unit.format(effort="N", position="m", turn="2π m")
 
 
 @pytest.mark.parametrize("name", LIBRARY)

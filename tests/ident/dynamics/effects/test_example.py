@@ -24,6 +24,6 @@ def test_the_example_is_listed_and_explained() -> None:
 
 
 def test_an_unknown_effect_is_refused() -> None:
-    refused = CliRunner().invoke(program, ["effects", "magic"])
+    refused = CliRunner().invoke(program, ["effects", "stribek"])
     assert isinstance(refused.exception, BadInput)
-    assert "stribeck" in str(refused.exception)
+    assert "did you mean stribeck?" in str(refused.exception)

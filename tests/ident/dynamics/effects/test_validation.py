@@ -38,7 +38,7 @@ def test_an_error_in_an_effect_is_named(changed: dict[str, Any], message: str) -
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
-        ({"unit": "{foo}"}, r"a: unit: no braces but \{effort\} and \{position\} expected"),
+        ({"unit": "{foo}"}, r"a: unit: no braces but \{effort\}, \{position\} and \{turn\} expected"),
         ({"unit": "{effort"}, "a: unit"),
         ({"name": "a b"}, "a name like a variable's expected"),
         ({"name": "v_s"}, "two quantities of the name 'v_s'"),

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ident.diagnosis.residual_test import scored_predictions
 from ident.dynamics.effects.library import library
 from ident.estimation import estimators
 from ident.identification import identify, prediction
@@ -37,7 +38,8 @@ def model(late: Recording, write: Callable[[Recording], Path]) -> ModelFile:
 
 @pytest.fixture(scope="session")
 def analysis(model: ModelFile, late: Recording) -> ResidualAnalysis:
-    result = analyse(model, prediction.predict(model, [late.path], library()))
+    predictions = prediction.predict(model, [late.path], library())
+    result = analyse(model, *scored_predictions(model, predictions, library()))
     return replace(
         result,
         predictions=tuple(_renamed(predicted) for predicted in result.predictions),

@@ -48,7 +48,7 @@ def test_torque_and_residual_share_one_time_axis(
     residual_traces = [trace for trace in figure.data if trace.name.endswith("residual")]
     assert len(residual_traces) == 3 * len(analyses)
     rms = np.sqrt(np.nanmean(np.asarray(residual_traces[0].y, np.float64) ** 2))
-    assert rms == pytest.approx(analysis.joints[0].summary.rms, rel=1e-3)
+    assert rms == pytest.approx(analysis.joints[0].summary.rms_all, rel=1e-3)
 
 
 def test_detail_follows_the_number_of_points(
