@@ -1,0 +1,160 @@
+"""`daq reveal`: the sealed truth of a simulated recording, beside what was found."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from recordings.command_line import say_next
+from recordings.errors import BadInput
+
+_FILE = click.Path(path_type=Path)
+_GRAVITY = 9.81
+_OF_EVERY_ROBOT = ("rod_inertia",)
+"""Effects that every simulated robot has, so that they are not hidden."""
+
+Effects = Mapping[str, tuple[int, ...]]
+"""Joints of each effect, from 1."""
+
+
+@click.command(
+    short_help="Open the sealed truth of a simulated recording.",
+    epilog="Example: daq reveal runs/fig5a.mcap runs/better.model.json",
+)
+@click.argument("file", type=_FILE)
+@click.argument("diagnosis", metavar="[DIAGNOSIS.json]", required=False, type=_FILE)
+@click.option("--json", "as_json", is_flag=True, help="One JSON document on stdout.")
+def command(file: Path, diagnosis: Path | None, as_json: bool) -> None:
+    """Show what was hidden in the simulated robot of the recording FILE.
+
+    With DIAGNOSIS.json, the output of `ident diagnose --json` or a model of `ident diagnose --apply`, shows the truth
+    beside what was found.
+    """
+    from drivers.simulated.seal import sealed_path, unseal
+
+    content = unseal(file if file.name.endswith(".sealed.json") else sealed_path(file))
+    diagnosed = _read(diagnosis) if diagnosis else None
+    document = _document(content, diagnosed)
+    if as_json:
+        click.echo(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        for line in _lines(document):
+            click.echo(line)
+    if diagnosed is None:
+        say_next("ident", "diagnose", file, "--apply")
+    else:
+        seed = 0 if content["seed"] is None else content["seed"] + 1
+        say_next("daq", "record", "--traj", "fig5a", "--cycles", 2, "--hidden", seed, "--out", f"hidden-{seed}.mcap")
+
+
+def _read(path: Path) -> tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]]:
+    """Effects, parameters and alternatives of a diagnosis or a model."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if "findings" in content:
+            parameters = {name: value["value"] for name, value in content["rungs"][-1]["parameters"].items()}
+            effects = {entry["effect"]: tuple(entry["joints"]) for entry in content["findings"]}
+            return effects, parameters, {entry["effect"]: entry["confusable_with"] for entry in content["findings"]}
+        entries = [*content["parameters"], *content.get("searched", ())]
+        terms = {term["name"]: tuple(term["joints"]) for term in content["terms"]}
+        return terms, {entry["name"]: entry["value"] for entry in entries}, {}
+    except FileNotFoundError:
+        raise BadInput(f"{path} does not exist; check the path") from None
+    except (ValueError, KeyError, TypeError, IndexError, UnicodeDecodeError):
+        raise BadInput(
+            f"{path}: the output of `ident diagnose --json`, or a model of `ident diagnose --apply`, expected, "
+            "something else found; check the path"
+        ) from None
+
+
+def _document(
+    content: Mapping[str, Any], diagnosed: tuple[Effects, Mapping[str, float], Mapping[str, Sequence[str]]] | None
+) -> dict[str, Any]:
+    hidden = content["effects"]
+    document: dict[str, Any] = {"schema": 1, "seed": content["seed"], "hidden": hidden, "found": None}
+    if diagnosed is None:
+        return document
+    effects, parameters, alternatives = diagnosed
+    names = {effect["name"] for effect in hidden}
+    for effect in hidden:
+        effect["verdict"] = _verdict(effect, effects, alternatives)
+    document["found"] = [
+        {"effect": name, "joints": list(joints)} for name, joints in effects.items() if name not in _OF_EVERY_ROBOT
+    ]
+    document["not_hidden"] = [name for name in effects if name not in names and name not in _OF_EVERY_ROBOT]
+    pairs = [*_machine(content["plant"]), *(pair for effect in hidden for pair in _parameters(effect, parameters))]
+    document["parameters"] = {
+        name: {"true": value, "found": parameters[name]} for name, value in pairs if name in parameters
+    }
+    return document
+
+
+def _verdict(effect: Mapping[str, Any], effects: Effects, alternatives: Mapping[str, Sequence[str]]) -> str:
+    name = effect["name"]
+    if name in effects:
+        joints, expected = effects[name], tuple(effect["joints"])
+        return "found" if joints == expected or not expected else f"found on joint {_listed(joints)}"
+    confused = [other for other, names in alternatives.items() if name in names]
+    if confused:
+        return f"found as {confused[0]}, from which these recordings cannot tell it"
+    return "not found" if effect["in_library"] else "not found: no effect of the library"
+
+
+def _machine(plant: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
+    """Yield the true parameters of the base model of a delta robot, for the true torque gain."""
+    links, friction = plant["links"], plant["friction"]
+    yield "m_p", links["platform_mass"] + links["payload"]
+    yield "T_g", links["arm_mass"] * links["arm_com"] * _GRAVITY
+    for joint in (1, 2, 3):
+        yield (
+            f"I_{joint}",
+            links["arm_inertia"] + links["arm_mass"] * links["arm_com"] ** 2 + links["motor_inertia"],
+        )
+    for name, values in (("c_v", friction["viscous"]), ("c_c", friction["coulomb"])):
+        for joint, value in enumerate(values, start=1):
+            yield f"{name}{joint}", value
+    yield "rod_inertia.m_d", links["rod_mass"]
+
+
+def _parameters(effect: Mapping[str, Any], values_found: Mapping[str, float]) -> Iterator[tuple[str, float]]:
+    """Yield those of the true parameters that the model has under the same name; of a wave its sine and cosine."""
+    values = dict(effect["parameters"])
+    if "phase" in values and "a" in values:
+        amplitude, phase = values.pop("a"), values.pop("phase")
+        values |= {"a": amplitude * math.cos(phase), "b": amplitude * math.sin(phase)}
+    for name, value in values.items():
+        if not isinstance(value, int | float):
+            continue
+        for joint in ("", *effect["joints"]):
+            if f"{effect['name']}.{name}{joint}" in values_found:
+                yield f"{effect['name']}.{name}{joint}", value
+
+
+def _lines(document: Mapping[str, Any]) -> Iterator[str]:
+    for effect in document["hidden"]:
+        values = ", ".join(f"{name} = {_short(value)}" for name, value in effect["parameters"].items())
+        verdict = f": {effect['verdict']}" if "verdict" in effect else ""
+        joints = f" on joint {_listed(effect['joints'])}" if effect["joints"] else ""
+        yield f"hidden: {effect['name']}{joints} ({values}){verdict}"
+    if not document["hidden"]:
+        yield "hidden: nothing"
+    if document["found"] is None:
+        return
+    for name in document["not_hidden"]:
+        yield f"found, but not hidden: {name}"
+    width = max((len(name) for name in document["parameters"]), default=0)
+    for name, pair in document["parameters"].items():
+        yield f"  {name:<{width}}  true {pair['true']:10.4g}  found {pair['found']:10.4g}"
+
+
+def _short(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _listed(joints: Sequence[int]) -> str:
+    return ", ".join(map(str, joints))

@@ -1,0 +1,102 @@
+"""`daq reveal`: the truth beside what was found."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from daq.commands.reveal import command
+from drivers.simulated.config import SimConfig
+from drivers.simulated.seal import seal
+from recordings.errors import BadInput
+
+PLANT = SimConfig().model_dump(mode="json", exclude={"effects"})
+COGGING = {
+    "name": "cogging",
+    "joints": [1, 2],
+    "parameters": {"N": 14.0, "a": 0.5, "phase": 0.0},
+    "in_library": True,
+    "size": 0.04,
+    "depends_on": ["position"],
+}
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    """The name of a recording beside which the truth is sealed."""
+    seal(tmp_path / "a.sealed.json", {"schema": 1, "seed": 9, "effects": [COGGING], "plant": PLANT})
+    return tmp_path / "a.mcap"
+
+
+def reveal(*arguments: object) -> Result:
+    return CliRunner().invoke(command, [*map(str, arguments)], catch_exceptions=True)
+
+
+def diagnosis(path: Path, effect: str, joints: list[int], alternatives: list[str] | None = None) -> Path:
+    values = {"m_p": 2.1, f"{effect}.a1": 0.51, f"{effect}.b1": 0.0, "rod_inertia.m_d": 0.4}
+    findings: list[dict[str, Any]] = [
+        {"effect": "rod_inertia", "joints": [1, 2, 3], "confusable_with": []},
+        {"effect": effect, "joints": joints, "confusable_with": alternatives or []},
+    ]
+    rungs = [{"parameters": {name: {"value": value} for name, value in values.items()}}]
+    path.write_text(json.dumps({"findings": findings, "rungs": rungs}))
+    return path
+
+
+def test_the_truth_alone(recording: Path) -> None:
+    for file in (recording, recording.with_suffix(".sealed.json")):
+        result = reveal(file)
+        assert result.exit_code == 0, result.output
+        assert result.stdout == "hidden: cogging on joint 1, 2 (N = 14, a = 0.5, phase = 0)\n"
+        assert result.stderr == f"next: ident diagnose {file} --apply\n"
+
+
+def test_truth_beside_what_was_found(recording: Path) -> None:
+    model = diagnosis(recording.with_name("d.json"), "cogging", [1, 2])
+    result = reveal(recording, model)
+    assert "hidden: cogging on joint 1, 2 (N = 14, a = 0.5, phase = 0): found\n" in result.stdout
+    assert "not hidden" not in result.stdout
+    document = json.loads(reveal(recording, model, "--json").stdout)
+    assert document["parameters"]["cogging.a1"] == {"true": 0.5, "found": 0.51}
+    assert document["parameters"]["m_p"]["found"] == 2.1
+    assert document["found"] == [{"effect": "cogging", "joints": [1, 2]}]
+
+
+@pytest.mark.parametrize(
+    ("effect", "joints", "alternatives", "verdict"),
+    [
+        ("cogging", [3], [], "found on joint 3"),
+        ("stribeck", [1, 2], [], "not found"),
+        ("stribeck", [1, 2], ["cogging"], "found as stribeck, from which these recordings cannot tell it"),
+    ],
+)
+def test_verdicts(recording: Path, effect: str, joints: list[int], alternatives: list[str], verdict: str) -> None:
+    model = diagnosis(recording.with_name("d.json"), effect, joints, alternatives)
+    result = reveal(recording, model)
+    assert result.stdout.splitlines()[0].endswith(f": {verdict}")
+    assert ("found, but not hidden: stribeck" in result.stdout) == (effect == "stribeck")
+
+
+def test_a_model_takes_the_place_of_a_diagnosis(recording: Path) -> None:
+    model = recording.with_name("m.json")
+    entries = {"parameters": [{"name": "m_p", "value": 2.0}], "searched": [{"name": "cogging.N", "value": 14.01}]}
+    model.write_text(json.dumps({**entries, "terms": [{"name": "cogging", "joints": [1, 2]}]}))
+    document = json.loads(reveal(recording, model, "--json").stdout)
+    assert document["hidden"][0]["verdict"] == "found"
+    assert document["parameters"]["cogging.N"] == {"true": 14.0, "found": 14.01}
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{}", '{"findings": 3}', "\xff"])
+def test_what_is_no_diagnosis_is_refused(recording: Path, content: str) -> None:
+    wrong = recording.with_name("wrong.json")
+    wrong.write_bytes(content.encode("latin-1"))
+    result = reveal(recording, wrong)
+    assert isinstance(result.exception, BadInput)
+    assert "ident diagnose --json" in str(result.exception)
+
+
+def test_missing_files_are_refused(recording: Path) -> None:
+    assert "does not exist" in str(reveal(recording.with_name("none.mcap")).exception)
+    assert "does not exist" in str(reveal(recording, recording.with_name("none.json")).exception)
