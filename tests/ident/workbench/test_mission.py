@@ -34,7 +34,8 @@ def test_missing_effect_is_suggested_and_reduces_the_errors(
     assert float(browser.text("improvement-stribeck").split()[0]) > 30
 
     browser.click("tab-residuals")
-    assert "oint 2" in browser.text("residuals-1")
+    assert "Above the noise" in browser.text("residuals-1")
+    assert "oint 2" in browser.text("residuals-2")
     browser.screenshot("where-it-fails")
 
     browser.click("tab-missing")
