@@ -33,7 +33,8 @@ def jittered(frames: CanFrames, period: float, seed: int) -> Ints:
 
 
 def fitted(ident: Runner, file: Path) -> dict[str, float]:
-    done = ident("fit", file, "--method", "ls")
+    # The bare model: m_d beside it is determined less well than the recordings differ.
+    done = ident("fit", file, "--method", "ls", "--without", "rod_inertia")
     assert done.code == 0, done.err
     parameters = json.loads(file.with_suffix(".model.json").read_text())["parameters"]
     return {parameter["name"]: parameter["value"] for parameter in parameters}

@@ -111,7 +111,7 @@ def _check_model(
 ) -> None:
     assert model.identification is not None
     _check_document(model.file.as_json())
-    fit_table.show(model.identification, console := _console(), details=True)
+    fit_table.show(model.file, model.identification, console := _console(), details=True)
     path = folder / "fuzz.model.json"
     model.save(path)
     comparison = ident.compare(ident.load_model(path), files)

@@ -18,8 +18,8 @@ CANNOT_FOLLOW = {"profile_only": "neither mode 8"}
 NOTHING_TO_IDENTIFY = {"isd860.eds": "nothing to find the torque from"}
 REFUSES = {"wilful": "6066"}
 """An object that the drive refuses although its EDS has it: the first run says so, and how to accept it."""
-PLATFORM = 2.74
-"""Mass m_p of the simulated robot as it is identified [kg]."""
+PLATFORM = 2.033
+"""Mass m_p of the simulated robot [kg]."""
 
 
 def decide(rig: Path) -> None:
