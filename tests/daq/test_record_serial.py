@@ -102,7 +102,7 @@ def test_three_fast_lines_and_canopen_give_the_same_fit(daq: Runner, ident: Runn
         done = ident("fit", out, "--iterations", 300, "--without", "rod_inertia")
         assert done.code == 0, done.err
     first, second = (parameters(tmp_path / f"{name}.model.json") for name in ("serial", "can"))
-    np.testing.assert_allclose(first, second, rtol=0.02)  # the voltages' noise is not drawn alike
+    np.testing.assert_allclose(first, second, rtol=0.03)  # the voltages' noise is not drawn alike
 
 
 @pytest.mark.slow

@@ -109,16 +109,17 @@ def _diagnose(rng: Generator, folder: Path, rows: int) -> None:
 def _check_model(
     model: ident.Model, files: Sequence[Path], validate: Sequence[Path], folder: Path, *, draw: bool
 ) -> None:
-    assert model.identification is not None
+    console = _console()
     _check_document(model.file.as_json())
-    fit_table.show(model.file, model.identification, console := _console(), details=True)
+    if model.identification:  # else it was found by a diagnosis
+        fit_table.show(model.file, model.identification, console, details=True)
     path = folder / "fuzz.model.json"
     model.save(path)
     comparison = ident.compare(ident.load_model(path), files)
     _check_document(comparison.as_json())
     residual_table.show(comparison, console)
     _check_text(console)
-    if draw:
+    if draw and model.identification:
         pictures.draw(model.identification, folder)
         request = contents.ReportRequest((path,), tuple(files), tuple(validate), (), diagnose=False)
         _check_page(page.render(contents.gather(request, lambda text: None)))
