@@ -110,9 +110,13 @@ class TorquePredictor:
         return self.prepared.condition(reported), derivatives
 
     def error_amplification(self, structure: ModelStructure, x: Floats, error: Floats) -> Floats:
-        """(n, dof) amplification of an `error` (dof,) of the true torque [N m] in the reported torque, at `x`."""
+        """(n, dof) amplification of an `error` (dof,) of the true torque [N m] in the reported torque, at `x`.
+
+        An error below the step of finite differences is replaced by it.
+        """
         load_parameters = structure.load_parameters(x)
         true = self._true_torque(structure, x, load_parameters)
+        error = np.maximum(error, _RELATIVE_STEP * np.sqrt(np.nanmean(true**2, axis=0)))
         upper, lower = (self._report(structure, x, load_parameters, true + side * error) for side in (1, -1))
         slope: Floats = np.abs(upper - lower) / (2 * error)
         return slope
