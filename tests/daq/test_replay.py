@@ -217,7 +217,7 @@ BAD: dict[str, tuple[list[str], str]] = {
     "unknown interface": (["--bus", "pigeon:x"], "--bus"),
     "an interface that is not there": (BUS, "cannot be opened"),
     "commands without consent": ([*BUS, "--direction", "both"], "would MOVE real ones"),
-    "no frame left": ([*BUS, "--id", "0x555"], "none of 20887 recorded ones is chosen"),
+    "no frame left": ([*BUS, "--id", "0x555"], "none of 21893 recorded ones is chosen"),
     "no id": ([*BUS, "--id", "all"], "--id"),
 }
 
@@ -244,7 +244,7 @@ def test_command_announces_the_replay(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "COMMAND DRIVES" not in result.stderr
     result = CliRunner().invoke(command, [*arguments, "--id", "0x80", "--direction", "tx", "--yes"])
     assert "COMMAND DRIVES: any real drive on this bus will move" in result.stderr
-    assert "frames: 2839 of 2839" in result.stdout
+    assert "frames: 2840 of 2840" in result.stdout
 
 
 def test_speed_that_is_no_number_is_rejected() -> None:

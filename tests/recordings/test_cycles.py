@@ -43,7 +43,10 @@ def test_cycles_of_a_recording_with_approach_and_stop_are_found(name: str, toler
     recording = read(SAMPLES / f"{name}.mcap")
     period = round(recording.run.period * recording.run.rate)
     first = int(np.argmax(recording.repeat == 0))
-    assert find_cycles(recording.command) == Cycles(first, period, 2)
+    commanded = find_cycles(recording.command)
+    assert commanded is not None
+    assert (commanded.period, commanded.count) == (period, 2)
+    assert abs(commanded.first - first) <= 1  # the last target of the approach may be that of the cycle's end
     rng = np.random.default_rng(0)
     measured = recording.position + rng.normal(scale=1e-4, size=recording.position.shape)
     cycles = find_cycles(measured)
