@@ -14,6 +14,8 @@ class Clock(Protocol):
 
     answer_timeout: float
     """Longest time that the answers to a SYNC may take [s]."""
+    simulated: bool
+    """Whether time stands still between cycles."""
 
     def wait(self, index: int) -> float:
         """Wait for the cycle of SYNC `index` and return its lateness [s]. The first call starts the clock."""
@@ -36,6 +38,7 @@ class LockstepClock:
     """Simulated time that begins at zero; it never waits and is never late."""
 
     answer_timeout = 2.0
+    simulated = True
 
     def __init__(self, rate: float) -> None:
         self._period_ns = 1e9 / rate
@@ -61,6 +64,8 @@ class LockstepClock:
 
 class HostClock:
     """The host's clock. Deadline k is always start + k periods, so that lateness does not accumulate."""
+
+    simulated = False
 
     def __init__(self, rate: float, lead: float = 0.0) -> None:
         """`lead`: time from the beginning of a cycle to its SYNC [s]."""

@@ -1,9 +1,7 @@
 """Terminal output of a run: a progress bar with the key figures, and a summary at the end."""
 
 import sys
-import threading
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from rich.console import Console
@@ -11,6 +9,7 @@ from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
 from rich.progress import Progress as Bar
 from rich.table import Table
 
+from daq.background import BackgroundThread
 from daq.session import Result
 from daq.watched import CycleProgress
 
@@ -18,28 +17,16 @@ _INTERVAL = 0.25
 """Time between two updates [s]."""
 
 
-class ProgressBar:
-    """Progress bar of a run, on stderr if that is a terminal. It has a thread of its own, so that the cycle never
-    waits for the screen."""
+class ProgressBar(BackgroundThread):
+    """Progress bar of a run, on stderr if that is a terminal. The cycle never waits for the screen."""
 
     def __init__(self, progress: CycleProgress) -> None:
+        super().__init__("display")
         self._progress = progress
-        self._finished = threading.Event()
-        self._thread = threading.Thread(target=self._run_thread, name="display", daemon=True)
-
-    def __enter__(self) -> Self:
-        if sys.stderr.isatty():
-            self._thread.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._finished.set()
-        if self._thread.is_alive():
-            self._thread.join()
 
     def _run_thread(self) -> None:
+        if not sys.stderr.isatty():
+            return
         columns = (TextColumn("{task.description:>8}"), BarColumn(), TextColumn("{task.fields[figures]}"))
         with Bar(*columns, TimeElapsedColumn(), console=Console(stderr=True), auto_refresh=False) as bar:
             task = bar.add_task("start", figures="")

@@ -19,7 +19,8 @@ from recordings.rig import Drive, Rig
 from trajectories import Trajectory
 
 _TARGET = np.dtype([("controlword", "<u2"), ("counts", "<i4")])
-"""RPDO 1, as `drivers.canopen.setup` maps it."""
+_TARGET_WITH_OFFSET = np.dtype([*_TARGET.descr, ("torque_offset", "<i2")])
+"""RPDO 1 without and with torque offset, as `drivers.canopen.pdo` maps it; told apart by the length of the frame."""
 _STATE_BITS = 0x6F
 """Bits of the statusword that encode the drive state."""
 _MAX_GAP = 500
@@ -194,7 +195,7 @@ def _answers(table: _FrameTable, drive: Drive) -> dict[str, Floats]:
     for pdos in pdo.tpdos_by_size(drive):
         raw = {name: np.full(len(table.sync_number), np.nan) for name in ("status", "position", "voltage", "torque")}
         count = 0
-        for number, fields in enumerate(pdos):
+        for number, fields in pdos.items():
             layout = np.dtype([(field.name, "<" + field.layout) for field in fields])
             rows, contents = table.answers(pdo.tpdo_id(drive, number), layout)
             count += len(rows)
@@ -209,8 +210,9 @@ def _joint_values(table: _FrameTable, rig: Rig, joint: int) -> _JointValues:
     n, drive = len(table.sync_number), rig.drives[joint]
     raw = _answers(table, drive)
     target = np.full(n, np.nan)
-    rows, contents = table.commands(0x200 + drive.node_id, _TARGET)
-    target[rows] = contents["counts"]
+    for layout in (_TARGET, _TARGET_WITH_OFFSET):
+        rows, contents = table.commands(0x200 + drive.node_id, layout)
+        target[rows] = contents["counts"]
     return _JointValues(
         position=drive.to_position(raw["position"]),
         command=drive.to_position(target),

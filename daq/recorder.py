@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from drivers.protocol import Sample
 from recordings.errors import RunFailed
-from recordings.schemas import POSITION_DELAY, VOLTAGE_DELAY, Level
+from recordings.schemas import POSITION_DELAY, TORQUE_OFFSET, VOLTAGE_DELAY, Level
 from recordings.writer import RecordingWriter
 
 _Write = Callable[[], None]
@@ -72,8 +72,10 @@ class Recorder:
         command: NDArray[np.float64],
         platform: NDArray[np.float64] | None,
         sample: Sample,
+        torque_offset: NDArray[np.float64] | None = None,
     ) -> None:
-        """Record one SYNC: the reference sent [rad], the platform reference [m] if there is one, and the answers."""
+        """Record one SYNC: the reference sent [rad], the platform reference [m] if there is one, the answers, and the
+        torque offset sent [N m] in a run with feed-forward."""
 
         def write() -> None:
             writer = self._writer
@@ -92,8 +94,11 @@ class Recorder:
                 sample.error_code,
                 sample.voltage_stamp,
             )
-            if sample.position_stamp is not None:
-                writer.extra(stamp_ns, log_ns, _delays(stamp_ns, sample))
+            extra = {} if sample.position_stamp is None else _delays(stamp_ns, sample)
+            if torque_offset is not None:
+                extra |= {f"{TORQUE_OFFSET}_{i}": value for i, value in enumerate(torque_offset.round(_DECIMALS), 1)}
+            if extra:
+                writer.extra(stamp_ns, log_ns, extra)
 
         self._queue.put(write)
 

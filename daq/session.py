@@ -14,8 +14,11 @@ from pathlib import Path
 import can
 
 from daq.clock import Clock, HostClock, LockstepClock
+from daq.feedforward.planning import Feedforward
+from daq.feedforward.source import TorqueSource
 from daq.realtime import realtime_priority
 from daq.recorder import NullRecorder, Recorder
+from daq.simulation import torque_age
 from daq.stopping import StopRequest
 from daq.stream import Stream
 from daq.watched import CycleProgress
@@ -23,7 +26,7 @@ from drivers import transports
 from drivers.canopen.bus import Tap
 from drivers.protocol import Amplifiers, Identity, Report
 from recordings.errors import BadInput, RunFailed
-from recordings.recording import Pace, Run
+from recordings.recording import Floats, Pace, Run
 from recordings.rig import Rig, load_rig, simulated_rig
 from recordings.schemas import Level
 from recordings.writer import RecordingWriter
@@ -45,6 +48,13 @@ class RunRequest:
     pace: Pace
     seed: int | None
     """Seed of the noise of the simulated rig; None with real drives."""
+    plan: Callable[[Floats], Trajectory] | None = None
+    """Motion from the pose (dof,) [rad] in which the robot stands, planned before power; `trajectory` then only has
+    its name and its length."""
+    feedforward: TorqueSource | None = None
+    """Torque to feed forward, if any; the rig then sends torque offsets."""
+    accepted: frozenset[str] = frozenset()
+    """What is accepted by name."""
 
 
 @dataclass(frozen=True)
@@ -111,6 +121,10 @@ class Session:
         self._write_frame: Tap = lambda *frame: self._early_frames.append(frame)
         self._recorder: Recorder | None = None
         self.progress = CycleProgress()
+        source = request.feedforward
+        self._feedforward = (
+            None if source is None else Feedforward(source, request.rig, request.accepted, self._report)
+        )
 
     def run(self, display: Display) -> Result:
         """Record the run; in every case the drives are disabled and the file is closed with its exit status.
@@ -125,13 +139,13 @@ class Session:
             status, reason = 1, "the program was interrupted"
             try:
                 identities = drives.discover()
-                self._check_pace(identities)
+                self._check_identities(identities)
                 self._recorder = self._open_recorder(identities)
                 self._write_frame = self._recorder.frame
                 with display(self.progress), self._realtime_priority():
                     drives.configure()
-                    stream = Stream(self._request.rig, drives, self._clock, self._recorder, stop, self.progress)
-                    stream.run(self._request.trajectory)
+                    stream = self._stream(drives, self._recorder, stop)
+                    stream.run(self._request.trajectory, self._request.plan)
                 status, reason = 0, "done"
             except Exception as error:
                 reason = str(error)
@@ -153,15 +167,17 @@ class Session:
         drives = self._connect()
         try:
             identities = drives.discover()
-            self._check_pace(identities)
+            self._check_identities(identities)
             with StopRequest() as stop, display(self.progress), self._realtime_priority():
                 drives.configure()
-                stream = Stream(self._request.rig, drives, self._clock, NullRecorder(), stop, self.progress)
-                position = stream.dry_run(self._request.trajectory)
+                position = self._stream(drives, NullRecorder(), stop).dry_run(self._request.trajectory)
         finally:
             drives.close()
         sent = sum(frame[2] for frame in self._early_frames)
         return Result(identities, self.progress, sent, len(self._early_frames) - sent), position.tolist()
+
+    def _stream(self, drives: Amplifiers, recorder: Recorder | NullRecorder, stop: StopRequest) -> Stream:
+        return Stream(self._request.rig, drives, self._clock, recorder, stop, self.progress, self._feedforward)
 
     def _connect(self) -> Amplifiers:
         clock = self._clock.now if self._request.pace == "lockstep" else None
@@ -173,6 +189,7 @@ class Session:
     def _open_recorder(self, identities: tuple[Identity, ...]) -> Recorder:
         request = self._request
         lockstep = request.pace == "lockstep"
+        is_simulated = any(identity.simulated for identity in identities)
         run = Run(
             trajectory=request.trajectory.name,
             trajectory_digest=request.trajectory.digest,
@@ -180,8 +197,10 @@ class Session:
             cycles=request.trajectory.cycles,
             rate=request.rig.rate,
             software=f"delta-workbench {version('delta-workbench')}",
-            simulated=any(identity.simulated for identity in identities),
+            simulated=is_simulated,
             pace=request.pace,
+            feedforward=None if request.feedforward is None else request.feedforward.digest,
+            torque_age=torque_age(request.rig.rate) if is_simulated else None,
             seed=request.seed,
             # In lockstep, time is simulated and begins at the epoch.
             start=datetime.fromtimestamp(0 if lockstep else time.time(), UTC).isoformat(timespec="milliseconds"),
@@ -197,7 +216,9 @@ class Session:
     def _tap(self, time_ns: int, message: can.Message, sent: bool) -> None:
         self._write_frame(time_ns, message, sent)
 
-    def _check_pace(self, identities: tuple[Identity, ...]) -> None:
+    def _check_identities(self, identities: tuple[Identity, ...]) -> None:
+        if self._feedforward is not None:
+            self._feedforward.check_drives(identities)
         lockstep = {identity.lockstep for identity in identities}
         if self._request.pace == "lockstep" and lockstep != {True}:
             raise BadInput("--pace lockstep needs drives simulated in lockstep; real drives run in real time only")

@@ -76,13 +76,27 @@ def simulated(rig: Rig, config: SimConfig, pace: Pace, seed: int) -> Service:
     """Serve the simulated rig on the bus or the lines of `rig`; the result is a context manager.
 
     Raises:
-        BadInput: the bus cannot be opened, a dictionary cannot be read, or drives on serial lines should have one.
+        BadInput: the rig is no delta robot, the bus cannot be opened, a dictionary cannot be read, or drives on
+            serial lines should have one.
     """
+    if len(rig.drives) != len(config.drive_of_each_joint):
+        raise BadInput(
+            f"the simulated machine is a delta robot with {len(config.drive_of_each_joint)} drives, "
+            f"{len(rig.drives)} found in the rig file; connect them, or describe a delta robot"
+        )
     if config.drives and rig.bus.transport != "canopen":
         raise BadInput("[[drives]], --eds and --habit are for drives on a CAN bus, serial lines found; drop them")
     service = simulations.of(rig).serve(rig, config, pace, seed)
     service.warn = lambda text: say(f"warning: {text}", "yellow")
     return service
+
+
+def torque_age(rate: float) -> float:
+    """By how much the torque that simulated drives report is older than the position beside it [s], at a cycle rate
+    [Hz]: a position is what the torque of the last step of the plant led to, and both are reported together."""
+    from drivers.simulated.machine import plant_step
+
+    return plant_step(rate)
 
 
 @contextmanager

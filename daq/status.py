@@ -5,14 +5,13 @@ import math
 import os
 import signal
 import sys
-import threading
 from collections.abc import Callable, Iterable, Sequence
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.background import BackgroundThread
 from daq.watched import CycleProgress
 from drivers.protocol import Sample
 
@@ -38,25 +37,14 @@ def to_stdout(line: str) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
-class StatusLines:
-    """Sender of status lines during a run. It has its own thread, so that the cycle never waits for a receiver."""
+class StatusLines(BackgroundThread):
+    """Sender of status lines during a run. The cycle never waits for a receiver."""
 
     def __init__(self, progress: CycleProgress, rate: float, sinks: Sequence[LineSink]) -> None:
+        super().__init__("status")
         self._progress, self._rate, self._sinks = progress, rate, sinks
         self._previous_command: NDArray[np.float64] = np.array(math.nan)
         """Command of the previous cycle, which the drives must have reached now [rad]."""
-        self._finished = threading.Event()
-        self._thread = threading.Thread(target=self._run_thread, name="status", daemon=True)
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._finished.set()
-        self._thread.join()
 
     def _run_thread(self) -> None:
         while not self._finished.wait(_INTERVAL):

@@ -36,4 +36,9 @@ class StopRequest:
 
     def _on_signal(self, number: int, frame: FrameType | None) -> None:
         self._signalled = True
-        self.ask(f"stopped by the operator ({signal.Signals(number).name})")
+        self.ask(reason_of(signal.Signals(number)))
+
+
+def reason_of(number: signal.Signals) -> str:
+    """Reason of a stop by this signal."""
+    return f"stopped by the operator ({number.name})"

@@ -5,20 +5,25 @@ If it is not (fault, following error, no answers), every drive stops at once on 
 """
 
 import gc
-import math
 import sys
-from collections.abc import Iterator, Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
 
 from daq.clock import Clock
+from daq.exchange import RecordedExchange
+from daq.feedforward.planning import Feedforward
+from daq.feedforward.segments import Segment, segments
+from daq.feedforward.source import PlannedTorque
 from daq.recorder import NullRecorder, Recorder
 from daq.stopping import StopRequest
 from daq.supervisor import Supervisor
 from daq.watched import CycleProgress
-from drivers.protocol import Amplifiers, Goal, Power, Sample, Setpoint
+from drivers.protocol import Amplifiers, Goal, Power, Setpoint
 from recordings.errors import RunFailed
+from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats
 from recordings.rig import Rig
 from trajectories import Trajectory, approach
@@ -29,6 +34,8 @@ _NO_REACTION_TIMEOUT = 0.2
 """Longest time without answers, or without a reaction of an enabled drive, while disabling [s]."""
 _RAMP_TIME = 0.4
 """Duration of an orderly stop along the path [s]."""
+_PAUSE = 0.02
+"""Pause between two looks at a computation in simulated time [s]."""
 _SWITCH_INTERVAL = 1e-4
 """Longest time that another thread may hold the interpreter while the cycle waits for it [s]."""
 
@@ -52,40 +59,49 @@ class Stream:
         recorder: Recorder | NullRecorder,
         stop: StopRequest,
         progress: CycleProgress,
+        feedforward: Feedforward | None = None,
     ) -> None:
         self._rig = rig
         self._amplifiers = amplifiers
-        self._clock = clock
         self._recorder = recorder
         self._stop = stop
         self._progress = progress
-        self._supervisor = Supervisor(rig)
-        self._index = 0
-        self._target: Floats | None = None
-        self._no_command: Floats = np.full(rig.dof, math.nan)
-        self._no_answer = Sample(
-            position=(math.nan,) * rig.dof,
-            voltage=(math.nan,) * rig.dof,
-            statusword=(0,) * rig.dof,
-            error_code=(0,) * rig.dof,
-            power=(Power.UNKNOWN,) * rig.dof,
-            missing=rig.dof,
-            trouble=None,
+        self._exchange = RecordedExchange(
+            rig, amplifiers, clock, recorder, stop, progress, feedforward=feedforward is not None
         )
+        self._supervisor = Supervisor(rig)
+        self._target: Floats | None = None
+        self._feedforward = feedforward
+        self._offset: Floats | None = None if feedforward is None else np.zeros(rig.dof)
 
-    def run(self, trajectory: Trajectory) -> None:
-        """Stream `trajectory`; return when it is complete and the drives are disabled.
+    def run(self, trajectory: Trajectory, plan: Callable[[Floats], Trajectory] | None = None) -> None:
+        """Stream `trajectory`, or what `plan` makes for the pose in which the robot stands; return when it is
+        complete and the drives are disabled.
 
         Raises:
+            BadInput: there is no such motion from this pose; the drives were not enabled.
             RunFailed: the motion was not completed; the drives are disabled (or the message names the others).
+        """
+        with self._supervised():
+            position = self._wait_for_answers()
+            if plan is not None:
+                trajectory = plan(position)
+            torque = self._plan_torque(position, trajectory)
+            start = self._enable()
+            for segment in segments(self._rig, start, trajectory, torque):
+                self._follow(segment)
+
+    @contextmanager
+    def _supervised(self) -> Iterator[None]:
+        """Disable the drives at the end of the block in every case.
+
+        Raises:
+            RunFailed: the block was not completed; the drives are disabled (or the message names the others).
         """
         with _quiet_interpreter():
             reason = None
             try:
-                self._wait_for_answers()
-                self._enable()
-                self._approach(trajectory.joint_position[0])
-                self._follow("stream", trajectory.joint_position, trajectory)
+                yield
             except (MotionFault, StopRequested, RunFailed) as stop:
                 reason = str(stop)
             finally:
@@ -107,11 +123,12 @@ class Stream:
             try:
                 position = self._wait_for_answers()
                 for _ in range(self._cycle_count(1.0)):
-                    self._raise_fault(self._supervisor.drives(self._cycle(None, self._no_command)))
+                    self._raise_fault(self._supervisor.drives(self._exchange.without_target()))
+                torque = self._plan_torque(position, trajectory)
             except (MotionFault, StopRequested) as stop:
                 raise RunFailed(str(stop)) from None
-        self._amplifiers.encode(approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate))
-        self._amplifiers.encode(trajectory.joint_position)
+        for segment in segments(self._rig, position, trajectory, torque):
+            self._amplifiers.encode(segment.path, segment.torque)
         return position
 
     # Phases
@@ -120,67 +137,96 @@ class Stream:
         for _ in range(self._cycle_count(_POWER_TIMEOUT)):
             if self._stop.count:
                 raise StopRequested(self._stop.reason)
-            sample = self._cycle(None, self._no_command)
+            sample = self._exchange.without_target()
             self._raise_fault(self._supervisor.drives(sample))
             if not sample.missing:
                 self._raise_fault(self._supervisor.standstill(sample.position))
                 return np.array(sample.position)
         raise MotionFault("no complete answer from all drives; check the bus")
 
-    def _enable(self) -> None:
+    def _plan_torque(self, position: Floats, trajectory: Trajectory) -> PlannedTorque | None:
+        """Compute the torque to feed forward, while the drives are kept answering."""
+        if self._feedforward is None:
+            return None
+        self._progress.phase = "torque"
+        path = approach(position, trajectory.joint_position[0], self._rig.limits, self._rig.rate)
+        return self._feedforward.plan(self._exchange.time, path, trajectory, self._idle)
+
+    def _idle(self) -> None:
+        if self._stop.count:
+            raise StopRequested(self._stop.reason)
+        if self._exchange.clock.simulated:
+            # The number of cycles must not depend on how long the computation takes.
+            time.sleep(_PAUSE)
+        else:
+            self._raise_fault(self._supervisor.drives(self._exchange.without_target()))
+
+    def _enable(self) -> Floats:
+        """Switch power on; returns the position at which the drives hold (dof,) [rad]."""
         self._progress.phase = "enable"
         self._amplifiers.goal = Goal.ENABLED
         for _ in range(self._cycle_count(self._rig.enable_timeout)):
-            sample = self._cycle(None, self._no_command)
+            sample = self._exchange.without_target()
             self._raise_fault(self._supervisor.drives(sample))
             if all(power is Power.ON for power in sample.power) and not sample.missing:
                 self._target = np.array(sample.position)
-                return
+                return self._target
         late = [f"joint {j + 1} ({power.value})" for j, power in enumerate(sample.power) if power is not Power.ON]
         raise MotionFault(
             f"not enabled within {self._rig.enable_timeout:g} s: {', '.join(late)}; check enable inputs and the "
             "supply, or raise enable_timeout in the rig file"
         )
 
-    def _approach(self, goal: Floats) -> None:
-        assert self._target is not None
-        path = approach(self._target, goal, self._rig.limits, self._rig.rate)
-        self._follow("approach", path, None)
-
-    def _follow(self, phase: str, path: Floats, trajectory: Trajectory | None) -> None:
-        """Stream joint targets (m, dof); with a trajectory, record its platform path and repetitions too."""
-        progress = self._progress
-        progress.phase, progress.done, progress.total = phase, 0, len(path)
-        setpoints = self._amplifiers.encode(path)
+    def _follow(self, segment: Segment) -> None:
+        """Stream the targets of a segment; with a trajectory, record its platform path and repetitions too."""
+        progress, path, torque, trajectory = self._progress, segment.path, segment.torque, segment.trajectory
+        progress.phase, progress.done, progress.total = segment.phase, 0, len(path)
+        setpoints = self._amplifiers.encode(path, torque)
         for i, setpoint in enumerate(setpoints):
             repeat = -1 if trajectory is None else int(trajectory.repeat[i])
             platform = None if trajectory is None else trajectory.platform[i]
-            self._move(setpoint, path[i], repeat, platform)
+            self._move(setpoint, path[i], None if torque is None else torque[i], repeat, platform, segment.is_probe)
             progress.done = i + 1
             progress.following_error = self._supervisor.worst_following_error
             if self._stop.count or self._recorder.error:
-                self._ramp_down(path[i:])
+                self._ramp_down(path[i:], None if torque is None else torque[i:])
                 raise StopRequested(str(self._recorder.error or self._stop.reason))
+        if segment.is_probe:
+            self._raise_fault(self._supervisor.offsets.judge_answers())
 
-    def _ramp_down(self, ahead: Floats) -> None:
-        """Come to rest along the path ahead; the pace along the path falls smoothly from 1 to 0."""
+    def _ramp_down(self, ahead: Floats, torque: Floats | None) -> None:
+        """Come to rest along the path ahead: the pace along the path and the offset fall smoothly to 0."""
         self._progress.phase = "stop"
         count = self._cycle_count(_RAMP_TIME)
         s = np.arange(1, count + 1) / count
         # Integral of the pace 1 - 3 s^2 + 2 s^3: rows of the path passed after each cycle.
         rows = np.minimum(count * (s - s**3 + s**4 / 2), len(ahead) - 1)
-        path = np.column_stack([np.interp(rows, np.arange(len(ahead)), column) for column in ahead.T])
-        for target, setpoint in zip(path, self._amplifiers.encode(path), strict=True):
+        index, pace = np.arange(len(ahead)), (1 - 3 * s**2 + 2 * s**3)[:, None]
+        path = interpolate_columns(rows, index, ahead)
+        offsets = None if torque is None else interpolate_columns(rows, index, torque) * pace
+        for i, setpoint in enumerate(self._amplifiers.encode(path, offsets)):
             if self._stop.count > 1:
                 raise MotionFault(f"{self._stop.reason}, twice: quick stop")
-            self._move(setpoint, target)
+            self._move(setpoint, path[i], None if offsets is None else offsets[i])
 
-    def _move(self, setpoint: Setpoint, target: Floats, repeat: int = -1, platform: Floats | None = None) -> None:
+    def _move(
+        self,
+        setpoint: Setpoint,
+        target: Floats,
+        offset: Floats | None,
+        repeat: int = -1,
+        platform: Floats | None = None,
+        is_probe: bool = False,
+    ) -> None:
         """Send the target of one cycle; supervise the answers, which show how the previous target was reached."""
         assert self._target is not None
-        sample = self._cycle(setpoint, target, repeat, platform)
-        self._raise_fault(self._supervisor.drives(sample) or self._supervisor.motion(sample, self._target))
-        self._target = target
+        sample = self._exchange.run(setpoint, target, repeat, platform, offset)
+        supervisor, reached = self._supervisor, self._target
+        fault = supervisor.drives(sample) or supervisor.motion(sample, reached, None if is_probe else self._offset)
+        self._raise_fault(fault)
+        if is_probe and self._offset is not None:
+            supervisor.offsets.note_answer(sample, self._offset)
+        self._target, self._offset = target, offset
 
     def _disable(self) -> str:
         """Command a quick stop, then power off; return the joints that did not confirm."""
@@ -190,7 +236,7 @@ class Stream:
             for goal in (Goal.STOPPED, Goal.DISABLED):
                 power = self._wait_off(goal)
         except RunFailed as error:
-            self._recorder.event(self._clock.now(), "error", "bus", str(error))
+            self._recorder.event(self._exchange.clock.now(), "error", "bus", str(error))
             power = (Power.UNKNOWN,)
         if not _all_off(power):
             power = self._amplifiers.power_off()
@@ -201,7 +247,7 @@ class Stream:
         self._amplifiers.goal = goal
         unanswered = unresponsive = 0
         for _ in range(self._cycle_count(_POWER_TIMEOUT)):
-            sample = self._cycle(None, self._no_command)
+            sample = self._exchange.without_target()
             unanswered = unanswered + 1 if sample.missing else 0
             unresponsive = unresponsive + 1 if Power.ON in sample.power else 0
             if (not unanswered and _all_off(sample.power)) or max(unanswered, unresponsive) >= self._cycle_count(
@@ -209,54 +255,6 @@ class Stream:
             ):
                 break
         return sample.power if not unanswered else (Power.UNKNOWN,)
-
-    # One cycle
-
-    def _cycle(
-        self, setpoint: Setpoint | None, command: Floats, repeat: int = -1, platform: Floats | None = None
-    ) -> Sample:
-        clock, index = self._clock, self._skip_missed()
-        lateness = clock.wait(index)
-        sample = self._amplifiers.exchange(setpoint, max(clock.answer_timeout - lateness, 0.2 * clock.answer_timeout))
-        if sample.sync is not None and sample.sync > index:
-            self._record_missed(index, sample.sync, lateness)
-            index = sample.sync
-        self._recorder.cycle(clock.stamp(index), clock.now(), index, repeat, lateness, command, platform, sample)
-        self._index = index + 1
-        progress = self._progress
-        progress.cycles += 1
-        progress.lost += sample.missing
-        progress.lateness.append(lateness)
-        progress.recent.append((index, command, sample))
-        return sample
-
-    def _skip_missed(self) -> int:
-        """Skip missed cycles and return the next SYNC index.
-
-        If the host is whole periods late, their SYNCs were never sent: they are recorded as gaps, and the motion
-        continues from its last target without a jump.
-        """
-        clock = self._clock
-        lateness = clock.overdue(self._index)
-        missed = int(lateness * self._rig.rate)
-        if missed:
-            self._record_missed(self._index, self._index + missed, lateness)
-        allowed = self._rig.limits.host_stall
-        if lateness > allowed and not self._stop.count:
-            self._stop.ask(
-                f"the host came {lateness * 1e3:.0f} ms late, {allowed * 1e3:g} ms allowed (limits.host_stall); "
-                "close other programs"
-            )
-        return self._index + missed
-
-    def _record_missed(self, first: int, end: int, lateness: float) -> None:
-        clock, missed = self._clock, end - first
-        for index in range(first, end):
-            self._recorder.cycle(
-                clock.stamp(index), clock.now(), index, -1, lateness, self._no_command, None, self._no_answer
-            )
-        self._progress.missed += missed
-        self._recorder.event(clock.now(), "warning", "cycle", f"host {lateness * 1e3:.1f} ms late, {missed} missed")
 
     def _raise_fault(self, reason: str | None) -> None:
         if reason is not None:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from daq.feedforward.watch import OffsetWatch, measured_torque
 from drivers.protocol import Power, Sample
 from recordings.rig import Rig
 
@@ -31,6 +32,7 @@ class Supervisor:
         self._max_unanswered = max(2, math.ceil(rig.limits.silence * rig.rate))
         self._joints = [_JointHistory(self._window) for _ in range(rig.dof)]
         self.worst_following_error = 0.0
+        self.offsets = OffsetWatch(rig)
 
     def standstill(self, position: JointArray) -> str | None:
         """Check the measured joint angles [rad] against the joint range before power, which reveals a wrong zero."""
@@ -55,13 +57,21 @@ class Supervisor:
                 )
         return None
 
-    def motion(self, sample: Sample, target: JointArray) -> str | None:
-        """Check a moving machine; `target` [rad] is what the positions of `sample` should have reached."""
+    def motion(self, sample: Sample, target: JointArray, torque_offset: JointArray | None = None) -> str | None:
+        """Check a moving machine; `target` [rad] is what the positions of `sample` should have reached, under the
+        torque offsets [N m] of a feed-forward."""
         checks = (self._power, self._jump, self._following, self._speed, self._torque)
         for j in range(len(self._joints)):
             for check in checks:
                 if (reason := check(j, sample, float(target[j]))) is not None:
                     return f"joint {j + 1}: {reason}"
+        return None if torque_offset is None else self._feedforward(sample, target, torque_offset)
+
+    def _feedforward(self, sample: Sample, target: JointArray, torque_offset: JointArray) -> str | None:
+        for j in range(len(self._joints)):
+            torque, error = measured_torque(self._rig, sample, j), sample.position[j] - float(target[j])
+            if (reason := self.offsets.check(j, float(torque_offset[j]), torque, error)) is not None:
+                return f"joint {j + 1}: {reason}"
         return None
 
     def _power(self, j: int, sample: Sample, target: float) -> str | None:
@@ -98,10 +108,7 @@ class Supervisor:
         return f"speed {speed:.2f} rad/s, limit {self._limits.speed:g} rad/s"
 
     def _torque(self, j: int, sample: Sample, target: float) -> str | None:
-        volts, gain, limit = sample.voltage[j], self._rig.torque.gain[j], self._limits.torque
-        torque = gain * (volts * abs(volts) if self._rig.torque.map == "square" else volts)
-        if math.isnan(torque) and sample.effort is not None:
-            torque = sample.effort[j]
+        torque, limit = measured_torque(self._rig, sample, j), self._limits.torque
         history = self._joints[j]
         history.overloaded = history.overloaded + 1 if abs(torque) > limit else 0
         if history.overloaded < self._window:

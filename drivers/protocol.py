@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,6 +101,14 @@ class Sample:
     """Number of the answered SYNC where SYNC does not wait for `exchange`; None: the one just sent."""
 
 
+class HomingState(Enum):
+    """Progress of a homing."""
+
+    RUNNING = "running"
+    DONE = "done"
+    FAILED = "failed"
+
+
 class Amplifiers(Protocol):
     """All drives of one rig, on one bus. `goal` may be set at any time and takes effect with the next exchange."""
 
@@ -131,14 +139,16 @@ class Amplifiers(Protocol):
         """
         ...
 
-    def encode(self, targets: NDArray[np.float64]) -> Sequence[Setpoint]:
-        """Joint targets (n, dof) [rad] as n setpoints."""
+    def encode(self, targets: NDArray[np.float64], torque: NDArray[np.float64] | None = None) -> Sequence[Setpoint]:
+        """Joint targets (n, dof) [rad] as n setpoints, with torque offsets (n, dof) [N m] where the rig sends them;
+        None: 0."""
         ...
 
     def exchange(self, setpoint: Setpoint | None, timeout: float) -> Sample:
         """Send the targets and a SYNC; collect the answers for at most `timeout` seconds.
 
-        With None, the last measured positions are sent as targets, so that the drives stay where they are.
+        With None, the last measured positions are sent as targets, so that the drives stay where they are, and
+        torque offsets of 0.
 
         Raises:
             RunFailed: the bus is lost.
@@ -152,4 +162,38 @@ class Amplifiers(Protocol):
 
     def close(self) -> None:
         """Release the drives and leave the bus. Never raises."""
+        ...
+
+
+@runtime_checkable
+class HomingAmplifiers(Protocol):
+    """Amplifiers that can search the zero of a joint (1 ... n) by themselves. Begin with `configure`."""
+
+    def configure(self, *, referenced: bool = True) -> None:
+        """See `Amplifiers`; `referenced`: refuse drives without their zero reference."""
+        ...
+
+    def is_homed(self, joint: int) -> bool | None:
+        """Whether the drive has its zero reference; None: it does not say."""
+        ...
+
+    def prepare_homing(self, joint: int) -> None:
+        """Set the drive up for homing, without power.
+
+        Raises:
+            BadInput: the drive has no homing, or its settings do not fit.
+            RunFailed: the drive refuses.
+        """
+        ...
+
+    def start_homing(self, joint: int) -> None:
+        """Let the enabled drive begin with the next `exchange`."""
+        ...
+
+    def homing_state(self, joint: int) -> HomingState:
+        """State by the last answer; call once per `exchange`."""
+        ...
+
+    def finish_homing(self, joint: int) -> None:
+        """Return to following targets, without power."""
         ...

@@ -54,6 +54,8 @@ class SerialRegisters(ConfigSection):
     """Position limits that the drive itself enforces: `upper_limit` and `lower_limit` [counts]."""
     device: str = "f0x80"
     """Model, as text or number."""
+    torque_offset: str = ""
+    """Torque added to the demand of the drive's loops [thousandths of the motor's rated torque]."""
     watchdog: str = ""
     """Timeout after which the drive stops if the host is silent [ms]; 0: no timeout. Few drives have it."""
 

@@ -11,7 +11,7 @@ import os
 import pkgutil
 import shlex
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NoReturn
@@ -62,6 +62,11 @@ def check_readable(*inputs: Path) -> None:
 def say_next(*words: object) -> None:
     """Print the command that comes next on stderr, ready to be copied."""
     click.echo(f"next: {shlex.join(map(str, words))}", err=True)
+
+
+def repeated(option: str, values: Iterable[object]) -> list[str]:
+    """Words of a command line that give the `option` once for each of the `values`."""
+    return [word for value in values for word in (option, str(value))]
 
 
 def say(text: str, colour: str | None = None) -> None:

@@ -31,6 +31,15 @@ def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
     Raises:
         BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
     """
+    return validated(toml_content(path, what), model, f"{what} {path}")
+
+
+def toml_content(path: Path, what: str) -> dict[str, Any]:
+    """Content of the TOML file `path`, not validated; `what` names the kind of file in errors.
+
+    Raises:
+        BadInput: the file is missing, is not TOML, or a number is too large.
+    """
     try:
         content = tomllib.loads(_text(path, what))
     except FileNotFoundError:
@@ -38,11 +47,11 @@ def read_toml(path: Path, model: type[ModelT], what: str) -> ModelT:
     except RecursionError:
         raise BadInput(f"{what} {path} is nested too deeply; check that it is one") from None
     except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"{what} {path} cannot be read: {error}") from None
+        raise BadInput(f"{what} {path} cannot be read: {error}; check the file") from None
     except tomllib.TOMLDecodeError as error:
         raise BadInput(f"{what} {path} is not valid TOML: {error}; correct it") from None
     _check_magnitudes(content, "", f"{what} {path}")
-    return validated(content, model, f"{what} {path}")
+    return content
 
 
 def _text(path: Path, what: str) -> str:

@@ -1,14 +1,15 @@
 """Reading MCAP files chunk by chunk, complete or truncated.
 
-The mcap library decodes the few descriptive records. Messages, thousands per chunk, are only located; the messages
-of a chunk with the same length are then viewed as one numpy array.
+The mcap library decodes the few descriptive records. Messages, thousands per chunk, are only located, by the index
+that follows the chunk or one after the other; the messages of a chunk with the same length are then viewed as one
+numpy array.
 """
 
 import os
 import struct
 import zlib
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from io import BytesIO
@@ -40,9 +41,16 @@ MESSAGE_HEAD = np.dtype(
 )
 """Header of a Message record; `log` and `publish` are times [ns]."""
 
+_LOCATED = np.dtype(MESSAGE_HEAD.descr[:3])
+"""What of the header tells where the next record is, and which one it is."""
+
 # Exceptions that the libraries raise on damaged bytes.
 DECODE_ERRORS = (McapError, zstandard.ZstdError, struct.error, ValueError, LookupError, OverflowError, MemoryError)
 
+_INDEX_HEAD = 6
+"""Size of the channel and the length that precede the entries of a message index [bytes]."""
+Offsets = dict[tuple[int, int], NDArray[np.integer]]
+"""Offsets of messages in an unpacked chunk, ascending, by channel and length."""
 Batch = np.ndarray[Any, np.dtype[Any]]
 """Message records of one topic and one length, with the fields of `message_record`; condensed ones only some."""
 
@@ -140,17 +148,30 @@ class RecordStream:
 
     def records(self) -> Iterator[tuple[int, int, bytes]]:
         """Yield opcode, offset and body of every complete top-level record."""
+        for head, offset, end in self._heads():
+            body = self.read(offset + RECORD_HEAD, end)
+            yield head[0], offset, body
+            self.checksum = zlib.crc32(body, zlib.crc32(head, self.checksum))
+
+    def metadata_names(self) -> Iterator[str]:
+        """Yield the names of the top-level metadata records; nothing else is read, and messages outside of chunks end
+        the search."""
+        for head, offset, end in self._heads():
+            if head[0] == Opcode.MESSAGE:
+                return
+            if head[0] == Opcode.METADATA:
+                yield decode(Metadata.read, self.read(offset + RECORD_HEAD, end)).name
+
+    def _heads(self) -> Iterator[tuple[bytes, int, int]]:
+        """Yield the head, its offset, and the end of every complete top-level record."""
         offset = len(MAGIC)
         while offset + RECORD_HEAD <= self.end:
             head = self.read(offset, offset + RECORD_HEAD)
-            opcode, length = _RECORD.unpack(head)
-            start = offset + RECORD_HEAD
-            if start + length > self.end:
+            end = offset + RECORD_HEAD + _RECORD.unpack(head)[1]
+            if end > self.end:
                 return
-            body = self.read(start, start + length)
-            yield opcode, offset, body
-            self.checksum = zlib.crc32(body, zlib.crc32(head, self.checksum))
-            offset = start + length
+            yield head, offset, end
+            offset = end
 
     def read(self, start: int, end: int) -> bytes:
         """Read the bytes from `start` to `end`."""
@@ -180,12 +201,19 @@ class _RecordLoader:
             ) from None
 
     def _load_records(self, stream: RecordStream) -> None:
+        chunk: bytes | None = None
+        index: list[bytes] = []
         for opcode, offset, body in stream.records():
+            if opcode == Opcode.MESSAGE_INDEX:
+                index.append(body)
+                continue
+            self._load_chunk(chunk, index)
+            chunk, index = None, []
             if opcode == Opcode.METADATA:
                 record = decode(Metadata.read, body)
                 self.container.metadata.setdefault(record.name, {}).update(record.metadata)
             elif opcode == Opcode.CHUNK:
-                self._load_chunk(unpacked(decode(Chunk.read, body)))
+                chunk = body  # its index follows
             elif opcode == Opcode.DATA_END:
                 _check_crc(body, stream.checksum)
             elif opcode == Opcode.FOOTER:
@@ -194,6 +222,7 @@ class _RecordLoader:
                 self.container.cut_off = False
             else:
                 self._describe(opcode, body)
+        self._load_chunk(chunk, index)
         if self.container.cut_off and stream.complete:
             raise ValueError("it has an end, but the records before do not lead there")
 
@@ -221,8 +250,11 @@ class _RecordLoader:
             self.container.path,
         )
 
-    def _load_chunk(self, data: bytes) -> None:
-        messages, other_records = located(data)
+    def _load_chunk(self, chunk: bytes | None, index: Sequence[bytes]) -> None:
+        if chunk is None:
+            return
+        data = unpacked(decode(Chunk.read, chunk))
+        messages, other_records = located(data, index)
         for opcode, body in other_records:
             self._describe(opcode, body)
         for (channel, length), offsets in messages.items():
@@ -240,8 +272,14 @@ def unpacked(chunk: Chunk) -> bytes:
     return data
 
 
-def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[int, bytes]]]:
-    """Message offsets in an unpacked chunk, by channel and length; and opcode and body of all other records."""
+def located(data: bytes, index: Sequence[bytes] = ()) -> tuple[Offsets, list[tuple[int, bytes]]]:
+    """Messages in an unpacked chunk; and opcode and body of all other records.
+
+    index: bodies of the message indexes of the chunk, which save time where they are complete.
+    """
+    indexed = _indexed(data, index)
+    if indexed is not None:
+        return indexed, []
     messages: dict[tuple[int, int], list[int]] = defaultdict(list)
     other_records = []
     message = int(Opcode.MESSAGE)  # an enumeration takes longer to compare than a record to unpack
@@ -254,10 +292,40 @@ def located(data: bytes) -> tuple[dict[tuple[int, int], list[int]], list[tuple[i
         else:
             other_records.append((opcode, data[start : start + length]))
         offset = start + length
-    return messages, other_records
+    return {key: np.array(offsets) for key, offsets in messages.items()}, other_records
 
 
-def rows(data: bytes, length: int, offsets: list[int]) -> NDArray[np.uint8]:
+def _indexed(data: bytes, index: Sequence[bytes]) -> Offsets | None:
+    """Messages by the `index` of their chunk; None unless these follow each other and fill the chunk."""
+    if not index or any((len(body) - _INDEX_HEAD) % 16 for body in index):
+        return None
+    buffer = np.frombuffer(data, np.uint8)
+    groups: list[tuple[int, int, NDArray[np.integer]]] = []
+    for body in index:
+        offsets = np.sort(np.frombuffer(body, "<u8", offset=_INDEX_HEAD)[1::2])
+        if not len(offsets) or offsets[-1] > len(data) - _LOCATED.itemsize:
+            return None
+        heads = np.lib.stride_tricks.sliding_window_view(buffer, _LOCATED.itemsize)[offsets].view(_LOCATED)[:, 0]
+        channel = int.from_bytes(body[:2], "little")
+        if (heads["opcode"] != Opcode.MESSAGE).any() or (heads["channel"] != channel).any():
+            return None
+        lengths = heads["length"]
+        groups += [(channel, length, offsets[lengths == length]) for length in _distinct(lengths)]
+    groups.sort(key=lambda messages: int(messages[2][0]))
+    starts = np.sort(np.concatenate([offsets for _, _, offsets in groups]))
+    ends = np.sort(np.concatenate([offsets + np.uint64(RECORD_HEAD + length) for _, length, offsets in groups]))
+    if starts[0] != 0 or ends[-1] != len(data) or (starts[1:] != ends[:-1]).any():
+        return None
+    return {(channel, length): offsets for channel, length, offsets in groups}
+
+
+def _distinct(lengths: NDArray[np.integer]) -> list[int]:
+    """The different ones of some `lengths`, which are mostly all the same."""
+    different: list[int] = (lengths[:1] if (lengths == lengths[0]).all() else np.unique(lengths)).tolist()
+    return different
+
+
+def rows(data: bytes, length: int, offsets: NDArray[np.integer]) -> NDArray[np.uint8]:
     """Message records of one length at `offsets`, as bytes (n, record size)."""
     buffer = np.frombuffer(data, np.uint8)
     view: NDArray[np.uint8] = np.lib.stride_tricks.sliding_window_view(buffer, _RECORD.size + length)[offsets]

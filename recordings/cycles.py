@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats, Ints
 from recordings.resolution import resolution
 
@@ -93,9 +94,8 @@ def _normalised(motion: Floats) -> Floats:
 
 def _interpolated(x: Floats) -> Floats:
     """`x` (n, dof) with its gaps filled by linear interpolation."""
-    index = np.arange(len(x))
-    known = np.isfinite(x)
-    return np.column_stack([np.interp(index, index[k], column[k]) for column, k in zip(x.T, known.T, strict=True)])
+    index = np.arange(len(x), dtype=float)
+    return interpolate_columns(index, index, x)
 
 
 def _moving_range(x: Floats) -> tuple[int, int]:

@@ -67,6 +67,21 @@ class HomedBit(ConfigSection):
         return self
 
 
+class Homing(ConfigSection):
+    """Search of the zero by the drive itself (CiA 402 mode 6), for `daq home`."""
+
+    method: Annotated[int, Field(ge=-128, le=127)]
+    """Object 6098, by the manual: 35 or 37 take the present position as zero, 17 and 18 search a limit switch."""
+    speed: Positive | None = None
+    """Speed of the search for the switch [rad/s]; None: as set in the drive (6099:01)."""
+    zero_speed: Positive | None = None
+    """Speed of the search for the zero [rad/s]; None: as set in the drive (6099:02)."""
+    acceleration: Positive | None = None
+    """[rad/s^2]; None: as set in the drive (609A)."""
+    timeout: Positive = 60.0
+    """Longest duration [s]."""
+
+
 class DriveUnits(ConfigSection):
     """Units of a drive that it does not state itself (60AAh)."""
 
@@ -95,14 +110,22 @@ class Drive(ConfigSection):
     """Whether object 6077 is recorded too, in a second TPDO."""
     homed: HomedBit | None = None
     """Object that indicates a valid zero; None: always valid (absolute encoder)."""
+    homing: Homing | None = None
+    """How the drive searches its zero; None: absolute encoder, nothing to search."""
     dcf: str | None = None
     """Device configuration file (CiA 306), relative to the working folder; its values are written first."""
+    eds: str | None = None
+    """Object dictionary of the drive (EDS), relative to the working folder: `daq check` compares what will be written
+    with its limits, which no drive tells; None: those of the DCF."""
     emcy: dict[str, str] = Field(default_factory=dict)
     """Texts of manufacturer-specific error codes, e.g. { "FF01" = "brake resistor too hot" }."""
     rated_torque: Positive = 20.0
     """Joint torque at rated current [N m]; object 6077 is in thousandths of it."""
     rated_current: Positive | None = None
     """Rated current of the motor [A]; object 6078 is in thousandths of it."""
+    torque_offset: bool = False
+    """Whether the torque offset (object 60B2, thousandths of the rated torque) is sent with every target; `daq record
+    --feedforward` sets it. On a serial line: whether the register torque_offset is written."""
     torque_source: Literal["voltage", "torque_actual", "current_actual"] = "voltage"
     """What the torque is found from: the motor's voltage by the torque map; torque actual (6077) times rated_torque;
     or current actual (6078) times rated_current and torque.per_ampere. The last two are recorded as effort."""
@@ -122,6 +145,14 @@ class Drive(ConfigSection):
     """Object 605D."""
     fault_reset_timeout: Positive = 1.0
     """Longest time that the drive may take to reset a fault [s]."""
+
+    @model_validator(mode="after")
+    def _check_torque_offset(self) -> Self:
+        if self.torque_offset and self.mode != "cyclic":
+            raise ValueError(
+                f'torque_offset needs mode = "cyclic" (mode 8), "{self.mode}" found: mode 7 has no 60B2h'
+            )
+        return self
 
     @property
     def counts_per_radian(self) -> float:

@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from recordings import schemas
 from recordings.cdr import Layout
 from recordings.config import validated
-from recordings.container import Batch, Container, load
+from recordings.container import DECODE_ERRORS, Batch, Container, load, open_records
 from recordings.errors import BadInput, ForeignFile
 from recordings.recording import CanFrames, Event, Floats, Ints, Recording, Run
 from recordings.rig import Rig
@@ -63,6 +63,19 @@ def read(path: Path, most: int | None = None) -> Recording:
         extra=grid.extra(),
         events=_events(container, int(grid.stamps[0])),
     )
+
+
+def is_foreign(path: Path) -> bool:
+    """Return whether another program wrote this MCAP file, of which only the heads of the records are read.
+
+    Raises:
+        BadInput: the file is missing, not MCAP, or cannot be read.
+    """
+    with open_records(path) as stream:
+        try:
+            return "rig" not in stream.metadata_names()
+        except DECODE_ERRORS:
+            return False
 
 
 def read_rig(path: Path) -> Rig:
@@ -259,7 +272,9 @@ def _stamps(container: Container, run: Run) -> Ints:
             f"recording {container.path} holds no samples, the run ended before: {reason}; record again, or if it "
             "was made by listening, `daq recover` makes them of its frames"
         )
-    return np.unique(np.concatenate([_nanoseconds(batch["message"]) for batch in batches]))
+    # Each topic is in order already, which a stable sort makes use of, other than np.unique.
+    stamps = np.sort(np.concatenate([_nanoseconds(batch["message"]) for batch in batches]), kind="stable")
+    return stamps[np.diff(stamps, prepend=stamps[:1] - 1) > 0]
 
 
 def _nanoseconds(messages: Batch) -> Ints:

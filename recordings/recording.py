@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -35,6 +36,10 @@ class Run(ConfigSection):
     software: str
     simulated: bool
     pace: Pace
+    feedforward: str | None = None
+    """SHA-256 of the model, or the table, whose torque was fed forward; None: no feed-forward."""
+    torque_age: float | None = None
+    """By how much the reported torque is older than the position of the same sample [s]; None: not known."""
     seed: int | None = None
     """Seed of the noise of the simulated rig; None where no random numbers were drawn."""
     start: str
@@ -45,6 +50,10 @@ class Run(ConfigSection):
     """0 done, 1 failed, None interrupted."""
     reason: str | None = None
     """Reason for the end of the run."""
+
+
+IMPORTED = "imported"
+"""Name of the trajectory of a recording that another program measured."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +112,21 @@ class Recording:
         """Further values (n, dof) NAME_1 ... NAME_n, one per joint; NaN for a joint without them."""
         none = np.full(len(self.time), np.nan)
         return np.column_stack([self.extra.get(f"{name}_{joint}", none) for joint in range(1, self.rig.dof + 1)])
+
+    @cached_property
+    def following_error(self) -> Floats:
+        """(n, dof) target minus measured position [rad or m]; NaN without a command or an answer.
+
+        The answers at a SYNC show how the target of the cycle before was reached, and the last one that was sent
+        stays the target while the host misses cycles. In an imported recording both are of the same instant.
+        """
+        target = self.command
+        if self.run.trajectory != IMPORTED:
+            rows = np.where(np.isfinite(self.command), np.arange(len(self.command))[:, None], 0)
+            target = np.take_along_axis(self.command, np.maximum.accumulate(rows, axis=0), axis=0)
+            target = np.concatenate([np.full((1, target.shape[1]), np.nan), target[:-1]])
+        error: Floats = np.where(np.isfinite(self.command), target - self.position, np.nan)
+        return error
 
     @property
     def gaps(self) -> Ints:

@@ -5,6 +5,7 @@ radians; counts appear only as scale factors of the drives.
 """
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -17,6 +18,7 @@ from recordings.config import ConfigSection, Positive, read_toml, validated
 from recordings.drives import Drive as Drive
 from recordings.drives import DriveUnits as DriveUnits
 from recordings.drives import HomedBit as HomedBit
+from recordings.drives import Homing as Homing
 from recordings.drives import Voltage as Voltage
 from recordings.errors import BadInput
 
@@ -98,6 +100,8 @@ class Limits(ConfigSection):
     """Platform height [m]."""
     following_error: Positive = 0.05
     """Commanded minus measured joint angle [rad]."""
+    torque_offset: Annotated[float, Field(gt=0, le=3)] = 1.0
+    """Largest torque offset of a feed-forward, as a share of each drive's rated_torque; larger ones are cut off."""
     silence: Positive = 0.05
     """Longest time without an answer from a drive [s]."""
     host_stall: Positive = 0.05
@@ -253,6 +257,29 @@ class Rig(ConfigSection):
         if not np.all(np.abs(counts) < 2**31):
             raise BadInput("a target lies outside the encoder's 32 bits; check counts_per_turn, gear and zero_offset")
         return counts.astype(np.int64)
+
+    def torque_offset_counts(
+        self, torque: NDArray[np.float64], rated: Sequence[float] | None = None
+    ) -> NDArray[np.int64]:
+        """Torque offsets (n, dof) [thousandths of the rated torque, in the drive's direction] of torques [N m].
+
+        1000 sign torque / (gear 6076h 10^-3), cut off at limits.torque_offset. `rated`: gear 6076h 10^-3 of each
+        drive [N m]; default: rated_torque.
+        """
+        rated = [drive.rated_torque for drive in self.drives] if rated is None else rated
+        share = torque * [drive.sign / limit for drive, limit in zip(self.drives, rated, strict=True)]
+        limit = self.limits.torque_offset
+        counts: NDArray[np.int64] = np.rint(1000 * np.clip(share, -limit, limit)).astype(np.int64)
+        return counts
+
+    def with_torque_offset(self) -> "Rig":
+        """Copy the rig with a torque offset sent to every drive.
+
+        Raises:
+            BadInput: a drive has a mode without it.
+        """
+        drives = [drive.model_dump(mode="json") | {"torque_offset": True} for drive in self.drives]
+        return validated(self.model_dump(mode="json") | {"drives": drives}, Rig, "--feedforward")
 
     def at_rate(self, rate: float) -> "Rig":
         """Copy the rig with another cycle rate [Hz].

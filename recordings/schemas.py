@@ -132,7 +132,7 @@ ALL_TOPICS = TOPICS | OPTIONAL_TOPICS
 FIELDS = {topic: parse_schema(text) for topic, (_, text) in ALL_TOPICS.items()}
 """Message fields by topic."""
 
-POSITION_DELAY, VOLTAGE_DELAY = "position_delay", "voltage_delay"
+POSITION_DELAY, VOLTAGE_DELAY, TORQUE_OFFSET = "position_delay", "voltage_delay", "torque_offset"
 """Prefixes of names in /extra, followed by _1 ... _n."""
 
 Level = Literal["debug", "info", "warning", "error", "fatal"]

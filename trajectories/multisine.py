@@ -19,8 +19,9 @@ _LOWEST = 1.0
 """Lowest frequency [Hz]."""
 _SPACING = 1.06
 """Ratio of neighbouring frequencies: a line within the width of a resonance with 3 % damping."""
-_CORNER = 2.0
-"""Frequency up to which all lines have the same amplitude, and above which the same acceleration [Hz]."""
+_CORNERS = (2.0, 20.0)
+"""Frequencies [Hz]: up to the first, all lines have the same amplitude, up to the second the same speed, and above it
+the same acceleration, so that the highest lines stand out of the steps of the encoder and of friction."""
 _SHARE = 0.7
 """Largest share of the speed and acceleration limits that the motion takes."""
 _CENTRE = (0.0, 0.0)
@@ -39,11 +40,11 @@ def multisine(rig: Rig, joint: int, amplitude: float, rate: float | None = None)
     if not 1 <= joint <= rig.dof:
         raise BadInput(f"--joint: 1 to {rig.dof} expected, {joint} found")
     frequencies = lines(rig.rate if rate is None else rate)
-    shape = np.minimum(1.0, (_CORNER / frequencies) ** 2)
+    shape = np.prod([np.minimum(1.0, corner / frequencies) for corner in _CORNERS], axis=0)
     number = np.arange(1, len(frequencies) + 1)
     phases = -np.pi * number * (number - 1) / len(frequencies)
     shape *= _scale(frequencies, shape, phases, amplitude, rig.limits)
-    pose = _pose(rig)
+    pose = middle_pose(rig)
 
     def sample(time: Floats) -> tuple[Floats, Floats, Floats]:
         position, velocity, acceleration = (np.tile(row, (len(time), 1)) for row in (pose, 0 * pose, 0 * pose))
@@ -69,7 +70,8 @@ def lines(rate: float) -> Floats:
     return np.unique(multiples) / PERIOD
 
 
-def _pose(rig: Rig) -> Floats:
+def middle_pose(rig: Rig) -> Floats:
+    """Pose (dof,) in the middle of the workspace, or about zero on single axes [rad or m]."""
     if rig.mechanism == "delta":
         middle = [*_CENTRE, sum(rig.limits.workspace_z) / 2]
         pose: Floats = kinematics.inverse(rig.geometry, np.array([middle]))[0]

@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from daq.command_options import RATE
+from recordings.command_line import say_next
+
 if TYPE_CHECKING:
     from drivers.protocol import Amplifiers, CheckResult, Identity
 
@@ -17,7 +20,7 @@ if TYPE_CHECKING:
     epilog="Example: daq check --rig bench.toml",
 )
 @click.option("--rig", "rig_file", type=click.Path(path_type=Path), help="Rig file (TOML). Without it: simulated.")
-@click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@RATE
 @click.option("--sim", "sim_file", type=click.Path(path_type=Path), help="Sim file of drives simulated here.")
 @click.option(
     "--set-up", "set_up", is_flag=True, help="Then write the set-up, without power: are all values accepted?"
@@ -54,6 +57,10 @@ def command(
         _print_json(transport.describe(rig), identities, findings)
     else:
         _print_tables(transport.describe(rig), identities, findings if show_all else _noteworthy(findings))
+    unproven = [finding for finding in findings if finding.verdict == "will be written"]
+    if not problems:
+        following = ("check", "--set-up") if unproven and not set_up else ("jog", "--joint", 1, "--by", 0.05)
+        say_next("daq", *following, *(("--rig", rig_file) if rig_file else ()))
     if problems:
         raise RunFailed(f"{len(problems)} problem(s) found; correct the rig file or the drive")
 
@@ -108,7 +115,19 @@ def _print_tables(bus: str, identities: "Sequence[Identity]", findings: "Sequenc
     for values, places in _grouped(findings).items():
         table.add_row(_shortened(places), *values, style=colours.get(values[-1]))
     console.print(table)
-    console.print("What differs is written and read back at the start of a recording.")
+    console.print(_promise(findings))
+
+
+def _promise(findings: "Sequence[CheckResult]") -> str:
+    """What the comparison leaves open."""
+    if any(finding.what == "set-up" for finding in findings):
+        return "What differs is written and read back at the start of a recording."
+    differing = dict.fromkeys(f.what.split()[0] for f in findings if f.verdict == "will be written")
+    names = [name for name in differing if name[4:5] == ":" and not "1400" <= name < "1C00"]
+    return (
+        "What differs is written and read back at the start of a recording. A drive tells its limits only when it is "
+        f"written to: --set-up tries {', '.join(names)} and the PDOs, without power."
+    )
 
 
 def _shortened(places: "Sequence[str]") -> str:

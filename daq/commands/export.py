@@ -6,6 +6,7 @@ from pathlib import Path
 import click
 
 from daq import exporting
+from recordings.command_line import say_next
 
 _FILE = click.Path(path_type=Path)
 _ENDINGS = {"candump": ".log"}
@@ -31,3 +32,4 @@ def command(file: Path, form: str, out: Path | None, as_json: bool) -> None:
         click.echo(json.dumps({"schema": 1, "recording": str(file), "format": form, "out": str(out)}))
     else:
         click.echo(f"{out}: {written}")
+    say_next("ident", "fit", file)

@@ -250,7 +250,7 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
         click.echo(f"kept as extra channel: {', '.join(figures['extra'])}")
     for note in imported.notes:
         click.echo(note)
-    for first, *others in _by_name(seen):
+    for first, *others in _by_kind(seen):
         likewise = f" (likewise joint {', '.join(str(other.joint) for other in others)})" if others else ""
         warning = first.level == "warning"
         click.echo(f"{'warning: ' if warning else ''}{first.says}{likewise}", err=warning)
@@ -259,12 +259,13 @@ def _show(figures: dict[str, Any], imported: "Imported", seen: "list[Observation
         click.echo(
             "torque gain: assumed, so a fit will be relative; --gain or a rig file can say otherwise", err=True
         )
-    click.echo(f"imported {figures['recording']}; next: ident diagnose {shlex.quote(figures['recording'])}")
+    click.echo(f"imported {figures['recording']}; next: ident check {shlex.quote(figures['recording'])}")
 
 
-def _by_name(seen: "list[Observation]") -> "list[list[Observation]]":
-    """Observations of one kind together, in the order of the first."""
+def _by_kind(seen: "list[Observation]") -> "list[list[Observation]]":
+    """Observations of one kind about several joints together, in the order of the first."""
     groups: dict[str, list[Observation]] = {}
     for observation in seen:
-        groups.setdefault(observation.name, []).append(observation)
+        key = observation.name if observation.joint else observation.says
+        groups.setdefault(key, []).append(observation)
     return list(groups.values())

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.command_line import say_next
+
 if TYPE_CHECKING:
     from recordings.recording import CanFrames, Recording
 
@@ -20,13 +22,15 @@ def command(file: Path, as_json: bool) -> None:
     """Show what a recording holds: the run, its timing, gaps, bus frames and events."""
     from recordings.reader import read, read_can
 
-    figures = _figures(read(file), read_can(file))
+    recording = read(file)
+    figures = _figures(recording, read_can(file))
     if as_json:
         import json
 
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:
         _show(figures)
+        say_next(*(("ident", "check") if recording.complete else ("daq", "recover")), file)
 
 
 def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
@@ -35,6 +39,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "schema": 1,
         "file": str(recording.path),
         "rig": recording.rig.name,
+        "position_units": list(recording.rig.position_units),
         "simulated": run.simulated,
         "pace": run.pace,
         "seed": run.seed,
@@ -48,6 +53,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
         "duration_s": float(time[-1] - time[0]),
         "samples": len(time),
         "gaps": recording.gaps.tolist(),
+        **_following_error(recording),
         "lateness_s": _lateness(recording),
         "lateness_histogram": _histogram(recording),
         "frames": {"sent": int(frames.sent.sum()), "received": int((~frames.sent).sum())},
@@ -56,6 +62,7 @@ def _figures(recording: "Recording", frames: "CanFrames") -> dict[str, Any]:
             for event in recording.events
             if event.level in ("warning", "error", "fatal")
         ],
+        "feedforward": run.feedforward,
         "complete": recording.complete,
         "exit_status": run.exit_status,
         "reason": run.reason,
@@ -70,6 +77,20 @@ def _lateness(recording: "Recording") -> dict[str, float] | None:
         return None
     p50, p99 = np.percentile(known, (50, 99))
     return {"p50": float(p50), "p99": float(p99), "max": float(known.max())}
+
+
+def _following_error(recording: "Recording") -> dict[str, list[float] | None]:
+    """Size of the following error of each joint [rad or m] during the motion, without its approach; None without
+    commands."""
+    import numpy as np
+
+    error = recording.following_error[recording.repeat >= 0]
+    known = np.isfinite(error)
+    if not known.any(axis=0).all():
+        return {"following_error_rms": None, "following_error_max": None}
+    squares = np.mean(error**2, axis=0, where=known)
+    largest = np.max(np.abs(error), axis=0, where=known, initial=0.0)
+    return {"following_error_rms": np.sqrt(squares).tolist(), "following_error_max": largest.tolist()}
 
 
 def _histogram(recording: "Recording") -> list[dict[str, float]]:
@@ -114,11 +135,23 @@ def _rows(figures: dict[str, Any]) -> list[tuple[str, str]]:
         ("cycles", f"{figures['cycles']} of {figures['period_s']:g} s"),
         ("samples", str(figures["samples"])),
         ("gaps", ", ".join(f"joint {i}: {gap}" for i, gap in enumerate(gaps, 1)) if any(gaps) else "none"),
+        *_following_error_row(figures),
+        *([("feed-forward", f"model or table {figures['feedforward'][:12]}")] if figures["feedforward"] else []),
         ("lateness", "not recorded" if late is None else ", ".join(f"{k} {v * 1e3:.3f} ms" for k, v in late.items())),
         *_bars(figures["lateness_histogram"]),
         ("bus frames", f"{frames['sent']} sent, {frames['received']} received"),
         ("ended", _ending(figures)),
     ]
+
+
+def _following_error_row(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    if figures["following_error_max"] is None:
+        return []
+    pairs = zip(
+        figures["following_error_rms"], figures["following_error_max"], figures["position_units"], strict=True
+    )
+    sizes = [f"{rms * 1e3:.2f} (worst {worst * 1e3:.2f}) m{unit}" for rms, worst, unit in pairs]
+    return [("following error", ", ".join(f"joint {i}: {size}" for i, size in enumerate(sizes, 1)))]
 
 
 def _ending(figures: dict[str, Any]) -> str:

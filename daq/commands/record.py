@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from recordings.command_line import FiniteRange, say
+from daq.command_options import PACE, RATE, RIG, SEED
+from recordings.command_line import FiniteRange, say, say_next
 
 if TYPE_CHECKING:
     from daq.session import Display, Result, RunRequest
@@ -25,16 +26,33 @@ _FILE = click.Path(path_type=Path)
     epilog="Example: daq record --traj fig5a --out run.mcap",
 )
 @click.option("--traj", "trajectory", help="Name (see `daq trajectories`) or file of the motion.")
-@click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML). Without it: the simulated rig.")
+@RIG
 @click.option("--cycles", type=click.IntRange(1), help="Repetitions of the motion.  [default: about 20 s]")
-@click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@RATE
 @click.option("--out", type=_FILE, help="Recording to write.  [default: TRAJ.mcap]")
-@click.option("--pace", type=click.Choice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
-@click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@PACE
+@SEED
+@click.option(
+    "--sim",
+    "sim_file",
+    type=_FILE,
+    help="What the simulated machine really is: a sim file (TOML), or a shipped robot: heavy, light, paper_friction.",
+)
 @click.option("--hidden", type=click.IntRange(0), help="Hide effects drawn from this seed in the simulated machine.")
 @click.option(
     "--dry-run", is_flag=True, help="All but power and file: set up the drives, exchange cycles, move nothing."
+)
+@click.option(
+    "--feedforward",
+    type=_FILE,
+    metavar="MODEL|TABLE.csv",
+    help="Send the model's torque along the motion with every target (60B2h).  [default: off]",
+)
+@click.option(
+    "--accept",
+    multiple=True,
+    type=click.Choice(["assumed-gain"]),
+    help="Accept by name what --feedforward refuses on real drives.",
 )
 @click.option("--listen", is_flag=True, help="Send nothing: record what another master makes the drives do.")
 @click.option("--duration", type=FiniteRange(0, min_open=True), metavar="S", help="How long to listen [s].")
@@ -65,6 +83,8 @@ def command(
     sim_file: Path | None,
     hidden: int | None,
     dry_run: bool,
+    feedforward: Path | None,
+    accept: tuple[str, ...],
     listen: bool,
     duration: float | None,
     as_json: bool,
@@ -76,6 +96,9 @@ def command(
 
     Without --rig, or with a rig on the `virtual` interface, three simulated drives around a simulated robot answer.
     Ctrl-C once ramps the motion down and disables the drives; Ctrl-C twice is a quick stop.
+
+    With --feedforward the drives get the torque that the motion takes, and their loops add only what the model lacks.
+    It begins and ends at 0, is limited and watched; see `docs/how-to/feed-forward.md`.
 
     With --listen nothing is sent: it ends with Ctrl-C, after --duration, or five seconds after the last SYNC. --traj
     then names the motion that the other master runs, if it is known.
@@ -92,8 +115,8 @@ def command(
     if status and as_json:
         raise BadInput("--status ends with the figures of --json; drop one of them")
     if listen:
-        if rig_file is None or pace or sim_file or hidden is not None or dry_run:
-            raise BadInput("--listen needs --rig, and no --pace, --sim, --hidden or --dry-run")
+        if rig_file is None or pace or sim_file or hidden is not None or dry_run or feedforward:
+            raise BadInput("--listen needs --rig, and no --pace, --sim, --hidden, --feedforward or --dry-run")
         _listen(rig, trajectory, cycles, out, duration, as_json)
         return
     if trajectory is None:
@@ -106,6 +129,7 @@ def command(
     if dry_run and hidden is not None:
         raise BadInput("--dry-run records nothing, so there is nothing to hide an effect in; drop --hidden")
     request = _request(rig, load(trajectory, rig, cycles), out, pace, seed, simulated)
+    request = _with_feedforward(request, feedforward, rig_file, accept)
     check_request(request)
     with viewers(request, live, foxglove, say) as sinks:
         _run_on_drives(
@@ -114,6 +138,10 @@ def command(
             hidden,
             lambda: _dry_run(request, as_json) if dry_run else _record(request, as_json, status, sinks),
         )
+    if dry_run:
+        given = {"--rig": rig_file, "--cycles": cycles, "--rate": rate, "--out": out, "--feedforward": feedforward}
+        options = [word for name, value in given.items() if value is not None for word in (name, value)]
+        say_next("daq", "record", "--traj", trajectory, *options)
 
 
 def record_trajectory(
@@ -124,8 +152,11 @@ def record_trajectory(
     seed: int,
     sim_file: Path | None,
     as_json: bool,
+    analysis: str,
 ) -> None:
     """Record a trajectory on the drives of `rig`, or on the simulated rig, as the command does.
+
+    analysis: command of `ident` that comes next.
 
     Raises:
         BadInput: the trajectory exceeds a limit, the file exists, or the rig or sim file does not suit.
@@ -140,7 +171,7 @@ def record_trajectory(
         raise BadInput("--sim is for drives simulated inside this program; give it to `daq sim`")
     request = _request(rig, trajectory, out, pace, seed, simulated)
     check_request(request)
-    _run_on_drives(request, sim_file, None, lambda: _record(request, as_json, False, []))
+    _run_on_drives(request, sim_file, None, lambda: _record(request, as_json, False, [], analysis))
 
 
 def _request(
@@ -157,6 +188,23 @@ def _request(
         pace="lockstep" if pace == "lockstep" or (pace is None and simulated) else "realtime",
         seed=seed if simulated else None,
     )
+
+
+def _with_feedforward(
+    request: "RunRequest", path: Path | None, rig_file: Path | None, accepted: tuple[str, ...]
+) -> "RunRequest":
+    from dataclasses import replace
+
+    from daq.feedforward.source import open_source
+    from recordings.errors import BadInput
+
+    if path is None:
+        if accepted:
+            raise BadInput("--accept belongs to --feedforward; drop it")
+        return request
+    rig = request.rig.with_torque_offset()
+    source = open_source(path, rig, rig_file, request.trajectory)
+    return replace(request, rig=rig, feedforward=source, accepted=frozenset(accepted))
 
 
 def _run_on_drives(request: "RunRequest", sim_file: Path | None, hidden: int | None, run: Callable[[], None]) -> None:
@@ -212,13 +260,15 @@ def _listen(
     click.echo(f"recorded {out} (listened); next: ident fit {out}")
 
 
-def _record(request: "RunRequest", as_json: bool, status: bool, sinks: "list[LineSink]") -> None:
+def _record(
+    request: "RunRequest", as_json: bool, status: bool, sinks: "list[LineSink]", analysis: str = "fit"
+) -> None:
     from daq.session import Session
     from daq.status import to_stdout
 
     _announce(request)
     display = _display(request.rig.rate, not status, [*sinks, to_stdout] if status else sinks)
-    _show(request, Session(request, _log).run(display), as_json or status)
+    _show(request, Session(request, _log).run(display), as_json or status, analysis)
 
 
 def _display(rate: float, bar: bool, sinks: "Sequence[LineSink]") -> "Display":
@@ -263,7 +313,7 @@ def _announce(request: "RunRequest") -> None:
     say(transports.of(request.rig).describe(request.rig))
 
 
-def _show(request: "RunRequest", result: "Result", as_json: bool) -> None:
+def _show(request: "RunRequest", result: "Result", as_json: bool, analysis: str) -> None:
     from rich.console import Console
 
     from daq.display import figures, summary
@@ -277,7 +327,8 @@ def _show(request: "RunRequest", result: "Result", as_json: bool) -> None:
     console = Console()
     console.print(summary(result))
     console.print(
-        f"recorded {request.out}{' (simulated)' if simulated else ''}; next: ident fit {request.out}", style="bold"
+        f"recorded {request.out}{' (simulated)' if simulated else ''}; next: ident {analysis} {request.out}",
+        style="bold",
     )
 
 

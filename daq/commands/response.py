@@ -4,6 +4,7 @@ from pathlib import Path
 
 import click
 
+from daq.command_options import PACE, RATE, RIG, SEED, SIM
 from recordings.command_line import FiniteRange
 
 _FILE = click.Path(path_type=Path)
@@ -15,7 +16,7 @@ _FILE = click.Path(path_type=Path)
     epilog="Example: daq response --joint 1 --rig bench.toml --out joint1.mcap, then: ident response joint1.mcap",
 )
 @click.option("--joint", type=click.IntRange(1), required=True, help="Joint that moves; the others hold.")
-@click.option("--rig", "rig_file", type=_FILE, help="Rig file (TOML). Without it: the simulated rig.")
+@RIG
 @click.option(
     "--amplitude",
     type=FiniteRange(0, 0.1, min_open=True),
@@ -24,11 +25,11 @@ _FILE = click.Path(path_type=Path)
     help="Largest deviation from the middle of the workspace [rad].",
 )
 @click.option("--cycles", type=click.IntRange(2), default=3, show_default=True, help="Repetitions of 20 s.")
-@click.option("--rate", type=float, help="Cycles per second [Hz].  [default: the rig's]")
+@RATE
 @click.option("--out", type=_FILE, help="Recording to write.  [default: response-JOINT.mcap]")
-@click.option("--pace", type=click.Choice(["lockstep", "realtime"]), help="Simulated rig only.  [default: lockstep]")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
-@click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@PACE
+@SEED
+@SIM
 @click.option("--json", "as_json", is_flag=True, help="Figures as JSON on stdout.")
 def command(
     joint: int,
@@ -54,4 +55,4 @@ def command(
 
     rig = rig_from(rig_file, rate)
     trajectory = assemble(multisine(rig, joint, amplitude), rig, cycles)
-    record_trajectory(rig, trajectory, out, pace, seed, sim_file, as_json)
+    record_trajectory(rig, trajectory, out, pace, seed, sim_file, as_json, "response")

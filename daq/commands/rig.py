@@ -43,7 +43,7 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     """
     from daq.proposal.document import propose as proposal_of
     from drivers import transports
-    from recordings.command_line import refuse_existing, say
+    from recordings.command_line import refuse_existing, say, say_next
     from recordings.errors import BadInput
 
     if scan == bool(eds):
@@ -55,7 +55,8 @@ def propose(eds: tuple[Path, ...], scan: bool, bus: str, nodes: str, out: Path, 
     for note in proposal.notes:
         say(f"note: {note}", "yellow")
     click.echo(f"{len(proposal.rig.drives)} drives, {transports.of(proposal.rig).describe(proposal.rig)}")
-    click.echo(f"written {out}; read its comments, then: daq check --rig {out}")
+    click.echo(f"written {out}; read its comments")
+    say_next("daq", "check", "--rig", out)
 
 
 def _drives(eds: Sequence[Path], bus: "CanBus", nodes: str) -> "list[DriveFacts]":

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from daq.command_options import SEED, SIM
+
 _FILE = click.Path(path_type=Path)
 
 
@@ -15,8 +17,8 @@ _FILE = click.Path(path_type=Path)
 )
 @click.option("--rig", "rig_file", type=_FILE, required=True, help="Rig file with the bus to serve.")
 @click.option("--pace", type=click.Choice(["lockstep", "realtime"]), default="realtime", show_default=True)
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Noise of the simulated rig.")
-@click.option("--sim", "sim_file", type=_FILE, help="Sim file (TOML): what the simulated machine really is.")
+@SEED
+@SIM
 @click.option(
     "--eds", type=_FILE, multiple=True, help="EDS or DCF of the drives on a CAN bus: one for all, or one per joint."
 )

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from recordings.command_line import say_next
+
 if TYPE_CHECKING:
     from recordings.rig import Rig
     from trajectories import Trajectory
@@ -46,6 +48,10 @@ def command(
 
         draw(loaded[0], rig).savefig(out, format="png")
     _show(figures, rig, out, as_json)
+    name = name_or_file or "fig5a"
+    possible = [name_or_file or row["name"] for row in figures if not row["refused"]]
+    if name in possible and not as_json:
+        say_next("daq", "record", "--traj", name, *(("--rig", rig_file) if rig_file else ()))
 
 
 def _refuse_output(name_or_file: str | None, out: Path, force: bool) -> None:

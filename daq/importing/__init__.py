@@ -25,7 +25,7 @@ from recordings.blocks import SampleTable
 from recordings.config import validated
 from recordings.errors import BadInput
 from recordings.imported import imported_rig, measured_torque
-from recordings.recording import Floats, Run
+from recordings.recording import IMPORTED, Floats, Run
 from recordings.rig import JointType, MechanismName, Rig, Torque
 
 _MAX_RATE = 4000.0
@@ -104,7 +104,7 @@ def import_data(path: Path, out: Path, description: Description, choice: Choice 
         joints["effort"] = _effort(table, joints["current"], rig)
     repeat, period = repetitions(table, values.cycle, values.stamp, joints.get("command", joints["position"]))
     run = Run(
-        trajectory="imported",
+        trajectory=IMPORTED,
         trajectory_digest=table.digest,
         period=period,
         cycles=max(int(repeat.max()) + 1, 1),

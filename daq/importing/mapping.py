@@ -1,7 +1,6 @@
 """Mappings from columns of a file to quantities: `--map "position_1=q1:deg"`, or a TOML file of the same."""
 
 import re
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -9,6 +8,7 @@ from pathlib import Path
 
 from daq.importing.table import ROW, Table
 from daq.importing.units import NO_UNIT, Unit, parse
+from recordings.config import toml_content
 from recordings.errors import BadInput
 
 JOINT_QUANTITIES = ("position", "velocity", "command", "voltage", "effort", "current", "temperature")
@@ -74,14 +74,7 @@ def _pairs(entries: Sequence[str]) -> list[tuple[str, str]]:
 
 def _file(path: Path) -> list[tuple[str, str]]:
     """Entries of a TOML file: `position_1 = "q1:deg"`."""
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise BadInput(f"mapping {path} does not exist; check the path") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadInput(f"mapping {path} cannot be read: {error}; check the file") from None
-    except tomllib.TOMLDecodeError as error:
-        raise BadInput(f"mapping {path} is not valid TOML: {error}; correct it") from None
+    content = toml_content(path, "mapping")
     for target, text in content.items():
         if not isinstance(text, str):
             raise BadInput(f'mapping {path}: {target} = "COLUMN:UNIT" expected, {text!r} found; put it in quotes')

@@ -5,6 +5,7 @@ import numpy as np
 from daq.importing.table import Table
 from recordings.cycles import find_cycles
 from recordings.errors import BadInput
+from recordings.interpolation import interpolate_columns
 from recordings.recording import Floats, Ints
 
 _MAX_GAPS = 10
@@ -27,24 +28,13 @@ def repetitions(table: Table, cycle: str | None, stamp: Ints, motion: Floats) ->
     if stamp[-1] > _MAX_GAPS * step * len(stamp):
         return np.full(len(stamp), -1), 0.0
     grid = np.arange(0, stamp[-1] + step / 2, step)
-    cycles = find_cycles(_interpolated(grid, stamp, motion))
+    cycles = find_cycles(interpolate_columns(grid, stamp, motion))
     if cycles is None:
         return np.full(len(stamp), -1), 0.0
     # Half a step is added, so that rounding cannot move a sample at a boundary to the wrong repetition.
     since = stamp + step / 2 - grid[cycles.first]
     repeat = np.floor(since / (cycles.period * step)).astype(np.int64)
     return np.where((repeat >= 0) & (repeat < cycles.count), repeat, -1), cycles.period * step / 1e9
-
-
-def _interpolated(grid: Floats, stamp: Ints, motion: Floats) -> Floats:
-    """Linear interpolation of `motion` (n, dof) at the instants `grid` [ns]; NaN for a joint never measured."""
-    known = np.isfinite(motion)
-    return np.column_stack(
-        [
-            np.interp(grid, stamp[k], column[k]) if k.any() else np.full(len(grid), np.nan)
-            for column, k in zip(motion.T, known.T, strict=True)
-        ]
-    )
 
 
 def _numbered(table: Table, name: str, stamp: Ints) -> tuple[Ints, float]:

@@ -100,15 +100,5 @@ def rate_of(drives: Sequence[DriveFacts]) -> tuple[float, str]:
     raise BadInput("the drives accept no common period in 60C2h; check the limits of that object in their EDS")
 
 
-def too_few_entries(facts: DriveFacts, counts: Sequence[int]) -> list[str]:
-    """What is wrong with the drive's mappings for this number of objects in RPDO 1 and in each TPDO."""
-    problems = []
-    for index, count in zip((0x1600, *range(0x1A00, 0x1A08)), counts, strict=False):
-        entries = sum(1 for i, sub in facts.descriptions if i == index and sub > 0)
-        if facts.descriptions and entries < count:
-            problems.append(f"{facts.origin}: {index:04X}h maps at most {entries} object(s), {count} needed")
-    return problems
-
-
 def _name(address: Address) -> str:
     return f"{address[0]:04X}h" + (f":{address[1]:02X}" if address[1] else "")

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator, Sequence
 
-from daq.proposal.choices import TorqueSource, mode_of, motor_voltage, too_few_entries
+from daq.proposal.choices import TorqueSource, mode_of, motor_voltage
 from daq.proposal.facts import DriveFacts
 from daq.proposal.text import CHECK, Key, comment
 from drivers.canopen import pdo, readiness, setup
@@ -78,6 +78,8 @@ class DriveSection:
         yield from self._missing([] if draft is None else self._refused(draft), explain=explain)
         if explain:
             yield from self._settings()
+        if facts.eds:
+            yield from Key("eds", f'"{facts.eds}"', "uncomment: daq check then knows the limits", False).lines()
         if facts.file:
             yield from Key("dcf", f'"{facts.file}"', "uncomment to write its values before each run", False).lines()
 
@@ -190,17 +192,22 @@ class DriveSection:
 
     def _pdo_text(self) -> str:
         drive = self._dictionary.drive
-        target = "607Ah" if drive.mode == "cyclic" else "60C1h:01"
         try:
-            transmitted = pdo.tpdos(drive, self._dictionary) if self._source else []
+            received = pdo.rpdos(drive, self._dictionary)
+            transmitted = pdo.tpdos(drive, self._dictionary) if self._source else {}
         except BadInput as error:
             raise BadInput(f"{self._facts.origin}: {error}") from None
-        parts = [f"RPDO 1: 6040h, {target} (6 bytes)"]
-        self.notes += too_few_entries(self._facts, [2, *map(len, transmitted)])
-        for number, fields in enumerate(transmitted, start=1):
-            names = ", ".join(f"{item.mapped >> 16:04X}h" + _sub(item.mapped >> 8 & 0xFF) for item in fields)
-            parts.append(f"TPDO {number}: {names} ({sum(item.size for item in fields)} bytes)")
+        maps = [("RPDO", number, mapped) for number, mapped in received.items()]
+        maps += [("TPDO", number, [item.mapped for item in fields]) for number, fields in transmitted.items()]
+        parts = [
+            f"{kind} {number + 1}: {', '.join(map(_mapped_name, mapped))} ({sum(map(pdo.size_of, mapped))} bytes)"
+            for kind, number, mapped in maps
+        ]
         return "PDO map, written at the start: " + "; ".join(parts) + "."
+
+
+def _mapped_name(mapped: int) -> str:
+    return f"{mapped >> 16:04X}h" + _sub(mapped >> 8 & 0xFF)
 
 
 def _sub(sub: int) -> str:

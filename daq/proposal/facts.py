@@ -37,6 +37,8 @@ class DriveFacts:
     """The DCF with its values."""
     bit_rates: frozenset[int] = frozenset()
     """Bit rates that the file allows [bit/s]; empty: not said."""
+    eds: str = ""
+    """The EDS, or the DCF, with its limits."""
 
     def __contains__(self, address: Address) -> bool:
         return address in self.data
@@ -90,6 +92,7 @@ def from_file(path: Path, node_id: int) -> DriveFacts:
         kind,
         str(path) if dictionary.has_parameters else "",
         dictionary.bit_rates,
+        str(path),
     )
 
 

@@ -3,6 +3,7 @@
 import math
 import struct
 from collections import Counter
+from itertools import accumulate
 
 from drivers import cia402
 from drivers.canopen import emcy, pdo
@@ -34,6 +35,8 @@ class CanopenAxis:
         self.answers_since_emcy = 0
         """Number of answers since an EMCY that reported an error."""
         self.restarted = False
+        self.homing = self.homing_started = False
+        """Whether the drive is in homing mode, and may search its zero."""
         self.last_heartbeat_cycle: int | None = None
         """Cycle in which the last heartbeat arrived."""
         self.answers_without_following = 0
@@ -64,8 +67,19 @@ class CanopenAxis:
                 fields,
                 struct.Struct("<" + "".join(f.layout for f in fields)),
             )
-            for number, fields in enumerate(pdo.tpdos(self.drive, dictionary))
+            for number, fields in pdo.tpdos(self.drive, dictionary).items()
         }
+
+        ends = list(
+            accumulate(sum(map(pdo.size_of, mapped)) for mapped in pdo.rpdos(self.drive, dictionary).values())
+        )
+        ids = [pdo.rpdo_id(self.drive, number) for number in pdo.rpdos(self.drive, dictionary)]
+        self._parts = list(zip(ids, [0, *ends], ends, strict=False))
+
+    def frames(self, controlword: bytes, setpoint: bytes) -> list[tuple[int, bytes]]:
+        """RPDOs of one cycle: arbitration ids and data."""
+        data = controlword + setpoint
+        return [(arbitration_id, data[begin:end]) for arbitration_id, begin, end in self._parts]
 
     @property
     def answer_ids(self) -> tuple[int, ...]:
@@ -86,11 +100,12 @@ class CanopenAxis:
         if len(data) != layout.size:
             return False
         values = dict(zip((field.name for field in fields), layout.unpack(data), strict=True))
-        if "status" in values:
-            before = self.counts
-            self.statusword, self.counts = values.pop("status"), values.pop("position")
+        if "position" in values:
+            before, self.counts = self.counts, values.pop("position")
             still = before is not None and abs(self.counts - before) <= self.still_counts
             self.still_answers = self.still_answers + 1 if still else 0
+        if "status" in values:
+            self.statusword = values.pop("status")
             self.decode_status()
             self.answers_since_emcy = self.answers_since_emcy + 1 if self.error_code else 0
         self._raw |= values
@@ -113,7 +128,8 @@ class CanopenAxis:
             self.state = cia402.decode(self.statusword)
         except ValueError:
             self.state = None
-        follows = self.state is not cia402.DriveState.ENABLED or self.statusword & cia402.TARGET_FOLLOWED
+        follows = self.homing or self.state is not cia402.DriveState.ENABLED
+        follows = follows or bool(self.statusword & cia402.TARGET_FOLLOWED)
         self.answers_without_following = 0 if follows else self.answers_without_following + 1
 
     # In SI units

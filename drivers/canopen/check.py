@@ -9,6 +9,7 @@ from drivers.canopen import dcf, pdo, readiness, setup
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.dictionary import DriveDictionary, integer_at, read_dictionary
+from drivers.canopen.limits import refusal
 from drivers.canopen.roles import ROLES, is_pdo, role_of
 from drivers.canopen.sdo import ObjectRefused, SdoWrite, format_address
 from drivers.protocol import CheckResult, Verdict
@@ -23,8 +24,6 @@ _REQUEST_INTERVAL = 0.0005
 _NODE_IDS = range(1, 128)
 _NOTED = (0x1006, 0x1017)
 """Objects of convenience whose absence is shown."""
-_RATING_TOLERANCE = 0.01
-"""Relative difference below which ratings of the drive and of the rig file agree."""
 _VOLTAGE_ENABLED = 0x10
 """Statusword bit 4."""
 _QUANTITIES = {0x6065: "position", 0x607D: "position", 0x6084: "acceleration", 0x6085: "acceleration"}
@@ -112,6 +111,9 @@ def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[CheckResult]:
     span = f"{limits.joint_min:g} to {limits.joint_max:g} rad"
     yield CheckResult(axis.name, "joint angle", span, f"{angle:.4f} rad", "fine" if inside else "problem")
     if drive.homed is None:
+        if drive.homing is not None:
+            text = f"method {drive.homing.method} (daq home); the rig file names no object that shows it (homed)"
+            yield CheckResult(axis.name, "zero reference", "homed", text, "noted")
         return
     what = f"zero reference, {format_address(drive.homed.index, drive.homed.sub)}"
     expected = f"homed: a bit of 0x{drive.homed.mask:X}"
@@ -121,7 +123,9 @@ def _reference(rig: Rig, axis: CanopenAxis) -> Iterator[CheckResult]:
         yield CheckResult(axis.name, what, expected, "no such object", "problem")
         return
     homed = word & drive.homed.mask != 0
-    yield CheckResult(axis.name, what, expected, f"0x{word:X}", "fine" if homed else "problem")
+    remedy = "daq home" if drive.homing else "home it with its own tool"
+    text = f"0x{word:X}" if homed else f"0x{word:X}: {remedy}"
+    yield CheckResult(axis.name, what, expected, text, "fine" if homed else "problem")
 
 
 def _mode(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
@@ -163,7 +167,7 @@ def _torque_source(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[C
     )
     raw = dictionary.value((key, 0))
     if raw and given is not None:
-        agree = math.isclose(raw * rated, given, rel_tol=_RATING_TOLERANCE)
+        agree = math.isclose(raw * rated, given, rel_tol=readiness.RATING_TOLERANCE)
         verdict = "fine" if agree else "problem"
         yield CheckResult(axis.name, what, f"{given:g} {unit}", f"{raw * rated:g} {unit}", verdict)
 
@@ -187,8 +191,8 @@ def _voltage(axis: CanopenAxis, dictionary: DriveDictionary) -> CheckResult:
 
 
 def _units(axis: CanopenAxis, dictionary: DriveDictionary) -> Iterator[CheckResult]:
-    problems = readiness.unit_problems(dictionary)
-    for problem in problems:
+    rating = readiness.rating_problem(dictionary)
+    for problem in [*readiness.unit_problems(dictionary), *([rating] if rating else [])]:
         what, _, text = problem.partition(": ")
         yield CheckResult(axis.name, what, "drive and rig file agree", text, "problem")
     for quantity, unit in _SI.items():
@@ -261,7 +265,10 @@ def _object(
             return CheckResult(axis.name, what, expected, "cannot be read", "will be written")
         return CheckResult(axis.name, what, expected, "no such object", "problem")
     same = not (actual ^ sdo_write.value) & sdo_write.mask
+    refused = None if same else refusal(axis.drive, sdo_write)
     shown = [_shown(dictionary, sdo_write.index, value, in_pdo=in_pdo) for value in (sdo_write.value, actual)]
+    if refused and role.role != "convenience" and f"{sdo_write.index:04X}" not in axis.drive.accept_missing:
+        return CheckResult(axis.name, what, shown[0], f"{shown[1]}; {refused}", "problem")
     return CheckResult(axis.name, what, shown[0], shown[1], "fine" if same else "will be written")
 
 

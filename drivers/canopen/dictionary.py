@@ -1,6 +1,7 @@
 """The objects that a drive really has, among those that the set-up uses, read before anything is written."""
 
 import struct
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,14 @@ STANDARD: dict[Address, str] = {
     **{(0x605E, 0): "<h", (0x6060, 0): "<b", (0x6061, 0): "<b", (0x6064, 0): "<i", (0x6065, 0): "<I"},
     **{(0x6066, 0): "<H", (0x6075, 0): "<I", (0x6076, 0): "<I", (0x6077, 0): "<h", (0x6078, 0): "<h"},
     **{(0x6079, 0): "<I", (0x607A, 0): "<i", (0x607D, 1): "<i", (0x607D, 2): "<i", (0x6084, 0): "<I"},
-    **{(0x6085, 0): "<I", (0x60C1, 1): "<i", (0x60C2, 1): "<B", (0x60C2, 2): "<b", (0x6502, 0): "<I"},
+    **{
+        (0x6085, 0): "<I",
+        (0x60B2, 0): "<h",
+        (0x60C1, 1): "<i",
+        (0x60C2, 1): "<B",
+        (0x60C2, 2): "<b",
+        (0x6502, 0): "<I",
+    },
 }
 """Objects of CiA 301 and CiA 402 that the set-up or the check reads or writes, with their standard types."""
 
@@ -28,6 +36,10 @@ RECEIVE, TRANSMIT = 0x1400, 0x1800
 SLOW_DOWN = (1, 5)
 """Option codes that stop on 6084 instead of 6085."""
 _PREDEFINED = {RECEIVE: 0x200, TRANSMIT: 0x180}
+_MAPPING = 0x200
+"""Distance of the mapping from the parameters of a PDO."""
+_MAPPED = {RECEIVE: 3, TRANSMIT: 4}
+"""Largest number of objects that are mapped into one PDO; a PDO with as many entries leaves no question."""
 _LAST_PDO = 512
 _MANY_PDOS = 8
 """PDO numbers that are tried in any case; the search ends after as many that do not exist."""
@@ -79,6 +91,11 @@ class DriveDictionary:
         return units.units_of({address: value for address, value in values.items() if value is not None}, self.drive)
 
     @property
+    def rated_torque(self) -> float:
+        """Rated torque at the joint [N m]: 6076h times the gear, or that of the rig file where the drive has none."""
+        return (self.value((0x6076, 0)) or 0) / 1000 * self.drive.gear or self.drive.rated_torque
+
+    @property
     def has_ramp(self) -> bool:
         """Whether the set-up writes a deceleration, so that its unit must be known."""
         slow_down = self.drive.quick_stop_option in SLOW_DOWN or self.drive.fault_reaction_option in SLOW_DOWN
@@ -91,7 +108,8 @@ class DriveDictionary:
             return "heartbeat"
         if (0x100C, 0) in self.data and (0x100D, 0) in self.data:
             return "guarding"
-        return "rpdo" if (RECEIVE, 5) in self.data else None
+        # A drive whose first RPDO maps one object may get its targets by another.
+        return "rpdo" if (RECEIVE, 5) in self.data and self.entries(RECEIVE).get(0) != 1 else None
 
     def pdos(self, first: int) -> dict[int, int]:
         """COB-ID of each PDO, by its number from 0; `first`: RECEIVE or TRANSMIT."""
@@ -100,6 +118,11 @@ class DriveDictionary:
             for index, sub in self.data
             if sub == 1 and first <= index < first + _LAST_PDO
         }
+
+    def entries(self, first: int) -> dict[int, int]:
+        """Number of objects that each PDO can map, by its number from 0; 8 where it is not known."""
+        mapped = Counter(index - first - _MAPPING for index, sub in self.data if sub and index >= first + _MAPPING)
+        return {number: mapped[number] or 8 for number in self.pdos(first)}
 
 
 def read_dictionary(drive: Drive, sdo: Sdo) -> DriveDictionary:
@@ -133,6 +156,18 @@ def _read_pdos(sdo: Sdo, first: int, data: dict[Address, bytes | None]) -> None:
         _read(sdo, (first + number, 1), data)
         missing = 0 if (first + number, 1) in data else missing + 1
         number += 1
+    for existing in range(number):
+        if (first + existing, 1) in data and _read_entries(sdo, first + existing + _MAPPING, _MAPPED[first], data):
+            return
+
+
+def _read_entries(sdo: Sdo, mapping: int, wanted: int, data: dict[Address, bytes | None]) -> bool:
+    """Read the entries of a PDO's mapping up to the first that does not exist; True if there are `wanted` ones."""
+    for sub in range(1, wanted + 1):
+        _read(sdo, (mapping, sub), data)
+        if (mapping, sub) not in data:
+            return False
+    return True
 
 
 def standard_dictionary(drive: Drive) -> DriveDictionary:

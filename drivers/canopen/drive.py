@@ -13,21 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers import cia402
-from drivers.canopen import can_errors, check, discovery, pdo, preparation, setup
+from drivers.canopen import can_errors, check, discovery, homing, pdo, preparation, setup, shutdown
 from drivers.canopen.axis import CanopenAxis
 from drivers.canopen.bus import Link
 from drivers.canopen.kernel_sync import KernelSync
 from drivers.canopen.load import bus_load
 from drivers.canopen.poll import VoltagePoll
 from drivers.canopen.sdo import Sdo
-from drivers.protocol import CheckResult, Goal, Identity, Power, Report, Sample
+from drivers.protocol import CheckResult, Goal, HomingState, Identity, Power, Report, Sample
 from recordings.errors import BadInput, RunFailed
 from recordings.rig import Rig
 
 _CONTROLWORD = struct.Struct("<H")
 _POSITION = struct.Struct("<i")
+_NO_OFFSET = bytes(2)
 _INTERPOLATE = 0x10
 """Controlword bit 4 in interpolated position mode."""
+_START_HOMING = 0x10
+"""Controlword bit 4 in homing mode."""
 _HEARTBEAT_TIMEOUT = 3.5 * setup.DRIVE_HEARTBEAT_MS / 1000
 """Time without a heartbeat after which a drive counts as lost [s]."""
 _BOOT_UP = b"\x00"
@@ -94,8 +97,8 @@ class CanopenDrives:
         """See `Amplifiers`."""
         return [*check.unexpected_nodes(self._rig, self._link), *check.compare_with_rig(self._rig, self._axes)]
 
-    def configure(self) -> None:
-        """See `Amplifiers`."""
+    def configure(self, *, referenced: bool = True) -> None:
+        """See `Amplifiers` and `HomingAmplifiers`."""
         prepared = [
             preparation.Preparation(self._rig, axis, self._report, partial(self._send_nmt, only=axis))
             for axis in self._axes
@@ -105,7 +108,7 @@ class CanopenDrives:
             drive.switch_off()
         for drive in prepared:
             drive.check_fit()
-        foreign = [size for drive in prepared for size in drive.set_up()]
+        foreign = [size for drive in prepared for size in drive.set_up(referenced=referenced)]
         self._listen_to_tpdos()
         self._check_load(foreign)
         self._send_nmt(0x01)
@@ -121,13 +124,44 @@ class CanopenDrives:
                 f"bus.max_load allows {allowed:.0%}; choose --rate {self._rig.rate * allowed / load:.0f} or less"
             )
 
-    def encode(self, targets: NDArray[np.float64]) -> Sequence[list[bytes]]:
-        """See `Amplifiers`. Each target becomes the four bytes of object 607A (or 60C1)."""
-        raw = np.ascontiguousarray(self._rig.target_counts(targets), dtype="<i4").tobytes()
-        width = 4 * len(self._axes)
-        return [
-            [raw[row + 4 * j : row + 4 * j + 4] for j in range(len(self._axes))] for row in range(0, len(raw), width)
-        ]
+    def encode(
+        self, targets: NDArray[np.float64], torque: NDArray[np.float64] | None = None
+    ) -> Sequence[list[bytes]]:
+        """See `Amplifiers`. Each target becomes the four bytes of object 607A (or 60C1), and two of 60B2."""
+        rated = [axis.dictionary.rated_torque for axis in self._axes]
+        offsets = self._rig.torque_offset_counts(np.zeros_like(targets) if torque is None else torque, rated)
+        counts = self._rig.target_counts(targets)
+        columns = []
+        for j, axis in enumerate(self._axes):
+            column = np.zeros(len(targets), dtype=[("target", "<i4"), ("offset", "<i2")])
+            column["target"], column["offset"] = counts[:, j], offsets[:, j]
+            raw = (column if axis.drive.torque_offset else column["target"]).tobytes()
+            size = len(raw) // len(targets)
+            columns.append([raw[row : row + size] for row in range(0, len(raw), size)])
+        return [list(row) for row in zip(*columns, strict=True)]
+
+    # Homing
+
+    def is_homed(self, joint: int) -> bool | None:
+        """See `HomingAmplifiers`."""
+        return homing.is_homed(self._axes[joint - 1])
+
+    def prepare_homing(self, joint: int) -> None:
+        """See `HomingAmplifiers`."""
+        self._homing = homing.DriveHoming(self._axes[joint - 1], self._rig.rate)
+        self._homing.prepare()
+
+    def start_homing(self, joint: int) -> None:
+        """See `HomingAmplifiers`."""
+        self._homing.start()
+
+    def homing_state(self, joint: int) -> HomingState:
+        """See `HomingAmplifiers`."""
+        return self._homing.state()
+
+    def finish_homing(self, joint: int) -> None:
+        """See `HomingAmplifiers`."""
+        self._homing.finish()
 
     # The cycle
 
@@ -139,8 +173,9 @@ class CanopenDrives:
         self._drain()
         self._poll.request(self._cycle)
         for j, axis in enumerate(self._axes):
-            target = _POSITION.pack(axis.counts or 0) if setpoint is None else setpoint[j]
-            self._link.send(0x200 + axis.drive.node_id, _CONTROLWORD.pack(self._controlword(axis)) + target)
+            target = self._hold(axis) if setpoint is None else setpoint[j]
+            for frame in axis.frames(_CONTROLWORD.pack(self._controlword(axis)), target):
+                self._link.send(*frame)
         if self._cycle % self._heartbeat_interval == 0 or self._enabling:
             self._show_life()
         number = None
@@ -152,6 +187,10 @@ class CanopenDrives:
         self._cycle += 1
         self._collect(timeout)
         return self._sample(number)
+
+    def _hold(self, axis: CanopenAxis) -> bytes:
+        """The measured position as target, and no torque offset."""
+        return _POSITION.pack(axis.counts or 0) + (_NO_OFFSET if axis.drive.torque_offset else b"")
 
     def _show_life(self) -> None:
         self._link.send(0x700 + setup.MASTER_ID, b"\x05")
@@ -171,6 +210,9 @@ class CanopenDrives:
         if self.goal is Goal.STOPPED and self._rests_in_quick_stop(axis):
             return cia402.Controlword.DISABLE_VOLTAGE
         command = cia402.next_controlword(self.goal, axis.state)
+        if axis.homing:
+            starts = axis.homing_started and command == cia402.Controlword.ENABLE
+            return command | (_START_HOMING if starts else 0)
         if axis.drive.mode == "interpolated" and command == cia402.Controlword.ENABLE:
             return command | _INTERPOLATE
         return command
@@ -262,41 +304,21 @@ class CanopenDrives:
             self._send_nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while switching power off: {error}")
-        for command in (cia402.Controlword.QUICK_STOP, cia402.Controlword.DISABLE_VOLTAGE):
-            for axis in self._axes:
-                try:
-                    preparation.command_by_sdo(axis, command)
-                except RunFailed as error:
-                    self._report("error", axis.name, f"while switching power off: {error}")
+        shutdown.power_off(self._axes, self._report)
         return tuple(axis.power for axis in self._axes)
 
     def close(self) -> None:
         """See `Amplifiers`: Disable voltage again by SDO, watchdog off, pre-operational."""
         if self._kernel_sync is not None:
             self._kernel_sync.close()
-        self._report_warnings()
+        shutdown.report_repeated_warnings(self._axes, self._report)
         try:
             if self._operational:
-                for axis in self._axes:
-                    self._release(axis)
+                shutdown.release(self._axes, self._report)
             self._send_nmt(0x80)
         except RunFailed as error:
             self._report("error", "bus", f"while closing: {error}")
         self._link.close()
-
-    def _release(self, axis: CanopenAxis) -> None:
-        try:
-            axis.sdo.write(0x6040, 0, "<H", cia402.Controlword.DISABLE_VOLTAGE, check=False)
-            for write in setup.watchdog_off(axis.dictionary):
-                axis.sdo.apply(write)
-        except RunFailed as error:
-            self._report("error", axis.name, f"while closing: {error}")
-
-    def _report_warnings(self) -> None:
-        for axis in self._axes:
-            for code, count in axis.warnings.items():
-                if count > 1:
-                    self._report("info", axis.name, f"EMCY 0x{code:04X} ({axis.text_of(code)}) came {count} times")
 
     def _send_nmt(self, command: int, only: CanopenAxis | None = None) -> None:
         for axis in self._axes if only is None else [only]:

@@ -1,6 +1,8 @@
 """PDOs of one drive: what is mapped into them, how they are set up, and which of them are not ours."""
 
+from collections.abc import Container
 from dataclasses import dataclass
+from itertools import accumulate
 
 from drivers.canopen.dictionary import RECEIVE, TRANSMIT, DriveDictionary, layout_of, standard_dictionary
 from drivers.canopen.sdo import SdoWrite
@@ -10,10 +12,13 @@ from recordings.rig import Drive, Rig
 _INVALID, _NO_REMOTE = 0x8000_0000, 0x4000_0000
 _COB_ID_BITS = _INVALID | 0x2000_07FF
 """Bits of a COB-ID that are read back as they were written: valid, frame format, identifier."""
+_CONTROLWORD, _TORQUE_OFFSET = 0x6040_00_10, 0x60B2_00_10
 _TARGET = {"cyclic": 0x607A_00_20, "interpolated": 0x60C1_01_20}
 _TORQUE = {"torque_actual": (0x6077, 0), "current_actual": (0x6078, 0)}
 _LARGEST = 8
 """Data bytes of a PDO."""
+_MOST_ENTRIES = 8
+"""Objects that a PDO takes where the drive does not say it."""
 
 
 @dataclass(frozen=True)
@@ -28,14 +33,15 @@ class PdoField:
     @property
     def size(self) -> int:
         """Length [bytes]."""
-        return (self.mapped & 0xFF) // 8
+        return size_of(self.mapped)
 
 
-def tpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> list[list[PdoField]]:
-    """Objects that the drive sends after SYNC, one list per TPDO; sizes as in the drive, or the standard ones.
+def tpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> dict[int, list[PdoField]]:
+    """Objects that the drive sends after SYNC, by the number of their TPDO (from 0); sizes as in the drive, or the
+    standard ones.
 
     Raises:
-        BadInput: an object has a size that cannot be mapped.
+        BadInput: an object has a size that cannot be mapped, or the drive has too few TPDOs.
     """
     dictionary = dictionary or standard_dictionary(drive)
     fields = [PdoField("status", 0x6041_00_10, "H"), PdoField("position", 0x6064_00_20, "i")]
@@ -47,12 +53,56 @@ def tpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> list[list[
         fields.append(
             _field("torque", _TORQUE.get(drive.torque_source, _TORQUE["torque_actual"]), dictionary, signed=True)
         )
-    pdos: list[list[PdoField]] = [[]]
-    for field in fields:
-        if sum(mapped.size for mapped in pdos[-1]) + field.size > _LARGEST:
-            pdos.append([])
-        pdos[-1].append(field)
-    return pdos
+    sizes = [field.size for field in fields]
+    return {number: fields[part] for number, part in _placed(dictionary, TRANSMIT, sizes).items()}
+
+
+def rpdos(drive: Drive, dictionary: DriveDictionary | None = None) -> dict[int, list[int]]:
+    """Objects that the drive receives before SYNC, as in the mapping object, by the number of their RPDO (from 0).
+
+    In the order of controlword, target and torque offset.
+
+    Raises:
+        BadInput: the drive has too few RPDOs.
+    """
+    objects = [_CONTROLWORD, _TARGET[drive.mode], *([_TORQUE_OFFSET] if drive.torque_offset else [])]
+    sizes = [size_of(mapped) for mapped in objects]
+    placed = _placed(dictionary or standard_dictionary(drive), RECEIVE, sizes)
+    return {number: objects[part] for number, part in placed.items()}
+
+
+def size_of(mapped: int) -> int:
+    """Length of a mapped object [bytes]."""
+    return (mapped & 0xFF) // 8
+
+
+def _placed(dictionary: DriveDictionary, first: int, sizes: list[int]) -> dict[int, slice]:
+    """Spread objects over the drive's PDOs in their order: the part of the objects for each PDO, by its number.
+
+    Each part goes to the PDO that takes most of what remains, the first of equal ones: some drives map one object
+    into a PDO and two into the next. Entries that cannot be read may exist once a longer mapping is written.
+    """
+    for entries in (dictionary.entries(first), dict.fromkeys(dictionary.entries(first), _MOST_ENTRIES)):
+        placed, free, begin = {}, entries, 0
+        while begin < len(sizes):
+            number = max(free, key=lambda n: _fitting(sizes[begin:], free[n]), default=None)
+            if number is None or not (count := _fitting(sizes[begin:], free[number])):
+                break
+            placed[number] = slice(begin, begin + count)
+            begin += count
+            free = {other: room for other, room in free.items() if other != number}
+        else:
+            return placed
+    kind = "RPDO" if first == RECEIVE else "TPDO"
+    raise BadInput(
+        f"node {dictionary.drive.node_id}: {len(placed) + 1} {kind}(s) or more needed, {len(entries)} found in the "
+        'drive; record less by PDO (voltage.transfer = "sdo", torque_actual = false)'
+    )
+
+
+def _fitting(sizes: list[int], entries: int) -> int:
+    """Number of objects, the first ones, that a PDO with so many entries takes."""
+    return sum(total <= _LARGEST for total in accumulate(sizes[:entries]))
 
 
 def effort_per_count(rig: Rig, joint: int) -> float:
@@ -69,7 +119,7 @@ def measures_effort(rig: Rig) -> bool:
     return any(drive.torque_actual or drive.torque_source != "voltage" for drive in rig.drives)
 
 
-def tpdos_by_size(drive: Drive) -> list[list[list[PdoField]]]:
+def tpdos_by_size(drive: Drive) -> list[dict[int, list[PdoField]]]:
     """`tpdos` for each size that the voltage object may have, the usual one first: for frames of an unknown drive."""
     address, standard = (drive.voltage.index, drive.voltage.sub), standard_dictionary(drive)
     return [tpdos(drive, DriveDictionary(drive, {**standard.data, address: bytes(size)})) for size in (2, 4, 1)]
@@ -91,6 +141,11 @@ def _field(name: str, address: tuple[int, int], dictionary: DriveDictionary, *, 
     return PdoField(name, address[0] << 16 | address[1] << 8 | 8 * size, layout[1:])
 
 
+def rpdo_id(drive: Drive, number: int) -> int:
+    """Arbitration id of RPDO `number` (from 0) in the predefined connection set."""
+    return 0x200 + 0x100 * number + drive.node_id
+
+
 def tpdo_id(drive: Drive, number: int) -> int:
     """Arbitration id of TPDO `number` (from 0) in the predefined connection set."""
     return 0x180 + 0x100 * number + drive.node_id
@@ -98,7 +153,8 @@ def tpdo_id(drive: Drive, number: int) -> int:
 
 def pdo_sizes(drive: Drive, dictionary: DriveDictionary | None = None) -> list[int]:
     """Data bytes of each PDO of one drive in a cycle."""
-    return [6, *(sum(field.size for field in fields) for fields in tpdos(drive, dictionary))]
+    received = [sum(map(size_of, objects)) for objects in rpdos(drive, dictionary).values()]
+    return [*received, *(sum(field.size for field in fields) for fields in tpdos(drive, dictionary).values())]
 
 
 def pdo_writes(drive: Drive, dictionary: DriveDictionary) -> list[SdoWrite]:
@@ -107,28 +163,24 @@ def pdo_writes(drive: Drive, dictionary: DriveDictionary) -> list[SdoWrite]:
     Raises:
         BadInput: the drive has too few PDOs, or an object cannot be mapped.
     """
-    transmitted = tpdos(drive, dictionary)
-    counts = {RECEIVE: 1, TRANSMIT: len(transmitted)}
-    for first, count in counts.items():
-        numbers = dictionary.pdos(first)
-        if any(number not in numbers for number in range(count)):
-            kind = "RPDO" if first == RECEIVE else "TPDO"
-            raise BadInput(
-                f"node {drive.node_id}: {count} {kind}(s) needed, {len(numbers)} found in the drive; record less by "
-                'PDO (voltage.transfer = "sdo", torque_actual = false)'
-            )
-    writes = [write for first, count in counts.items() for write in _switch_off(dictionary, first, count)]
-    writes += _pdo(dictionary, RECEIVE, 0x200 + drive.node_id, [0x6040_00_10, _TARGET[drive.mode]])
-    for number, fields in enumerate(transmitted):
-        writes += _pdo(dictionary, TRANSMIT + number, tpdo_id(drive, number), [field.mapped for field in fields])
+    received = {number: (rpdo_id(drive, number), objects) for number, objects in rpdos(drive, dictionary).items()}
+    transmitted = {
+        number: (tpdo_id(drive, number), [field.mapped for field in fields])
+        for number, fields in tpdos(drive, dictionary).items()
+    }
+    ours = {RECEIVE: received, TRANSMIT: transmitted}
+    writes = [write for first, pdos in ours.items() for write in _switch_off(dictionary, first, pdos)]
+    for first, pdos in ours.items():
+        for number, (cob_id, objects) in pdos.items():
+            writes += _pdo(dictionary, first + number, cob_id, objects)
     return writes
 
 
-def _switch_off(dictionary: DriveDictionary, first: int, ours: int) -> list[SdoWrite]:
+def _switch_off(dictionary: DriveDictionary, first: int, ours: Container[int]) -> list[SdoWrite]:
     return [
         SdoWrite(first + number, 1, "<I", cob_id | _INVALID, mask=_INVALID)
         for number, cob_id in dictionary.pdos(first).items()
-        if number >= ours and not cob_id & _INVALID
+        if number not in ours and not cob_id & _INVALID
     ]
 
 

@@ -68,8 +68,10 @@ class Preparation:
             further = f" (and {len(reasons) - 1} more: daq check shows all)" if len(reasons) > 1 else ""
             raise BadInput(f"{self._axis.name}: {reasons[0]}{further}")
 
-    def set_up(self) -> list[int]:
+    def set_up(self, *, referenced: bool = True) -> list[int]:
         """Reset a fault and write the set-up; returns the data bytes of the PDOs that the drive did not let go of.
+
+        `referenced`: refuse a drive without its zero reference.
 
         Raises:
             BadInput: as `check_fit`.
@@ -95,7 +97,8 @@ class Preparation:
             raise RunFailed(f"{axis.name}: {self._fault()} came back after the reset; remove its cause at the drive")
         # Earlier errors (such as the loss of the last master) are reported, but do not end this run.
         axis.clear_errors()
-        self._check_homed()
+        if referenced:
+            self._check_homed()
         return kept
 
     @property

@@ -1,5 +1,6 @@
 """What keeps a drive from being driven by this rig file, from its dictionary alone: no bus, nothing is written."""
 
+import math
 from collections.abc import Iterator
 
 from drivers.canopen.dictionary import DriveDictionary
@@ -10,6 +11,8 @@ from recordings.drives import STATUSWORD
 _TARGETS = {"cyclic": (0x607A, 0), "interpolated": (0x60C1, 1)}
 _MODE_BITS = {"cyclic": 7, "interpolated": 6}
 """Bits of object 6502 (supported drive modes)."""
+RATING_TOLERANCE = 0.01
+"""Relative difference below which ratings of the drive and of the rig file agree."""
 _GUARDS = {0x1016: ("guarding", "rpdo")}
 """Other ways to notice a lost master than 1016h."""
 
@@ -19,6 +22,8 @@ def missing_for_motion(dictionary: DriveDictionary) -> Iterator[str]:
     for index, sub in ((STATUSWORD, 0), (0x6060, 0), (0x6064, 0), _TARGETS[dictionary.drive.mode]):
         if (index, sub) not in dictionary:
             yield f"{index:04X}:{sub:02X} {ROLES[index].meaning}: no such object"
+    if dictionary.drive.torque_offset and (0x60B2, 0) not in dictionary:
+        yield "60B2:00 torque offset: no such object, so no torque can be fed forward; drop --feedforward"
     for address in ((0x6064, 0), _TARGETS[dictionary.drive.mode]):
         data = dictionary.data.get(address)
         if data and len(data) != 4:
@@ -48,6 +53,17 @@ def unit_problems(dictionary: DriveDictionary) -> list[str]:
     return [*units.problems, *question]
 
 
+def rating_problem(dictionary: DriveDictionary) -> str | None:
+    """Contradiction between the rated torque of the drive (6076h) and of the rig file, which scale torque offsets."""
+    drive, stated = dictionary.drive, dictionary.rated_torque
+    if not drive.torque_offset or math.isclose(stated, drive.rated_torque, rel_tol=RATING_TOLERANCE):
+        return None
+    return (
+        f"rated torque: 6076h of the drive gives {stated:g} N m at the joint ({stated / drive.gear:g} N m of the "
+        f"motor times gear {drive.gear:g}), rated_torque of the rig file is {drive.rated_torque:g} N m; correct one"
+    )
+
+
 def mode_problem(dictionary: DriveDictionary) -> str | None:
     """Why the drive may not have the rig's mode (6502h); None: it has it, or the rig file assumes it."""
     drive, modes = dictionary.drive, dictionary.value((0x6502, 0))
@@ -73,4 +89,6 @@ def problems(dictionary: DriveDictionary) -> list[str]:
         for index in not_accepted(dictionary)
     ]
     mode = mode_problem(dictionary)
-    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *([mode] if mode else []), *safety]
+    rating = rating_problem(dictionary)
+    others = [problem for problem in (rating, mode) if problem]
+    return [*missing_for_motion(dictionary), *unit_problems(dictionary), *others, *safety]

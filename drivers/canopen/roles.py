@@ -26,6 +26,7 @@ ROLES: dict[int, ObjectRole] = {
     0x6041: ObjectRole("motion", "statusword"),
     0x6060: ObjectRole("motion", "mode of operation", key="mode"),
     0x607A: ObjectRole("motion", "target position"),
+    0x60B2: ObjectRole("motion", "torque offset [thousandths of the rated torque]", key="torque_offset"),
     0x60C1: ObjectRole("motion", "interpolated target"),
     0x60C2: ObjectRole("motion", "interpolation time"),
     0x6064: ObjectRole("motion", "position actual"),

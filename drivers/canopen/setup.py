@@ -37,7 +37,12 @@ def sdo_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary | None = None
 
 def own_writes(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list[SdoWrite]:
     """`sdo_writes` without those of the DCF."""
-    objects = [*_motion_objects(rig, drive, dictionary), *_reactions(drive), *_watchdog(dictionary)]
+    objects = [
+        *_motion_objects(rig, drive, dictionary),
+        *_no_torque_offset(dictionary),
+        *_reactions(drive),
+        *_watchdog(dictionary),
+    ]
     writes = [
         *(_sized(dictionary, address, value) for address, value in objects if address in dictionary),
         *pdo.pdo_writes(drive, dictionary),
@@ -78,6 +83,11 @@ def _motion_objects(rig: Rig, drive: Drive, dictionary: DriveDictionary) -> list
         if drive.quick_stop_option in SLOW_DOWN or drive.fault_reaction_option in SLOW_DOWN:
             objects.append(((0x6084, 0), deceleration))
     return objects
+
+
+def _no_torque_offset(dictionary: DriveDictionary) -> list[tuple[Address, int]]:
+    """A torque offset of 0 where a run that was killed left another one; it would act in a run without offsets."""
+    return [((0x60B2, 0), 0)] if dictionary.value((0x60B2, 0)) else []
 
 
 def _deceleration(limit: float, unit: Scale) -> int:

@@ -84,9 +84,10 @@ class SerialAxis:
         """The command that writes a register."""
         return f"{self.prefix}s {register} {value}"
 
-    def target(self, counts: int) -> str:
-        """The command that writes a target."""
-        return self.set(self._bus.registers.position_command, counts)
+    def target(self, counts: int, torque_offset: int = 0) -> list[str]:
+        """The commands that write a target, with a torque offset [thousandths] where the rig sends one."""
+        offset = [self.set(self._bus.registers.torque_offset, torque_offset)] if self.drive.torque_offset else []
+        return [*offset, self.set(self._bus.registers.position_command, counts)]
 
     # Before the cycles
 
@@ -145,7 +146,7 @@ class SerialAxis:
         """Mark the values of the previous cycle as old."""
         self._answered_before, self.answered = self.answered, False
 
-    def cycle(self, goal: Goal, target: str | None, read_status: bool) -> Script:
+    def cycle(self, goal: Goal, target: list[str] | None, read_status: bool) -> Script:
         """One exchange with this drive: the command for `goal`, the status if `read_status`, position, voltage.
 
         The command comes first, so that a disturbed reply does not prevent it.
@@ -181,7 +182,7 @@ class SerialAxis:
         """Transmission time with the end character [ns]."""
         return round(1e9 * (len(text) + 1) * self._bus.character)
 
-    def _write_command(self, goal: Goal, target: str | None, status_turn: bool) -> Script:
+    def _write_command(self, goal: Goal, target: list[str] | None, status_turn: bool) -> Script:
         if goal is Goal.ENABLED:
             if self.power is Power.ON:
                 yield from self._write_target(target)
@@ -201,24 +202,27 @@ class SerialAxis:
         """Whether the status has shown the end of a quick stop."""
         return self._stopping and not self._moving
 
-    def _write_target(self, target: str | None) -> Script:
+    def _write_target(self, target: list[str] | None) -> Script:
         if target is None:  # the drive holds its last target
             return
-        yield from tell(target)
+        for command in target:
+            yield from tell(command)
         if self._bus.update:
             yield from tell(self.prefix + self._bus.update)
 
     def _enable(self, counts: int) -> Script:
         """Switch power on, with the measured position as target."""
-        yield from tell(self.target(counts))
+        for command in self.target(counts):
+            yield from tell(command)
         self.disable_acknowledged = self._stopping = False
         self.power = Power.UNKNOWN  # no longer off, until the status is read
         yield from tell(self.set(self._bus.registers.state, self._bus.enable))
 
     def stop(self) -> Script:
-        """Quick stop only."""
+        """Quick stop, without torque offset."""
         try:
             yield from tell(self.prefix + self._bus.quick_stop)
+            yield from self._clear_offset()
         except CommandRefused:
             yield from self._disable()
         self._stopping = self._moving = True  # until the status shows standstill
@@ -226,6 +230,11 @@ class SerialAxis:
     def _disable(self) -> Script:
         yield from tell(self.set(self._bus.registers.state, self._bus.disable))
         self.disable_acknowledged = True
+        yield from self._clear_offset()
+
+    def _clear_offset(self) -> Script:
+        if self.drive.torque_offset:
+            yield from tell(self.set(self._bus.registers.torque_offset, 0))
 
     def switch_off(self, timeout: float) -> Script:
         """Switch power off and wait for it for at most `timeout` [s]."""

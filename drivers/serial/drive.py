@@ -131,12 +131,18 @@ class SerialDrives:
 
     # The cycle
 
-    def encode(self, targets: NDArray[np.float64]) -> Sequence[list[str]]:
-        """See `Amplifiers`. Each target becomes the command that writes it."""
+    def encode(
+        self, targets: NDArray[np.float64], torque: NDArray[np.float64] | None = None
+    ) -> Sequence[list[list[str]]]:
+        """See `Amplifiers`. Each target becomes the commands that write it."""
         rows = self._rig.target_counts(targets).tolist()
-        return [[axis.target(count) for axis, count in zip(self._axes, row, strict=True)] for row in rows]
+        offsets = self._rig.torque_offset_counts(np.zeros_like(targets) if torque is None else torque).tolist()
+        return [
+            [axis.target(count, offset) for axis, count, offset in zip(self._axes, row, extra, strict=True)]
+            for row, extra in zip(rows, offsets, strict=True)
+        ]
 
-    def exchange(self, setpoint: list[str] | None, timeout: float) -> Sample:
+    def exchange(self, setpoint: list[list[str]] | None, timeout: float) -> Sample:
         """See `Amplifiers`. When a line is lost, the drives on the others are stopped before the error is raised;
         the next exchanges continue with them."""
         deadline = time.perf_counter() + timeout
@@ -163,7 +169,7 @@ class SerialDrives:
     def _usable_lines(self) -> list[SerialLine]:
         return [line for line in self._lines if not line.lost]
 
-    def _cycle(self, line: SerialLine, setpoint: list[str] | None) -> Script:
+    def _cycle(self, line: SerialLine, setpoint: list[list[str]] | None) -> Script:
         axes = self._lines[line]
         for i, axis in enumerate(axes):
             target = None if setpoint is None else setpoint[axis.joint - 1]

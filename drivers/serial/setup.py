@@ -28,6 +28,7 @@ def settings(rig: Rig, drive: Drive) -> list[Setting]:
         ),
         Setting(names.upper_limit, "software position limit [counts]", high),
         Setting(names.lower_limit, "software position limit [counts]", low),
+        Setting(names.torque_offset, "torque offset", 0),
         *(Setting(register, "as the rig file says", value) for register, value in bus.setup.items()),
         Setting(names.watchdog, "watchdog on the host's commands [ms]", round(bus.watchdog_timeout * 1000)),
     ]

@@ -6,7 +6,6 @@ The regressor is written independently of `ident`: the two share only the kinema
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import butter, sosfiltfilt
 
 from drivers.simulated.model_xml import GRAVITY
 from recordings.recording import Floats
@@ -51,9 +50,8 @@ def base_model_residual(
 
     `window` selects the samples; every `decimation`-th of them is fitted.
     """
-    low_pass = _low_pass(1 / dt)
-    y: Floats = sosfiltfilt(low_pass, motion.torque, axis=0)[window][::decimation]
-    X: Floats = sosfiltfilt(low_pass, base_columns(geometry, motion), axis=0)[window][::decimation]
+    y: Floats = _low_passed(motion.torque, 1 / dt)[window][::decimation]
+    X: Floats = _low_passed(base_columns(geometry, motion), 1 / dt)[window][::decimation]
     matrix = X.reshape(-1, X.shape[2])
     scale = np.linalg.norm(matrix, axis=0)
     scale[scale == 0] = 1.0
@@ -100,11 +98,13 @@ def _rod_inertia(geometry: Geometry, motion: JointMotion, J: Floats, P_ddot: Flo
     return torque - _times_transposed(J, relative.sum(axis=1)) / 6
 
 
-def _low_pass(rate: float) -> Floats:
+def _low_passed(signals: Floats, rate: float) -> Floats:
+    from scipy.signal import butter, sosfiltfilt  # takes long to load, and only hidden effects need it
+
     # Filtered forwards and backwards: one pass attenuates by 1.5 dB at the bandwidth.
     corner = BANDWIDTH / (np.sqrt(2) - 1) ** (1 / (2 * _ORDER))
-    sections: Floats = butter(_ORDER, corner, fs=rate, output="sos")
-    return sections
+    filtered: Floats = sosfiltfilt(butter(_ORDER, corner, fs=rate, output="sos"), signals, axis=0)
+    return filtered
 
 
 def _times(J: Floats, v: Floats) -> Floats:

@@ -55,6 +55,9 @@ class Servo(ConfigSection):
     """[N m s/rad]."""
     integral_time: Positive = 0.03
     """Of the velocity controller [s]."""
+    exact_reference: bool = False
+    """Whether the references of position and velocity are those of the present, as in drives that interpolate by
+    cubics. Otherwise the velocity is half a SYNC period old, and the position one and a half plant steps ahead."""
     torque_limit: Positive = 60.0
     """The current limit as torque at the joint [N m]."""
     current_lag: Positive = 4e-4
@@ -112,9 +115,12 @@ class SimConfig(ConfigSection):
 
 
 def load_sim(path: Path) -> SimConfig:
-    """Read a sim file.
+    """Read a sim file, or that of the shipped robot with this name, where there is no such file.
 
     Raises:
         BadInput: the file is missing, is not TOML, or a key is unknown, missing or of the wrong type.
     """
+    shipped = ROBOTS / f"{path.name.removesuffix('.toml')}.toml"
+    if not path.exists() and path.parent == Path() and shipped.exists():
+        path = shipped
     return read_toml(path, SimConfig, "sim file")

@@ -105,9 +105,12 @@ class SimulatedCanopenDrive:
         return self._objects.value(*address) | self._habits.cob_id_bits
 
     def _torque_per_mille(self) -> int:
-        # Without 6076h the rig's own value: no digit is lost.
-        rated = self._objects.value(0x6076) / 1000 * self.drive.gear or self.drive.rated_torque
-        return max(-0x8000, min(round(self.drive.sign * self._torque / rated * 1000), 0x7FFF))
+        return max(-0x8000, min(round(self.drive.sign * self._torque / self._rated_torque * 1000), 0x7FFF))
+
+    @property
+    def _rated_torque(self) -> float:
+        """Rated torque at the joint [N m]. Without 6076h the rig's own value: no digit is lost."""
+        return self._objects.value(0x6076) / 1000 * self.drive.gear or self.drive.rated_torque
 
     def _boot(self, now: float) -> None:
         self._objects.restore()
@@ -144,6 +147,11 @@ class SimulatedCanopenDrive:
     def generator(self) -> SetpointGenerator:
         """Setpoints of the position loop."""
         return self._motion.generator
+
+    @property
+    def torque_offset(self) -> float:
+        """Torque at the joint [N m] that 60B2h adds to the demand of the velocity controller."""
+        return self.drive.sign * self._motion.torque_offset / 1000 * self._rated_torque
 
     @property
     def state(self) -> PowerState:

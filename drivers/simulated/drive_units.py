@@ -44,6 +44,8 @@ class DriveUnits:
         """Position units per encoder increment."""
         self.acceleration = self._acceleration()
         """Acceleration units per rad/s^2 of the joint."""
+        self.velocity = self._velocity()
+        """Velocity units per rad/s of the joint."""
 
     def _position(self) -> float:
         code = self._objects.value(0x60A8)
@@ -64,6 +66,15 @@ class DriveUnits:
         if (0x6097, 1) in self._objects:
             return in_increments / float(self._ratio(0x6097))
         return in_increments * self.position
+
+    def _velocity(self) -> float:
+        code = self._objects.value(0x60A9)
+        numerator, denominator = code >> 16 & 0xFF, code >> 8 & 0xFF
+        if numerator == _RPM or denominator == _MINUTE:
+            return 60 * self._angle_units(_REVOLUTIONS) / _power_of_ten(code)
+        if denominator == _SECOND:
+            return self._angle_units(numerator) / _power_of_ten(code)
+        return self._increments_per_radian * self.position
 
     def _coded_acceleration(self, code: int) -> float:
         numerator, denominator, rest = code >> 16 & 0xFF, code >> 8 & 0xFF, code & 0xFF

@@ -50,6 +50,8 @@ class Habits(ConfigSection):
     """Statusword bits that say that the drive has its zero reference."""
     referenced: bool = True
     """Whether it has it when the drive is switched on."""
+    home_distance: NotNegative = 0.02
+    """Distance from the pose at power-on to the home switch [rad]; methods 35 and 37 do not search."""
     voltage: ObjectAddress | None = None
     """Object that holds the motor's voltage; None: that of the rig file, if it is a manufacturer's object."""
     voltage_scale: Positive | None = None

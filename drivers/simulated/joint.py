@@ -31,6 +31,8 @@ class Joint:
         self._coulomb, self._brake_torque = config.friction.coulomb[i], config.servo.brake_torque
         self.enabled = False
         """Power on and position loop closed."""
+        self.torque_offset = 0.0
+        """Torque that the drive adds to the demand of its loops [N m]."""
         self.torque = 0.0
         """Torque of the motor [N m]."""
 
@@ -49,7 +51,7 @@ class Joint:
     def reset(self) -> None:
         """Switch power off and clear current and memory."""
         self.enabled = False
-        self._axis.torque = self.torque = 0.0
+        self._axis.torque = self.torque = self.torque_offset = 0.0
         if self._delay:
             self._delay.clear()
         if self._bristle:
@@ -79,7 +81,7 @@ class Joint:
         i = self._i
         if self.enabled:
             q, v = self.read(state.q[i], state.v[i])
-            torque = self._axis.follow(setpoint, q, v)
+            torque = self._axis.follow(setpoint, q, v, self.torque_offset)
         else:
             torque = self._axis.idle()
         if self._faulty:

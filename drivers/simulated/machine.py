@@ -69,6 +69,11 @@ class Machine:
         for joint in self._joints:
             joint.reset()
 
+    def set_torque_offsets(self, offsets: Sequence[float]) -> None:
+        """Set the torques [N m] that the drives add to the demands of their loops; reset makes them 0."""
+        for joint, offset in zip(self._joints, offsets, strict=True):
+            joint.torque_offset = offset
+
     def advance(self, setpoints: Sequence[Sequence[float]]) -> None:
         """Run one step per row of three joint setpoints [rad], at least one row; axes without power ignore them."""
         for joint, enabled, setpoint in zip(self._joints, self.enabled, setpoints[0], strict=True):

@@ -14,6 +14,8 @@ _HOMING, _INTERPOLATED, _CYCLIC = 6, 7, 8
 _TARGETS = {_INTERPOLATED: (0x60C1, 1), _CYCLIC: (0x607A, 0)}
 _NEW_SETPOINT = 0x10
 """Controlword bit 4: interpolate in mode 7, start homing in mode 6."""
+_HERE = (35, 37)
+"""Homing methods that take the present position as zero."""
 _UNLIMITED = 2**32 - 1
 _SLOW_RAMP, _QUICK_STOP_RAMP, _LAST_RAMP = 1, 2, 4
 """Option codes of 605Ah and 605Eh; 5 to 8 are 1 to 4, after which the drive stays in Quick stop active."""
@@ -43,6 +45,7 @@ class MotionControl:
         self.reset_blocked = False
         """Whether a fault reset has no effect."""
         self._referenced = self._habits.referenced
+        self._is_homing = self._homing_started = self._homing_failed = False
         self._previous_controlword = 0
         self._following_error_since: float | None = None
         self._pause = 0.0
@@ -80,9 +83,15 @@ class MotionControl:
             word |= _DEVIATES
         if self._referenced:
             word |= self._habits.referenced_mask
-        if self.mode == _HOMING and self._referenced and self.state is PowerState.ENABLED:
-            word |= _TARGET_REACHED | _FOLLOWS
+        if self.mode == _HOMING and self.state is PowerState.ENABLED:
+            word |= self._homing_bits
         return word
+
+    @property
+    def _homing_bits(self) -> int:
+        if self._homing_failed:
+            return _DEVIATES
+        return 0 if self._is_homing else _TARGET_REACHED | (_FOLLOWS if self._referenced else 0)
 
     # Controlword
 
@@ -94,7 +103,7 @@ class MotionControl:
             self._enable_due = None
         if state is self.state:
             if state is PowerState.ENABLED and self.mode == _HOMING and controlword & _NEW_SETPOINT:
-                self._referenced = True
+                self._begin_homing()
         elif state is PowerState.ENABLED:
             self._enable()
         elif state is PowerState.QUICK_STOP:
@@ -105,6 +114,25 @@ class MotionControl:
             self.disable(state)
         else:
             self.state = state
+
+    def _begin_homing(self) -> None:
+        """Search the home switch; once for each start. Without a speed there is a homing error."""
+        if self._is_homing or self._homing_started:
+            return
+        self._homing_started = True
+        if self._objects.value(0x6098, absent=_HERE[0]) in _HERE:
+            self._referenced = True
+            return
+        speed = self._objects.value(0x6099, 1) / self.units.velocity
+        self._homing_failed = speed <= 0
+        if not self._homing_failed:
+            self._referenced, self._is_homing = False, True
+            distance = self._habits.home_distance
+            self.generator.interpolate(self.generator.position + distance, distance / speed)
+
+    def _end_homing(self) -> None:
+        if self._is_homing and self.generator.at_rest:
+            self._is_homing, self._referenced = False, True
 
     def _enable(self) -> None:
         if self._enable_due is None:
@@ -117,6 +145,7 @@ class MotionControl:
     def disable(self, state: PowerState = PowerState.SWITCH_ON_DISABLED) -> None:
         """Switch power off; the axis ends in `state`."""
         self.state = state
+        self._is_homing = self._homing_started = self._homing_failed = False
         self.generator.hold(self.generator.position)
 
     def _begin_reset(self) -> None:
@@ -153,6 +182,11 @@ class MotionControl:
         """Time until the next target [s]: 60C2h, or without it the time between the last two SYNCs."""
         time = self._objects.value(0x60C2, 1) * 10.0 ** self._objects.value(0x60C2, 2, absent=-3)
         return time or self._sync_period
+
+    @property
+    def torque_offset(self) -> int:
+        """Object 60B2h in cyclic mode while the loops are closed, also on the ramp of a stop; otherwise 0."""
+        return self._objects.value(0x60B2) if self.powered and self.mode == _CYCLIC else 0
 
     @property
     def _follows(self) -> bool:
@@ -203,6 +237,7 @@ class MotionControl:
         if stopping and self.generator.at_rest and self._after_stop is not PowerState.QUICK_STOP:
             self.disable(self._after_stop)
         self._end_reset()
+        self._end_homing()
         return self._deviates(now)
 
     @property

@@ -44,7 +44,7 @@ class SimulatedSerialDrive:
         names = self._names
         writable = (
             *(names.position_command, names.state, names.fault, names.following_error, names.deceleration),
-            *(names.upper_limit, names.lower_limit, names.watchdog, *self._bus.setup),
+            *(names.upper_limit, names.lower_limit, names.watchdog, names.torque_offset, *self._bus.setup),
         )
         self._registers = {name: 0 for name in writable if name}
         self._registers[names.state] = self._bus.disable
@@ -57,6 +57,12 @@ class SimulatedSerialDrive:
         self._stopping = False
         self._last_command = 0.0
         self._following_error_since: float | None = None
+
+    @property
+    def torque_offset(self) -> float:
+        """Torque at the joint [N m] that the register adds to the demand of the loops."""
+        share = self._value(self._names.torque_offset) / 1000 if self.powered else 0.0
+        return self.drive.sign * share * self.drive.rated_torque
 
     @property
     def status(self) -> int:

@@ -30,6 +30,9 @@ class SimulatedDrive(Protocol):
     @property
     def generator(self) -> SetpointGenerator: ...
 
+    @property
+    def torque_offset(self) -> float: ...
+
 
 def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration: float) -> bool:
     """Advance the machine by `duration` [s] with the drives' setpoints; False if less than half a plant step."""
@@ -40,6 +43,7 @@ def advance_machine(machine: Machine, drives: Sequence[SimulatedDrive], duration
     steps = round(duration / machine.dt)
     if steps <= 0:
         return False
+    machine.set_torque_offsets([drive.torque_offset for drive in drives])
     generators = [drive.generator for drive in drives]
     machine.advance([[generator.step() for generator in generators] for _ in range(steps)])
     return True

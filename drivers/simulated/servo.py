@@ -22,6 +22,10 @@ class PositionLoop:
         self._current_step = min(dt / servo.current_lag, 1.0)
         self._smoothing, self._window = smoothing, smoothing * dt
         self._setpoints: deque[float] = deque([0.0] * smoothing, maxlen=smoothing)
+        # Steps from the middle of the window to the present: the setpoint is that of the end of the step.
+        self._exact, self._velocity_lead = servo.exact_reference, 0.5 - 1 / smoothing
+        self._position_lead = (0.5 - 1.5 / smoothing if servo.exact_reference else 0.5) * self._window
+        self._velocities: deque[float] = deque([0.0] * smoothing, maxlen=smoothing)
         self._sum = 0.0
         self._integral = 0.0
         self.torque = 0.0
@@ -30,11 +34,15 @@ class PositionLoop:
     def restart(self, position: float) -> None:
         """Clear the memory of the loop and hold `position` [rad]."""
         self._setpoints.extend([position] * self._smoothing)
+        self._velocities.extend([0.0] * self._smoothing)
         self._sum = position * self._smoothing
         self._integral = 0.0
 
-    def follow(self, setpoint: float, q: float, v: float) -> float:
-        """One step of the closed loop: torque [N m] at the motor's angle q [rad] and speed v [rad/s]."""
+    def follow(self, setpoint: float, q: float, v: float, torque_offset: float = 0.0) -> float:
+        """One step of the closed loop: torque [N m] at the motor's angle q [rad] and speed v [rad/s].
+
+        `torque_offset` [N m] is added to the demand of the velocity controller, before the current limit.
+        """
         setpoints = self._setpoints
         oldest = setpoints[0]
         setpoints.append(setpoint)
@@ -42,9 +50,13 @@ class PositionLoop:
         # The derivative of a moving average is the difference over its window; the present lies half a window ahead
         # of the average.
         v_reference = (setpoint - oldest) / self._window
-        reference = self._sum / self._smoothing + 0.5 * self._window * v_reference
+        reference = self._sum / self._smoothing + self._position_lead * v_reference
+        if self._exact:
+            before = self._velocities[0]
+            self._velocities.append(v_reference)
+            v_reference += self._velocity_lead * (v_reference - before)
         v_error = v_reference + self._position_gain * (reference - q) - v
-        demand = self._velocity_gain * v_error + self._integral
+        demand = self._velocity_gain * v_error + self._integral + torque_offset
         limit = self._limit
         # Comparisons are much faster than min and max.
         limited = limit if demand > limit else -limit if demand < -limit else demand

@@ -15,13 +15,26 @@ from recordings.errors import BadInput
 from recordings.rig import Drive, Rig
 
 _CANOPEN_OPTIONS = (
-    *("mode", "torque_actual", "torque_source", "rated_current", "homed", "dcf", "units", "accept_missing"),
+    *(
+        "mode",
+        "torque_actual",
+        "torque_source",
+        "rated_current",
+        "homed",
+        "homing",
+        "dcf",
+        "eds",
+        "units",
+        "accept_missing",
+    ),
     *("assume_mode", "quick_stop_option", "fault_reaction_option", "abort_option", "halt_option"),
     "fault_reset_timeout",
 )
 """Keys of [[drives]] that are for CANopen drives only."""
 _ANY_STATUS = 2**32 - 1
 _LONGEST_VOLTAGE = "-32768"
+_LONGEST_OFFSET = -3000
+"""limits.torque_offset is 3 at most [thousandths of the rated torque]."""
 _LOCKSTEP_REPLY_TIMEOUT = 2.0
 """Least reply timeout with simulated time, where a late reply must not change the recording [s]."""
 
@@ -67,7 +80,7 @@ def _exchange_time(rig: Rig, axis: SerialAxis, power: Power, *, with_status: boo
     }
     axis.power, axis.counts, axis.answered = power, int(position), True
     axis.begin_cycle()
-    script = axis.cycle(Goal.ENABLED, axis.target(int(position)), with_status)
+    script = axis.cycle(Goal.ENABLED, axis.target(int(position), _LONGEST_OFFSET), with_status)
     characters = exchanges = 0
     command = next(script)
     with suppress(StopIteration):
@@ -83,6 +96,11 @@ def check(rig: Rig) -> None:
     """See `Transport`."""
     for joint, drive in enumerate(rig.drives, start=1):
         _check_no_canopen_options(joint, drive)
+        if drive.torque_offset and not rig.serial.registers.torque_offset:
+            raise BadInput(
+                f"joint {joint}: a torque can be fed forward only to a drive with a register for it; name it as "
+                "torque_offset in [bus.registers], by the drive's manual"
+            )
     if rig.rate > highest_rate(rig):
         raise BadInput(
             f"at {rig.rate:g} Hz a cycle has {1e3 / rig.rate:.1f} ms, of which bus.max_load allows "

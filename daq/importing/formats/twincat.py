@@ -16,6 +16,7 @@ from daq.importing.table import Selection, Table
 from daq.importing.text import decode, lines_of, number, split
 from daq.importing.units import parse
 from recordings.errors import BadInput
+from recordings.interpolation import interpolate
 from recordings.recording import Floats
 
 _HEAD = re.compile(rb"^(?:\xef\xbb\xbf)?Name([\t;:|])[^\r\n]*\r?\nFile\1")
@@ -47,10 +48,7 @@ def read(path: Path, selection: Selection) -> Table:
     instants = times[0][np.isfinite(times[0])]
     columns = {"time": instants}
     for name, time, value in zip(channels, times, values, strict=True):
-        known = np.isfinite(time) & np.isfinite(value)
-        columns[name] = (
-            np.interp(instants, time[known], value[known]) if known.any() else np.full(len(instants), np.nan)
-        )
+        columns[name] = interpolate(instants, time, value)
     stated = {
         name: unit.split(" ")[0]
         for name, unit in zip(channels, header.get("Unit", []), strict=False)

@@ -1,0 +1,119 @@
+"""`daq axis-check`: compare sign, scale and torque of each axis with the rig file by a small swing."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from daq.command_options import PACE, RATE, RIG, SIM
+from recordings.command_line import FiniteRange, say, say_next
+
+if TYPE_CHECKING:
+    from daq.axis_check import AxisFigures
+    from drivers.protocol import CheckResult
+    from recordings.recording import Floats
+    from recordings.rig import Rig
+    from trajectories import Trajectory
+
+
+@click.command(
+    name="axis-check",
+    short_help="Swing each joint a little: are sign, scale and torque as in the rig file?",
+    epilog="Example: daq axis-check --rig bench.toml",
+)
+@click.option("--joint", type=click.IntRange(1), help="Only this joint.  [default: one after the other]")
+@RIG
+@click.option(
+    "--amplitude",
+    type=FiniteRange(0.01, 0.2),
+    default=0.05,
+    show_default=True,
+    help="Deviation to both sides of where the joint stands [rad, or m].",
+)
+@RATE
+@PACE
+@SIM
+@click.option("--json", "as_json", is_flag=True, help="Everything as one JSON document on stdout.")
+def command(
+    joint: int | None,
+    rig_file: Path | None,
+    amplitude: float,
+    rate: float | None,
+    pace: str | None,
+    sim_file: Path | None,
+    as_json: bool,
+) -> None:
+    """Swing one joint after the other about where it stands, and judge weight, inertia and friction in the torque.
+
+    Named are: a position that runs against its command, a torque with the wrong polarity, a wrong sign, a joint that
+    moves further or less than commanded (counts_per_turn, gear), and a torque gain that is off by more than 2. Run
+    `daq jog` first: it is slower. Exit code 1 where a contradiction was found.
+    """
+    from functools import partial
+
+    from daq.axis_check import figures_of, judge
+    from daq.commissioning import Machine, move
+    from daq.session import rig_from
+    from recordings.errors import RunFailed
+
+    machine = Machine.of(rig_from(rig_file, rate), pace, sim_file)
+    rig = machine.rig
+    figures: list[AxisFigures] = []
+    results: list[CheckResult] = []
+    for number in range(1, rig.dof + 1) if joint is None else [joint]:
+        machine.announce(f"joint {number} by ±{amplitude:g} {machine.unit(number)}")
+        plan = partial(_swing, rig, number, amplitude)
+        moved = move(
+            machine,
+            plan,
+            None,
+            lambda level, source, message: say(f"{level}: {source}: {message}"),
+            hold=None,
+            status=False,
+        )
+        if moved.error is not None:
+            raise RunFailed(f"{moved.error}{moved.contradiction(number)}")
+        figures.append(figures_of(moved.recording, plan(moved.pose), number))
+        results += judge(figures[-1], rig)
+    problems = [result for result in results if result.verdict == "problem"]
+    _print(figures, results, as_json)
+    if problems:
+        raise RunFailed(f"{len(problems)} contradiction(s) found; correct the rig file or the drive")
+    say_next("daq", "record", "--traj", "fig5a", *(("--rig", rig_file) if rig_file else ()))
+
+
+def _swing(rig: "Rig", joint: int, amplitude: float, pose: "Floats") -> "Trajectory":
+    from trajectories.small_moves import swing
+
+    return swing(rig, pose, joint, amplitude)
+
+
+def _print(figures: "list[AxisFigures]", results: "list[CheckResult]", as_json: bool) -> None:
+    from dataclasses import asdict
+
+    from rich.console import Console
+    from rich.table import Table
+
+    if as_json:
+        document = {"schema": 1, "axes": [asdict(f) for f in figures], "findings": [asdict(r) for r in results]}
+        click.echo(json.dumps(document, indent=1))
+        return
+    table = Table("joint", "follows", "weight", "true travel", "friction [N m]", box=None)
+    for f in figures:
+        table.add_row(str(f.joint), f"{f.travel:.0%}", *_ratios(f), f"{f.friction:.2f}")
+    console = Console()
+    console.print(table)
+    if all(result.verdict == "fine" for result in results):
+        console.print("nothing contradicts the rig file")
+    for result in results:
+        if result.verdict != "fine":
+            colour = "red" if result.verdict == "problem" else None
+            console.print(f"{result.where}, {result.what}: {result.found}", style=colour, highlight=False)
+
+
+def _ratios(figures: "AxisFigures") -> tuple[str, str]:
+    """Weight over that of the masses, and true travel over the command."""
+    if figures.weight is None or figures.inertia is None:
+        return "unknown", "unknown"
+    return f"{figures.weight:.2f} x", f"{figures.inertia / figures.weight:.2f} x"

@@ -1,0 +1,1 @@
+"""Feed-forward: the torque of a model, sent to the drives as torque offset with every target."""
